@@ -63,11 +63,28 @@ def lugre() -> Iterator[Ratio]:
     generator = np.random.default_rng(5)
     v = 1e-3 * np.cumsum(generator.standard_normal(count)) / 30.0
     force_c = np.empty(count)
-    for label, v_d in (("constant micro-damping", float("inf")), ("micro-damping falls with speed", 5e-3)):
-        model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, v_d=v_d)
+    for label, v_d in (
+        ("constant micro-damping", float("inf")),
+        ("micro-damping falls with speed", 5e-3),
+    ):
+        model = friction.lugre(
+            F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, v_d=v_d
+        )
         with tempfile.TemporaryDirectory() as folder:
             library = Path(folder) / "lugre.so"
-            subprocess.run(["gcc", "-O3", "-shared", "-fPIC", "-o", str(library), str(HERE / "lugre.c"), "-lm"], check=True)
+            subprocess.run(
+                [
+                    "gcc",
+                    "-O3",
+                    "-shared",
+                    "-fPIC",
+                    "-o",
+                    str(library),
+                    str(HERE / "lugre.c"),
+                    "-lm",
+                ],
+                check=True,
+            )
             run = ctypes.CDLL(str(library)).lugre_run
             parameters = (ctypes.c_double * 7)(*model.parameters)
             pointer = ctypes.POINTER(ctypes.c_double)
@@ -106,8 +123,12 @@ def start_up() -> Iterator[Ratio]:
     nine processes).
     """
     numpy = python("import numpy")
-    yield Ratio("import bristle", *side_by_side(python("import bristle"), numpy, 15), 3.0, "import numpy")
-    yield Ratio("bristle --help", *side_by_side(command(BRISTLE, "--help"), numpy, 15), 4.5, "import numpy")
+    yield Ratio(
+        "import bristle", *side_by_side(python("import bristle"), numpy, 15), 3.0, "import numpy"
+    )
+    yield Ratio(
+        "bristle --help", *side_by_side(command(BRISTLE, "--help"), numpy, 15), 4.5, "import numpy"
+    )
     with tempfile.TemporaryDirectory() as cache:
         code = (
             "import numpy as np\nfrom bristle import friction, response\n"
@@ -146,7 +167,12 @@ def identify() -> Iterator[Ratio]:
                 "--json",
             )
             beside = python("import numpy, numba, scipy.signal")
-            yield Ratio(f"identify EMPS, {model}, with report", *side_by_side(job, beside, 9), 4.0, "import numpy, numba, scipy.signal")
+            yield Ratio(
+                f"identify EMPS, {model}, with report",
+                *side_by_side(job, beside, 9),
+                4.0,
+                "import numpy, numba, scipy.signal",
+            )
 
 
 def demo() -> Iterator[Ratio]:
@@ -156,12 +182,35 @@ def demo() -> Iterator[Ratio]:
     Neither has a limit: they show how long a new user waits.
     """
     with tempfile.TemporaryDirectory() as folder:
-        job = command(BRISTLE, "demo", "--out", f"{folder}/out", "--force", BRISTLE_CACHE_DIR=f"{folder}/cache")
+        job = command(
+            BRISTLE,
+            "demo",
+            "--out",
+            f"{folder}/out",
+            "--force",
+            BRISTLE_CACHE_DIR=f"{folder}/cache",
+        )
         cold = wall(job)
         warm = min(wall(job) for _ in range(3))
     beside = wall(python("import numpy, numba, scipy.signal"))
-    yield Ratio("demo, cold cache", cold, beside, cold / beside, None, "import numpy, numba, scipy.signal", "one run, compiles")
-    yield Ratio("demo, warm cache", warm, beside, warm / beside, None, "import numpy, numba, scipy.signal", "best of 3")
+    yield Ratio(
+        "demo, cold cache",
+        cold,
+        beside,
+        cold / beside,
+        None,
+        "import numpy, numba, scipy.signal",
+        "one run, compiles",
+    )
+    yield Ratio(
+        "demo, warm cache",
+        warm,
+        beside,
+        warm / beside,
+        None,
+        "import numpy, numba, scipy.signal",
+        "best of 3",
+    )
 
 
 def paper() -> Iterator[Ratio]:
@@ -170,13 +219,31 @@ def paper() -> Iterator[Ratio]:
     The limits are in seconds on two cores. The last column gives the number of compiled entries.
     """
     with tempfile.TemporaryDirectory() as folder:
-        job = command(BRISTLE, "paper", "--out", f"{folder}/out", "--force", BRISTLE_CACHE_DIR=f"{folder}/cache")
+        job = command(
+            BRISTLE,
+            "paper",
+            "--out",
+            f"{folder}/out",
+            "--force",
+            BRISTLE_CACHE_DIR=f"{folder}/cache",
+        )
         cold, warm = wall(job), min(wall(job) for _ in range(2))
         compiled = sum(one.suffix == ".bin" for one in Path(folder, "cache").rglob("*"))
     beside = wall(python("import numpy, numba, scipy.signal"))
     against = "import numpy, numba, scipy.signal"
-    yield Ratio("paper, cold cache", cold, beside, cold / beside, None, against, f"{compiled} compiled entries", most=90.0)
-    yield Ratio("paper, warm cache", warm, beside, warm / beside, None, against, "best of 2", most=30.0)
+    yield Ratio(
+        "paper, cold cache",
+        cold,
+        beside,
+        cold / beside,
+        None,
+        against,
+        f"{compiled} compiled entries",
+        most=90.0,
+    )
+    yield Ratio(
+        "paper, warm cache", warm, beside, warm / beside, None, against, "best of 2", most=30.0
+    )
 
 
 BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
@@ -240,7 +307,10 @@ def main(names: list[str]) -> int:
     known = BENCHMARKS | LONG
     unknown = [name for name in names if name not in known]
     if unknown:
-        print(f"unknown benchmark: {', '.join(unknown)}; allowed: {', '.join([*known, *COMMANDS])}", file=sys.stderr)
+        print(
+            f"unknown benchmark: {', '.join(unknown)}; allowed: {', '.join([*known, *COMMANDS])}",
+            file=sys.stderr,
+        )
         return 2
     print(HEAD)
     missed = 0

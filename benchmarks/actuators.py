@@ -48,10 +48,21 @@ def actuators() -> Iterator[Ratio]:
             forces[at] = friction.force(row, DT, out=out).numpy()
         expected = np.transpose([br.response(model, x[:, axis], DT) for axis in range(COMPARED)])
         difference = float(np.max(np.abs(forces[:, :COMPARED] - expected)))
-        one_by_one = wall(lambda model=model: [br.response(model, x[:, axis], DT) for axis in range(COMPARED)]) / (COMPARED * SAMPLES)
+        one_by_one = wall(
+            lambda model=model: [br.response(model, x[:, axis], DT) for axis in range(COMPARED)]
+        ) / (COMPARED * SAMPLES)
         for kind, velocity in (("", None), (", predicted", speed)):
             friction.reset()
             walk = partial(walked, friction, rows, velocity, out)
             ours = min(wall(walk) for _ in range(5)) / (AXES * SAMPLES)
             error = f"{1.0 / ours:.2g} steps/s; largest difference of a force {difference:g}"
-            yield Ratio(f"{name}{kind}, {AXES} axes in Warp", ours, one_by_one, ours / one_by_one, None, "one axis at a time", error, MOST)
+            yield Ratio(
+                f"{name}{kind}, {AXES} axes in Warp",
+                ours,
+                one_by_one,
+                ours / one_by_one,
+                None,
+                "one axis at a time",
+                error,
+                MOST,
+            )

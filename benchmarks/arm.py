@@ -30,16 +30,25 @@ LIMITS = (16.2, 15.1, 8.5, 61.7, 45.8, 48.0)
 def inputs(folder: Path) -> None:
     """Write logs, robot file and axis file as a person would."""
     source = Path(os.environ["BRISTLE_DATA"]) / "industrial_robot"
-    data, joints = np.load(source / "robot.npz"), json.loads((source / "geometry.json").read_text())["joints"]
-    head = ",".join(["t [s]", *(f"q{n} [deg]" for n in range(1, 7)), *(f"u{n} [N*m]" for n in range(1, 7))])
+    data, joints = (
+        np.load(source / "robot.npz"),
+        json.loads((source / "geometry.json").read_text())["joints"],
+    )
+    head = ",".join(
+        ["t [s]", *(f"q{n} [deg]" for n in range(1, 7)), *(f"u{n} [N*m]" for n in range(1, 7))]
+    )
     for part in ("train", "val"):
-        rows = np.column_stack([0.1 * np.arange(data[f"u_{part}"].shape[1]), data[f"y_{part}"].T, data[f"u_{part}"].T])
+        rows = np.column_stack(
+            [0.1 * np.arange(data[f"u_{part}"].shape[1]), data[f"y_{part}"].T, data[f"u_{part}"].T]
+        )
         np.savetxt(folder / f"{part}.csv", rows, "%.9g", ",", header=head, comments="")
     robot, axis = "", AXIS
     for number, joint in enumerate(joints, start=1):
         keys = f"d = {joint['d']}\na = {joint['a']}\nalpha = '{joint['alpha']} deg'\noffset = '{joint['offset']} deg'\nmass = {joint['m']}"
         robot += f"[[joint]]\nname = 'A{number}'\n{keys}\nreversed = {str(joint.get('flip', False)).lower()}\n"
-        axis += f"[[joint]]\nname = 'A{number}'\ntransmission = {{ gear_ratio = {joint['gear']} }}\n"
+        axis += (
+            f"[[joint]]\nname = 'A{number}'\ntransmission = {{ gear_ratio = {joint['gear']} }}\n"
+        )
     (folder / "robot.toml").write_text(robot)
     (folder / "joints.toml").write_text(axis)
 
@@ -64,9 +73,16 @@ method = "inverse_dynamics"
 def seconds(folder: Path, *options: str) -> float:
     """Return the processor time of an identification of the first log [s]."""
     before = os.times()
-    subprocess.run([BRISTLE, "identify", "train.csv", "--draws", "0", *options], cwd=folder, check=True, capture_output=True)
+    subprocess.run(
+        [BRISTLE, "identify", "train.csv", "--draws", "0", *options],
+        cwd=folder,
+        check=True,
+        capture_output=True,
+    )
     after = os.times()
-    return after.children_user + after.children_system - before.children_user - before.children_system
+    return (
+        after.children_user + after.children_system - before.children_user - before.children_system
+    )
 
 
 def predicted(plant: Model, friction: Model, motion: Motion, joint: int) -> np.ndarray:
@@ -82,8 +98,12 @@ def main() -> int:
         folder = Path(place)
         inputs(folder)
         of_arm = seconds(folder, "--robot", "robot.toml", "--axis", "joints.toml", "--out", "arm")
-        gear = json.loads((Path(os.environ["BRISTLE_DATA"]) / "industrial_robot/geometry.json").read_text())["joints"][0]["gear"]
-        (folder / "axis.toml").write_text(AXIS.replace("{joint}", "1") + f"[transmission]\ngear_ratio = {gear}\n")
+        gear = json.loads(
+            (Path(os.environ["BRISTLE_DATA"]) / "industrial_robot/geometry.json").read_text()
+        )["joints"][0]["gear"]
+        (folder / "axis.toml").write_text(
+            AXIS.replace("{joint}", "1") + f"[transmission]\ngear_ratio = {gear}\n"
+        )
         of_axis = seconds(folder, "--axis", "axis.toml", "--model", "lugre", "--out", "axis")
         summary = json.loads((folder / "arm/summary.json").read_text())["arm"]["joints"]
         robot = read_robot(content_of(folder / "robot.toml"))
@@ -91,7 +111,9 @@ def main() -> int:
         bodies = np.array([entry["body"] for entry in summary.values()])
         arm = robot.effort(bodies, motion.position, motion.velocity, motion.acceleration)
         share = of_arm / len(summary) / of_axis
-        print(f"one joint: {share:.2f} of the processor time of one axis with as many samples (at most {SLOWER})")
+        print(
+            f"one joint: {share:.2f} of the processor time of one axis with as many samples (at most {SLOWER})"
+        )
         fails = int(share > SLOWER)
         for joint, name in enumerate(summary):
             file = read_model(folder / "arm" / name / "model.toml")
@@ -99,7 +121,9 @@ def main() -> int:
             error = effort - arm[:, joint] - predicted(file.plant, file.friction, motion, joint)
             percent = 100.0 * float(np.sqrt(np.mean(error**2) / np.mean(effort**2)))
             fails += percent > LIMITS[joint]
-            print(f"{name}: {percent:.1f} % of the effort on the other log, all rows (at most {LIMITS[joint]} %)")
+            print(
+                f"{name}: {percent:.1f} % of the effort on the other log, all rows (at most {LIMITS[joint]} %)"
+            )
     return int(fails > 0)
 
 

@@ -14,7 +14,10 @@ from importlib.resources import files
 import numpy as np
 
 LAW, IDENTIFIED = "adaptive_hysteresis", "maxwell_slip_feedforward"
-PERIOD, NEAR = 4.0, 1.15  # [s], one of the motion; share of the error of the compensator that was identified
+PERIOD, NEAR = (
+    4.0,
+    1.15,
+)  # [s], one of the motion; share of the error of the compensator that was identified
 
 
 def errors_by_period(outcome) -> np.ndarray:
@@ -41,7 +44,9 @@ def main() -> int:
 
     experiment = read_experiment(files("bristle.apps.paper") / "experiments" / "baselines.toml")
     margins = {
-        name: min((p.margins.phase for p in judged.points if p.margins.phase is not None), default=np.nan)
+        name: min(
+            (p.margins.phase for p in judged.points if p.margins.phase is not None), default=np.nan
+        )
         for name, judged in runnable(experiment)[1].items()
     }
     result = simulate(experiment)
@@ -49,8 +54,15 @@ def main() -> int:
     errors = {}
     for name, outcome in result.variants.items():
         errors[name] = outcome.following_error.peak_to_peak
-        spread, effort, margin = outcome.spread["following_error"]["peak_to_peak"], outcome.effort_rms, margins[name]
-        print(f"{name:<26} {1e6 * errors[name]:>7.3f} {1e6 * spread:>7.3f} {effort:>14.1f} {margin:>16.1f}", flush=True)
+        spread, effort, margin = (
+            outcome.spread["following_error"]["peak_to_peak"],
+            outcome.effort_rms,
+            margins[name],
+        )
+        print(
+            f"{name:<26} {1e6 * errors[name]:>7.3f} {1e6 * spread:>7.3f} {effort:>14.1f} {margin:>16.1f}",
+            flush=True,
+        )
     chosen = [v for v in experiment.variants if v.name in (LAW, IDENTIFIED)]
     whole = tuple(replace(v, run=replace(v.run, settle=0.0, seeds=1)) for v in chosen)
     start, both = learning_time(simulate(replace(experiment, variants=whole)).variants)

@@ -35,20 +35,35 @@ def cluster() -> Iterator[Ratio]:
     from tests.apps.study.processes import DaskCluster, until
 
     with tempfile.TemporaryDirectory() as name, closing(DaskCluster(Path(name))) as there:
-        parts = {"scheduler": [there.scheduler.pid], "workers": [there.worker("--no-nanny").pid for _ in range(WORKERS)]}
+        parts = {
+            "scheduler": [there.scheduler.pid],
+            "workers": [there.worker("--no-nanny").pid for _ in range(WORKERS)],
+        }
         until(lambda: len(there.joined()) == WORKERS, "two workers")
         idle = _idle(parts)
         spent = sum(idle.values())
-        yield Ratio("processor time of an idle second", spent, 1.0, spent, None, "a second of one core")
+        yield Ratio(
+            "processor time of an idle second", spent, 1.0, spent, None, "a second of one core"
+        )
         for label, (rig, level, spread, block, counts) in CASES.items():
-            studies = [_study(Path(name), rig, level, spread, block, block * blocks) for blocks in counts]
-            _spent(studies[0], Path(name), idle, parts, scheduler=there.address)  # what is needed is compiled
+            studies = [
+                _study(Path(name), rig, level, spread, block, block * blocks) for blocks in counts
+            ]
+            _spent(
+                studies[0], Path(name), idle, parts, scheduler=there.address
+            )  # what is needed is compiled
             ours = _for_a_block(studies, Path(name), idle, parts, scheduler=there.address)
             theirs = _for_a_block(studies, Path(name), {}, {}, workers=1)
             shares = ", ".join(f"{part} {1e3 * seconds:.1f} ms" for part, seconds in ours.items())
             total, beside = sum(ours.values()), sum(theirs.values())
             yield Ratio(
-                label, total / block, beside / block, total / beside, None, "one process; processor time", f"for each block: {shares}"
+                label,
+                total / block,
+                beside / block,
+                total / beside,
+                None,
+                "one process; processor time",
+                f"for each block: {shares}",
             )
 
 
@@ -62,7 +77,11 @@ def _study(folder: Path, rig: str, level: float, spread: float, block: int, runs
 
 
 def _for_a_block(
-    studies: Sequence[Any], folder: Path, idle: Mapping[str, float], parts: Mapping[str, list[int]], **where: Any
+    studies: Sequence[Any],
+    folder: Path,
+    idle: Mapping[str, float],
+    parts: Mapping[str, list[int]],
+    **where: Any,
 ) -> dict[str, float]:
     """Return the time that each part spends for a block [s]: of the large study less that of the small one."""
     small, large = (_spent(study, folder, idle, parts, **where) for study in studies)
@@ -70,14 +89,23 @@ def _for_a_block(
     return {part: (large[part] - small[part]) / more for part in large}
 
 
-def _spent(study: Any, folder: Path, idle: Mapping[str, float], parts: Mapping[str, list[int]], **where: Any) -> dict[str, float]:
+def _spent(
+    study: Any,
+    folder: Path,
+    idle: Mapping[str, float],
+    parts: Mapping[str, list[int]],
+    **where: Any,
+) -> dict[str, float]:
     """Return the time of the processor that each part spends on a study [s]."""
     from bristle.apps.study import run_study
 
     before, begin = _processor(parts), time.perf_counter()
     run_study(study, folder / f"out_{next(_numbers)}", **where)
     wall = time.perf_counter() - begin
-    return {part: spent - before[part] - wall * idle.get(part, 0.0) for part, spent in _processor(parts).items()}
+    return {
+        part: spent - before[part] - wall * idle.get(part, 0.0)
+        for part, spent in _processor(parts).items()
+    }
 
 
 def _idle(parts: Mapping[str, list[int]]) -> dict[str, float]:
@@ -85,7 +113,10 @@ def _idle(parts: Mapping[str, list[int]]) -> dict[str, float]:
     time.sleep(1.0)
     before, begin = _processor(parts), time.perf_counter()
     time.sleep(WAITS)
-    return {part: (spent - before[part]) / (time.perf_counter() - begin) for part, spent in _processor(parts).items()}
+    return {
+        part: (spent - before[part]) / (time.perf_counter() - begin)
+        for part, spent in _processor(parts).items()
+    }
 
 
 def _processor(parts: Mapping[str, list[int]]) -> dict[str, float]:
@@ -93,5 +124,6 @@ def _processor(parts: Mapping[str, list[int]]) -> dict[str, float]:
 
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return {"command": time.process_time() + children.ru_utime + children.ru_stime} | {
-        part: sum(sum(psutil.Process(pid).cpu_times()[:2]) for pid in pids) for part, pids in parts.items()
+        part: sum(sum(psutil.Process(pid).cpu_times()[:2]) for pid in pids)
+        for part, pids in parts.items()
     }

@@ -65,7 +65,9 @@ WITHIN = 12.0  # percent
 def file_of(name: str) -> Path:
     """Return an experiment file of this benchmark, or of the paper."""
     own = Path(__file__).parent / "experiments" / f"{name}.toml"
-    return own if own.exists() else Path(str(files("bristle.apps.paper"))) / "experiments" / own.name
+    return (
+        own if own.exists() else Path(str(files("bristle.apps.paper"))) / "experiments" / own.name
+    )
 
 
 def rows() -> Iterator[tuple[str, str, float, float]]:

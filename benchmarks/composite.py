@@ -30,12 +30,23 @@ def composite() -> Iterator[Ratio]:
         "stick-slip": (pulled, np.zeros(25_000)),
     }
     for transition in ("elastoplastic", "paper", "leuven"):
-        model = friction.preisach_lugre(s=STIFFNESS, f_p=SATURATION, **SLIDING, transition=transition)
+        model = friction.preisach_lugre(
+            s=STIFFNESS, f_p=SATURATION, **SLIDING, transition=transition
+        )
         for case, (plant, effort) in cases.items():
             ours, theirs, ratio = side_by_side(
-                lambda plant=plant, effort=effort, model=model: run_open_loop(plant, model, effort, STEP),
+                lambda plant=plant, effort=effort, model=model: run_open_loop(
+                    plant, model, effort, STEP
+                ),
                 lambda plant=plant, effort=effort: run_open_loop(plant, lugre, effort, STEP),
                 25,
             )
             count = effort.size
-            yield Ratio(f"composite ({transition}), {case}", ours / count, theirs / count, ratio, 1.75, "a step of LuGre")
+            yield Ratio(
+                f"composite ({transition}), {case}",
+                ours / count,
+                theirs / count,
+                ratio,
+                1.75,
+                "a step of LuGre",
+            )

@@ -61,7 +61,15 @@ def _rates(v: float, z: float, u: float, p: np.ndarray) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _loop(r: np.ndarray, r_v: np.ndarray, period: float, fine: int, p: np.ndarray, gains: np.ndarray, step: float):
+def _loop(
+    r: np.ndarray,
+    r_v: np.ndarray,
+    period: float,
+    fine: int,
+    p: np.ndarray,
+    gains: np.ndarray,
+    step: float,
+):
     """Return the counted position and the command at each tick."""
     out, h = np.empty((2, r.size)), period / fine
     x = v = z = integral = last = 0.0
@@ -82,10 +90,15 @@ def _loop(r: np.ndarray, r_v: np.ndarray, period: float, fine: int, p: np.ndarra
     return out
 
 
-def _reference(rng: np.random.Generator, t: np.ndarray, zone: float, speed: float, *, slides: bool) -> np.ndarray:
+def _reference(
+    rng: np.random.Generator, t: np.ndarray, zone: float, speed: float, *, slides: bool
+) -> np.ndarray:
     """Sines that start softly, or small loops in turn with strokes from the same place [m]."""
     if slides:
-        waves = [share * speed * np.sin(2.0 * np.pi * f * t + rng.uniform(0.0, 6.0)) for f, share in SINES]
+        waves = [
+            share * speed * np.sin(2.0 * np.pi * f * t + rng.uniform(0.0, 6.0))
+            for f, share in SINES
+        ]
         r = np.sum(waves, axis=0)
         return (r - r[0]) * np.minimum(t / 0.5, 1.0) ** 2
     r, start, small = np.zeros_like(t), 0.2, True
@@ -126,7 +139,11 @@ def log_of(case: Case, seed: int) -> tuple[dict[str, np.ndarray], dict[str, floa
     gains = np.array([bandwidth / 4.0, mass * bandwidth, mass * bandwidth**2 / 5.0])
     fine, parameters = round(period / FINE), np.array(list(truth.values()))
     y, u = _loop(r, np.gradient(r, period), period, fine, parameters, gains, zone / case.counts)
-    return {"time": t, "position": y, "effort": u + case.noise * F_C * rng.standard_normal(t.size)}, truth
+    return {
+        "time": t,
+        "position": y,
+        "effort": u + case.noise * F_C * rng.standard_normal(t.size),
+    }, truth
 
 
 def tried(name: str, seed: int) -> Found:
@@ -142,7 +159,11 @@ def tried(name: str, seed: int) -> Found:
             low, high = estimate.interval
             inside[parameter] = bool(low <= known <= high)
             far += [parameter] if max(low - known, known - high) > high - low else []
-    return Found(inside, tuple(far), frozenset(one.code for one in found.diagnostics if one.severity != "note"))
+    return Found(
+        inside,
+        tuple(far),
+        frozenset(one.code for one in found.diagnostics if one.severity != "note"),
+    )
 
 
 def corners(first: int = FIRST) -> Iterator[Share]:
@@ -154,7 +175,11 @@ def corners(first: int = FIRST) -> Iterator[Share]:
             every = [inside for one in found for inside in one.inside.values()]
             silent = sum(len(one.far) for one in found if not one.codes)
             note = f"{silent} miss by more than their width without a word"
-            yield Share(f"{name}, pooled", 100.0 * float(np.mean(every)), 88.0, 100.0, len(every), note)
+            yield Share(
+                f"{name}, pooled", 100.0 * float(np.mean(every)), 88.0, 100.0, len(every), note
+            )
             for parameter in dict.fromkeys(key for one in found for key in one.inside):
                 inside = [one.inside[parameter] for one in found if parameter in one.inside]
-                yield Share(f"{name}, {parameter}", 100.0 * float(np.mean(inside)), 0.0, 100.0, len(inside))
+                yield Share(
+                    f"{name}, {parameter}", 100.0 * float(np.mean(inside)), 0.0, 100.0, len(inside)
+                )

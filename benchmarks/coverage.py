@@ -25,7 +25,16 @@ from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.prediction import predict
 
-__all__ = ["CASES", "STRANGERS", "Inside", "Share", "Trial", "coverage", "predicted_shares", "tried"]
+__all__ = [
+    "CASES",
+    "STRANGERS",
+    "Inside",
+    "Share",
+    "Trial",
+    "coverage",
+    "predicted_shares",
+    "tried",
+]
 
 ENCODER = 0.125e-6  # m
 NOISE = 0.005  # of the largest friction force
@@ -47,13 +56,17 @@ class Truth:
     level: tuple[str, ...]
 
     def at(self, level: float) -> Any:
-        return friction.find(self.model)(**{**self.values, **{name: level * self.values[name] for name in self.level}})
+        return friction.find(self.model)(
+            **{**self.values, **{name: level * self.values[name] for name in self.level}}
+        )
 
 
 def _elements(count: int, farthest: float) -> dict[str, list[float]]:
     """Stops that break away one after the other up to a distance [m], no two alike."""
     reach = farthest * np.linspace(0.12, 1.0, count) ** 1.6
-    share = (reach / farthest) ** 0.3 * np.exp(0.35 * np.random.default_rng(7).standard_normal(count))
+    share = (reach / farthest) ** 0.3 * np.exp(
+        0.35 * np.random.default_rng(7).standard_normal(count)
+    )
     share /= share.sum()
     return {"k_i": (24.0 * share / reach).tolist(), "nu_i": share.tolist()}
 
@@ -64,7 +77,15 @@ CASES = {
     "lugre": Truth("lugre", LUGRE, ("F_C", "F_S")),
     "preisach_lugre": Truth(
         "preisach_lugre",
-        {"s": 1e7, "f_p": 40.0, "F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_1": 1e3, "sigma_2": 200.0},
+        {
+            "s": 1e7,
+            "f_p": 40.0,
+            "F_C": 20.0,
+            "F_S": 28.0,
+            "v_S": 2e-3,
+            "sigma_1": 1e3,
+            "sigma_2": 200.0,
+        },
         ("f_p", "F_C", "F_S"),
     ),
 }
@@ -164,7 +185,9 @@ def predicted_shares(name: str, seed: int, draws: int = DRAWS) -> Inside:
     """Fit a model to a truth that is made otherwise; return how much of an unseen motion lies in its bands."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        fit = identify(recorded(MAXWELL, motion(*FITTED), seed), name, axis=AXIS, blocks=0, draws=draws).best
+        fit = identify(
+            recorded(MAXWELL, motion(*FITTED), seed), name, axis=AXIS, blocks=0, draws=draws
+        ).best
         unseen, bands = recorded(MAXWELL, motion(*UNSEEN), 10_000 + seed), fit.resampling.bands
         along = predict(fit.plant, fit.friction, unseen, AXIS, bands=bands)
         driven = predict(fit.plant, fit.friction, unseen, AXIS, "open-loop", bands=bands)
@@ -207,7 +230,9 @@ def coverage() -> Iterator[Share]:
 
 
 def _of_bands(name: str, shares: list[float], high: float) -> Share:
-    note = f"unseen motion, truth maxwell_slip; single logs {min(shares):.0f} to {max(shares):.0f} %"
+    note = (
+        f"unseen motion, truth maxwell_slip; single logs {min(shares):.0f} to {max(shares):.0f} %"
+    )
     return Share(name, float(np.mean(shares)), 85.0, high, len(shares), note)
 
 
@@ -218,6 +243,10 @@ def _of_case(name: str, trials: list[Trial]) -> Iterator[Share]:
     for parameter in dict.fromkeys(key for one in trials for key in one.covered):
         inside = [one.covered[parameter] for one in trials if parameter in one.covered]
         if len(inside) >= len(trials) // 2:
-            yield Share(f"{name}, {parameter}", 100.0 * float(np.mean(inside)), 85.0, 100.0, len(inside))
+            yield Share(
+                f"{name}, {parameter}", 100.0 * float(np.mean(inside)), 85.0, 100.0, len(inside)
+            )
     scatter = [one.scatter for one in trials]
-    yield Share(f"{name}, scatter per reversal", 100.0 * float(np.mean(scatter)), 85.0, 100.0, len(scatter))
+    yield Share(
+        f"{name}, scatter per reversal", 100.0 * float(np.mean(scatter)), 85.0, 100.0, len(scatter)
+    )

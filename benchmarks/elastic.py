@@ -34,8 +34,16 @@ __all__ = ["Found", "Tried", "elastic", "found", "tried", "two"]
 
 FIRST, COUNT = 500, 60
 NARROWEST, WIDEST = 92.0, 98.0  # % of the intervals that hold the true value
-RECORDS = {"two": "two encoders", "sensor": "two encoders and a sensor", "no_scale": "one encoder and a sensor"}
-CLOSE, CLOSE_MASS, CLOSE_STIFFNESS = 3.0, 1.0, 5.0  # % of the frequencies, of the sum of the masses, of the stiffness
+RECORDS = {
+    "two": "two encoders",
+    "sensor": "two encoders and a sensor",
+    "no_scale": "one encoder and a sensor",
+}
+CLOSE, CLOSE_MASS, CLOSE_STIFFNESS = (
+    3.0,
+    1.0,
+    5.0,
+)  # % of the frequencies, of the sum of the masses, of the stiffness
 
 
 class Tried(NamedTuple):
@@ -50,7 +58,9 @@ class Tried(NamedTuple):
     first: bool
     play: bool
     inside: tuple[bool, ...]
-    of_masses: dict[str, bool]  # whether the true values of both masses are in their intervals; empty if the report refuses them
+    of_masses: dict[
+        str, bool
+    ]  # whether the true values of both masses are in their intervals; empty if the report refuses them
 
     @property
     def close(self) -> bool:
@@ -66,11 +76,20 @@ def tried(seed: int, elastic: bool) -> Tried:
         warnings.simplefilter("ignore")
         found = br.identify(columns, "coulomb_viscous,stribeck", axis=axis, blocks=0, draws=0)
     facts, codes = found.treatment, [item.code for item in found.best.diagnostics]
-    pairs = {"antiresonance": drive.antiresonance, "resonance": drive.resonance, "inertia_ratio": drive.load / drive.motor}
+    pairs = {
+        "antiresonance": drive.antiresonance,
+        "resonance": drive.resonance,
+        "inertia_ratio": drive.load / drive.motor,
+    }
     antiresonance, resonance, ratio = (
-        100.0 * (facts[name] / truth - 1.0) if "antiresonance" in facts else np.nan for name, truth in pairs.items()
+        100.0 * (facts[name] / truth - 1.0) if "antiresonance" in facts else np.nan
+        for name, truth in pairs.items()
     )
-    inside = [abs(facts[name] - truth) < facts[f"{name}_half_width"] for name, truth in pairs.items() if "antiresonance" in facts]
+    inside = [
+        abs(facts[name] - truth) < facts[f"{name}_half_width"]
+        for name, truth in pairs.items()
+        if "antiresonance" in facts
+    ]
     ends = found.best.parameters["M"].ends
     inside += [ends[0] < drive.total < ends[1]] if inside and ends else []
     suggested = {str(item.numbers.get("model", "")) for item in found.best.diagnostics} - {""}
@@ -78,14 +97,34 @@ def tried(seed: int, elastic: bool) -> Tried:
     first = codes[:1] == ["elastic_load"]
     reported, models = "antiresonance" in facts, tuple(sorted(suggested))
     both = {} if found.two_masses is None else found.two_masses.by_name
-    of_masses = {name: abs(both[name].value - truth) < both[name].half_width for name, truth in _truths(drive).items() if both}
-    return Tried(reported, antiresonance, resonance, ratio, mass, models, first, drive.gap > 0.0, tuple(inside), of_masses)
+    of_masses = {
+        name: abs(both[name].value - truth) < both[name].half_width
+        for name, truth in _truths(drive).items()
+        if both
+    }
+    return Tried(
+        reported,
+        antiresonance,
+        resonance,
+        ratio,
+        mass,
+        models,
+        first,
+        drive.gap > 0.0,
+        tuple(inside),
+        of_masses,
+    )
 
 
 def _truths(drive: Drive) -> dict[str, float]:
     """Return both masses, stiffness and damping of a drive."""
     damping = 2.0 * drive.damping * drive.load * 2.0 * np.pi * drive.antiresonance
-    return {"motor": drive.motor, "load": drive.load, "stiffness": drive.stiffness, "damping": damping}
+    return {
+        "motor": drive.motor,
+        "load": drive.load,
+        "stiffness": drive.stiffness,
+        "damping": damping,
+    }
 
 
 def elastic(first: int = FIRST, count: int = COUNT) -> Iterator[Share]:
@@ -103,13 +142,31 @@ def elastic(first: int = FIRST, count: int = COUNT) -> Iterator[Share]:
     yield _share("the same without play", [one.close for one in tight], least=95.0)
     yield _share("the same with play", [one.close for one in play])
     yield _share("rigid axis, reported as elastic", [one.reported for one in rigid], most=2.0)
-    yield _share("reported drive, elasticity first, no pre-sliding model", [one.first and not _cures(one) for one in reported], least=100.0)
-    yield _share("true value in the 95 % interval", [part for one in reported for part in one.inside], NARROWEST, WIDEST)
+    yield _share(
+        "reported drive, elasticity first, no pre-sliding model",
+        [one.first and not _cures(one) for one in reported],
+        least=100.0,
+    )
+    yield _share(
+        "true value in the 95 % interval",
+        [part for one in reported for part in one.inside],
+        NARROWEST,
+        WIDEST,
+    )
     yield _share("sum of the masses within 1 %", [abs(one.mass) < CLOSE_MASS for one in reported])
-    yield _share("the same without play", [abs(one.mass) < CLOSE_MASS for one in reported if not one.play])
+    yield _share(
+        "the same without play", [abs(one.mass) < CLOSE_MASS for one in reported if not one.play]
+    )
     shown = [one.of_masses for one in reported if one.of_masses]
-    yield _share("reported drive, both masses from one encoder", [bool(one.of_masses) for one in reported])
-    yield _share("true value in the 95 % interval", [held for one in shown for held in one.values()], NARROWEST, WIDEST)
+    yield _share(
+        "reported drive, both masses from one encoder", [bool(one.of_masses) for one in reported]
+    )
+    yield _share(
+        "true value in the 95 % interval",
+        [held for one in shown for held in one.values()],
+        NARROWEST,
+        WIDEST,
+    )
     for name in ("motor", "load", "stiffness", "damping"):
         yield _share(f"the same, {name}", [one[name] for one in shown])
 
@@ -127,8 +184,15 @@ def with_sensor(seed: int, *, has_nut: bool) -> Drive:
     """Draw a drive with a torque sensor between motor and screw; friction of a nut needs a scale to differ from a heavier load."""
     draw, drive = np.random.default_rng([55, seed]), drive_of(seed)
     level = sum(side[1] for side in drive.friction)
-    screw, nut = (float(draw.choice([0.0, draw.uniform(*ends)])) for ends in ((0.05, 0.4), (0.05, 0.3)))
-    return replace(drive, sensor=level * draw.uniform(0.002, 0.02), screw=drive.motor * screw, nut=nut if has_nut else 0.0)
+    screw, nut = (
+        float(draw.choice([0.0, draw.uniform(*ends)])) for ends in ((0.05, 0.4), (0.05, 0.3))
+    )
+    return replace(
+        drive,
+        sensor=level * draw.uniform(0.002, 0.02),
+        screw=drive.motor * screw,
+        nut=nut if has_nut else 0.0,
+    )
 
 
 def found(seed: int, record: str = "two") -> Found | str:
@@ -152,8 +216,16 @@ def found(seed: int, record: str = "two") -> Found | str:
     if record == "no_scale":  # one rigid mass behind the sensor
         truths["load"] += drive.screw
     values = {name: both.by_name[name] for name in truths if name in both.by_name}
-    inside = {name: abs(item.value - truths[name]) < item.half_width for name, item in values.items() if np.isfinite(item.half_width)}
-    widths = {name: 100.0 * item.half_width / (item.value or np.inf) for name, item in values.items() if np.isfinite(item.half_width)}
+    inside = {
+        name: abs(item.value - truths[name]) < item.half_width
+        for name, item in values.items()
+        if np.isfinite(item.half_width)
+    }
+    widths = {
+        name: 100.0 * item.half_width / (item.value or np.inf)
+        for name, item in values.items()
+        if np.isfinite(item.half_width)
+    }
     for (side, of_side), friction in zip(both.sides.items(), drive.friction, strict=True):
         name, level = f"{side} friction", of_side.best.parameters["F_C"]
         if level.status == "identified" and level.ends is not None:
@@ -162,7 +234,12 @@ def found(seed: int, record: str = "two") -> Found | str:
     mass = values["motor"].value + values["load"].value
     mass += values["screw"].value if "screw" in values else 0.0
     stiffness = values["stiffness"].value if "stiffness" in values else np.nan
-    return Found(inside, 100.0 * (stiffness / drive.stiffness - 1.0), 100.0 * (mass / drive.total - 1.0), widths)
+    return Found(
+        inside,
+        100.0 * (stiffness / drive.stiffness - 1.0),
+        100.0 * (mass / drive.total - 1.0),
+        widths,
+    )
 
 
 def two(first: int = 0, count: int = COUNT, record: str = "two") -> Iterator[Share]:
@@ -173,15 +250,39 @@ def two(first: int = 0, count: int = COUNT, record: str = "two") -> Iterator[Sha
     for seed, one in zip(seeds, results, strict=True):
         print("two", seed, one, file=sys.stderr)
     shown = [one for one in results if isinstance(one, Found)]
-    yield _share(f"log with {RECORDS[record]}, two masses reported", [isinstance(one, Found) for one in results])
-    yield _share("true value in the 95 % interval", [held for one in shown for held in one.inside.values()], least=92.0, most=98.0)
-    for name in ("motor", "load", "stiffness", "damping", "play", "screw", "nut", "motor friction", "load friction"):
+    yield _share(
+        f"log with {RECORDS[record]}, two masses reported",
+        [isinstance(one, Found) for one in results],
+    )
+    yield _share(
+        "true value in the 95 % interval",
+        [held for one in shown for held in one.inside.values()],
+        least=92.0,
+        most=98.0,
+    )
+    for name in (
+        "motor",
+        "load",
+        "stiffness",
+        "damping",
+        "play",
+        "screw",
+        "nut",
+        "motor friction",
+        "load friction",
+    ):
         if having := [one for one in shown if name in one.inside]:
             median = float(np.median([one.widths[name] for one in having]))
-            yield _share(f"the same, {name}, median ± {median:.1f} %", [one.inside[name] for one in having])
+            yield _share(
+                f"the same, {name}, median ± {median:.1f} %", [one.inside[name] for one in having]
+            )
     stiff = [one for one in shown if not np.isnan(one.stiffness)]
-    yield _share("stiffness within 5 %", [abs(one.stiffness) < CLOSE_STIFFNESS for one in stiff], least=95.0)
-    yield _share("sum of the masses within 1 %", [abs(one.mass) < CLOSE_MASS for one in shown], least=95.0)
+    yield _share(
+        "stiffness within 5 %", [abs(one.stiffness) < CLOSE_STIFFNESS for one in stiff], least=95.0
+    )
+    yield _share(
+        "sum of the masses within 1 %", [abs(one.mass) < CLOSE_MASS for one in shown], least=95.0
+    )
 
 
 def _cures(one: Tried) -> bool:

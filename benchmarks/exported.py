@@ -16,7 +16,12 @@ import numpy as np
 from benchmarks.timing import Ratio, busy_side_by_side
 
 MODELS = ("lugre", "dahl", "elastoplastic", "maxwell_slip", "gms", "preisach_lugre")
-FLAGS = ("-O3", "-DNDEBUG", "-std=c99", "-ffp-contract=off")  # those of a release by the CMakeLists.txt of an export
+FLAGS = (
+    "-O3",
+    "-DNDEBUG",
+    "-std=c99",
+    "-ffp-contract=off",
+)  # those of a release by the CMakeLists.txt of an export
 STEPS, DT, RUNS, LIMIT = 50_000, 5e-4, 25, 1.15
 LOOP = """
 #include "axis_x.h"
@@ -53,12 +58,28 @@ def exported() -> Iterator[Ratio]:
             br.export(model, "c", folder / "axis")
             (folder / "run.c").write_text(LOOP, encoding="ascii")
             # Two units, as a firmware has them: the step is called, not taken into the loop.
-            line = ["gcc", *FLAGS, "-shared", "-fPIC", "-Iaxis", "axis/axis_x.c", "run.c", "-o", "axis.so", "-lm"]
+            line = [
+                "gcc",
+                *FLAGS,
+                "-shared",
+                "-fPIC",
+                "-Iaxis",
+                "axis/axis_x.c",
+                "run.c",
+                "-o",
+                "axis.so",
+                "-lm",
+            ]
             subprocess.run(line, cwd=folder, check=True)
             run = ctypes.CDLL(str(folder / "axis.so")).run
 
             def in_c(run=run, force=force) -> None:
-                run(x.ctypes.data_as(pointer), STEPS, ctypes.c_double(DT), force.ctypes.data_as(pointer))
+                run(
+                    x.ctypes.data_as(pointer),
+                    STEPS,
+                    ctypes.c_double(DT),
+                    force.ctypes.data_as(pointer),
+                )
 
             def here(model=model) -> np.ndarray:
                 return force_along(model, v, DT, x[1:])
@@ -66,5 +87,11 @@ def exported() -> Iterator[Ratio]:
             ours, theirs, ratio = busy_side_by_side(in_c, here, RUNS)
             differing = np.count_nonzero(force[1:].view(np.int64) != here().view(np.int64))
         yield Ratio(
-            f"{name}, a step in C", ours / STEPS, theirs / STEPS, ratio, LIMIT, "compiled Python", f"{differing} of {STEPS} forces differ"
+            f"{name}, a step in C",
+            ours / STEPS,
+            theirs / STEPS,
+            ratio,
+            LIMIT,
+            "compiled Python",
+            f"{differing} of {STEPS} forces differ",
         )

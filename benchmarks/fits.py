@@ -32,13 +32,32 @@ class Job(NamedTuple):
 EMPS = ("emps/DATA_EMPS.mat",)
 LOOP = ("--method", "output_error")
 JOBS = (
-    *(Job(f"EMPS, {one}", EMPS, "emps/axis.toml", one) for one in ("lugre", "maxwell_slip", "gms", "preisach_lugre")),
+    *(
+        Job(f"EMPS, {one}", EMPS, "emps/axis.toml", one)
+        for one in ("lugre", "maxwell_slip", "gms", "preisach_lugre")
+    ),
     Job(f"EMPS, {REFINED}", EMPS, "emps/axis.toml", REFINED),
-    Job("EMPS in its loop, stribeck_free+asymmetry", EMPS, "emps/axis.toml", "stribeck_free+asymmetry", LOOP),
+    Job(
+        "EMPS in its loop, stribeck_free+asymmetry",
+        EMPS,
+        "emps/axis.toml",
+        "stribeck_free+asymmetry",
+        LOOP,
+    ),
     Job(f"EMPS in its loop, {REFINED}", EMPS, "emps/axis.toml", REFINED, LOOP),
     Job("EMPS, all models", EMPS, "emps/axis.toml", "all", most=A_COMPARISON),
-    Job("bouc_wen, bouc_wen_classic", ("bouc_wen/train.h5",), "bouc_wen/axis.toml", "bouc_wen_classic"),
-    Job("tribometer, maxwell_slip+position", ("tribometer/test_data_2.txt",), "tribometer/axis.toml", "maxwell_slip+position"),
+    Job(
+        "bouc_wen, bouc_wen_classic",
+        ("bouc_wen/train.h5",),
+        "bouc_wen/axis.toml",
+        "bouc_wen_classic",
+    ),
+    Job(
+        "tribometer, maxwell_slip+position",
+        ("tribometer/test_data_2.txt",),
+        "tribometer/axis.toml",
+        "maxwell_slip+position",
+    ),
 )
 DAMPER = "friction_damper/brfd_all.npz"
 TESTS = r"dataset-{}__.*__([\d.]+)Hz{}lb"
@@ -101,5 +120,8 @@ def _of_nine_tests(file: Path, beside: float) -> Ratio:
 
     axis = read_axis(EXAMPLES / "friction_damper" / "axis.toml")
     logs = [br.read_log(f"{file}::{one}", axis) for one in _tests(file, *LARGEST)]
-    ours = min(wall(lambda: br.identify(logs, "gap_slider+asymmetry", axis=axis, blocks=0, draws=0)) for _ in range(RUNS))
+    ours = min(
+        wall(lambda: br.identify(logs, "gap_slider+asymmetry", axis=axis, blocks=0, draws=0))
+        for _ in range(RUNS)
+    )
     return _row(f"damper, gap_slider+asymmetry, {len(logs)} tests, one fit", ours, beside, A_FIT)

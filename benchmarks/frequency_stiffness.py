@@ -62,13 +62,23 @@ def sweep_of(seed: int) -> Sweep:
     """Draw an axis."""
     draw = np.random.default_rng([77, seed])
     kind = int(draw.integers(len(KINDS)))
-    mass, hertz, zeta = 10.0 ** draw.uniform(-0.5, 1.8), 10.0 ** draw.uniform(1.0, 2.0), draw.uniform(0.02, 0.4)
+    mass, hertz, zeta = (
+        10.0 ** draw.uniform(-0.5, 1.8),
+        10.0 ** draw.uniform(1.0, 2.0),
+        draw.uniform(0.02, 0.4),
+    )
     omega = 2.0 * math.pi * hertz
     stiffness, damping = mass * omega**2, 2.0 * zeta * mass * omega
     reach = 10.0 ** draw.uniform(-6.3, -4.5)
     level = stiffness * reach
     viscous = damping * draw.uniform(0.05, 0.6) if kind in (LUGRE, GMS) else damping
-    numbers = (level * draw.uniform(1.0, 1.6), reach * omega * draw.uniform(0.3, 10.0), damping - viscous, viscous, draw.uniform(-0.3, 0.3))
+    numbers = (
+        level * draw.uniform(1.0, 1.6),
+        reach * omega * draw.uniform(0.3, 10.0),
+        damping - viscous,
+        viscous,
+        draw.uniform(-0.3, 0.3),
+    )
     count = int(draw.integers(4, 16))
     parts = draw.dirichlet(np.full(count, 2.0))
     reaches = 10.0 ** draw.uniform(-1.3, 0.5, count)
@@ -81,8 +91,13 @@ def sweep_of(seed: int) -> Sweep:
     bandwidth = min(bandwidth, 0.15 / sample_time)
     gains = (mass * bandwidth**2, 1.4 * mass * bandwidth, mass * bandwidth**3 * 0.2)
     sizes = np.geomspace(draw.uniform(0.02, 0.06), draw.uniform(0.2, 0.4), int(draw.integers(3, 7)))
-    amplitudes = sizes * reach * (stiffness * max(2.0 * zeta, 0.15) ** 0.5 * 0.7 if by_effort else 1.0)
-    frequencies = (hertz * draw.uniform(0.1, 0.3), min(hertz * draw.uniform(1.5, 2.5), 0.1 / sample_time))
+    amplitudes = (
+        sizes * reach * (stiffness * max(2.0 * zeta, 0.15) ** 0.5 * 0.7 if by_effort else 1.0)
+    )
+    frequencies = (
+        hertz * draw.uniform(0.1, 0.3),
+        min(hertz * draw.uniform(1.5, 2.5), 0.1 / sample_time),
+    )
     return Sweep(
         kind,
         mass,
@@ -116,7 +131,10 @@ def columns_of(sweep: Sweep) -> dict[str, np.ndarray]:
         t = np.arange(0.0, sweep.duration, dt)
         rate = math.log(high / low) / sweep.duration
         fade = np.clip(np.minimum(t, sweep.duration - t) * low / 1.0, 0.0, 1.0)
-        parts += [amplitude * fade * np.sin(2.0 * math.pi * low * np.expm1(rate * t) / rate), np.zeros(round(2.0 / low / dt))]
+        parts += [
+            amplitude * fade * np.sin(2.0 * math.pi * low * np.expm1(rate * t) / rate),
+            np.zeros(round(2.0 / low / dt)),
+        ]
     signal = np.concatenate([np.zeros(round(2.0 / low / dt)), *parts])
     pushes = sweep.torque_noise * draw.standard_normal(signal.size)
     dither = sweep.step * (draw.uniform() + sweep.jitter * draw.standard_normal(signal.size))
@@ -191,16 +209,24 @@ def _force(kind, x, v, dx, h, stiffness, level, numbers, springs, reaches, memor
             n += 1
             stack[n, 0], stack[n, 1] = before, memory[3]
         memory[2] = 1.0 if rising else -1.0
-        while n >= 2 and ((rising and x >= stack[n - 1, 0]) or (not rising and x <= stack[n - 1, 0])):
+        while n >= 2 and (
+            (rising and x >= stack[n - 1, 0]) or (not rising and x <= stack[n - 1, 0])
+        ):
             n -= 2
         length = level / stiffness
         if n == 0:  # the virgin branch
             size = abs(x)
-            memory[3] = math.copysign(level * _lost(size / length), x) * (1.0 + further * math.tanh(0.5 * x / length))
+            memory[3] = math.copysign(level * _lost(size / length), x) * (
+                1.0 + further * math.tanh(0.5 * x / length)
+            )
         else:
             origin = stack[n, 0]
             mean = 1.0 + further * math.tanh(0.5 * (x + origin) / length)
-            memory[3] = stack[n, 1] + math.copysign(2.0 * level * _lost(0.5 * abs(x - origin) / length), x - origin) * mean
+            memory[3] = (
+                stack[n, 1]
+                + math.copysign(2.0 * level * _lost(0.5 * abs(x - origin) / length), x - origin)
+                * mean
+            )
         memory[0], memory[1] = n, x
     return stiffness * x - memory[3] + viscous * v
 
@@ -211,7 +237,22 @@ def _lost(x):
 
 
 @numba.njit(cache=True)  # type: ignore[misc]
-def _simulated(kind, mass, stiffness, level, numbers, springs, reaches, dt, gains, by_effort, signal, pushes, step, dither):
+def _simulated(
+    kind,
+    mass,
+    stiffness,
+    level,
+    numbers,
+    springs,
+    reaches,
+    dt,
+    gains,
+    by_effort,
+    signal,
+    pushes,
+    step,
+    dither,
+):
     """Return recorded position and effort of a loop."""
     count = signal.size
     position, effort = np.empty(count), np.empty(count)
@@ -236,7 +277,9 @@ def _simulated(kind, mass, stiffness, level, numbers, springs, reaches, dt, gain
             middle, late = v + 0.5 * h * (drive - force) / mass, v + h * (drive - force) / mass
             dx = h * middle
             x += dx
-            force = _force(kind, x, late, dx, h, stiffness, level, numbers, springs, reaches, memory, stack)
+            force = _force(
+                kind, x, late, dx, h, stiffness, level, numbers, springs, reaches, memory, stack
+            )
             v = middle + 0.5 * h * (drive - force) / mass
     return position, effort
 
@@ -255,17 +298,32 @@ def frequency_stiffness(first: int = FIRST, count: int = COUNT) -> Iterator[Shar
         results = list(pool.map(tried, range(first, first + count), chunksize=4))
     for seed, one in enumerate(results, first):
         print(seed, one, file=sys.stderr)
-    shown = [(kind, found, *truth) for kind, found, *truth in results if isinstance(found, DahlResonance)]
+    shown = [
+        (kind, found, *truth) for kind, found, *truth in results if isinstance(found, DahlResonance)
+    ]
     yield Share("sweep, stiffness reported", 100.0 * len(shown) / count, 0.0, 100.0, count)
     for name in ("stiffness", "damping"):
         for kind in ("", *KINDS):
-            rows = [(found, truth if name == "stiffness" else damping) for of, found, truth, damping in shown if kind in (of, "")]
+            rows = [
+                (found, truth if name == "stiffness" else damping)
+                for of, found, truth, damping in shown
+                if kind in (of, "")
+            ]
             widths = [getattr(found, f"{name}_half_width") / truth for found, truth in rows]
-            inside = [abs(getattr(found, name) - truth) <= getattr(found, f"{name}_half_width") for found, truth in rows]
+            inside = [
+                abs(getattr(found, name) - truth) <= getattr(found, f"{name}_half_width")
+                for found, truth in rows
+            ]
             errors = [abs(getattr(found, name) / truth - 1.0) for found, truth in rows]
             note = f"median half-width {100.0 * np.median(widths):.1f} %, median error {100.0 * np.median(errors):.1f} %"
             bounds = (0.0, 100.0) if kind else (92.0, 98.0)
-            yield Share(f"{name} in its interval" + (f", {kind}" if kind else ""), 100.0 * float(np.mean(inside)), *bounds, len(rows), note)
+            yield Share(
+                f"{name} in its interval" + (f", {kind}" if kind else ""),
+                100.0 * float(np.mean(inside)),
+                *bounds,
+                len(rows),
+                note,
+            )
 
 
 if __name__ == "__main__":

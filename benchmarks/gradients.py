@@ -20,12 +20,23 @@ def gradients() -> Iterator[Ratio]:
     from bristle.models.friction import MODELS
 
     time, random = DT * np.arange(STEPS), np.random.default_rng(3)
-    x = 1e-4 * np.sin(6.0 * np.pi * time) * np.sin(0.37 * time) + 1e-7 * np.cumsum(random.standard_normal(STEPS))
+    x = 1e-4 * np.sin(6.0 * np.pi * time) * np.sin(0.37 * time) + 1e-7 * np.cumsum(
+        random.standard_normal(STEPS)
+    )
     for name in MODELS:
         compiled = CompiledWalk(example_of(MODELS[name]))
         around = [np.full(STEPS, usual) for usual in compiled.signals.values()]
-        inputs = [compiled.start, x, np.array([DT]), np.concatenate(list(compiled.parameters.values())), *around]
-        results, adjoints = [np.empty_like(part) for part in inputs[:2]], [np.empty_like(part) for part in inputs]
+        inputs = [
+            compiled.start,
+            x,
+            np.array([DT]),
+            np.concatenate(list(compiled.parameters.values())),
+            *around,
+        ]
+        results, adjoints = (
+            [np.empty_like(part) for part in inputs[:2]],
+            [np.empty_like(part) for part in inputs],
+        )
         bars = [np.zeros_like(compiled.start), random.standard_normal(STEPS)]
 
         def reverse(compiled=compiled, inputs=inputs, bars=bars, adjoints=adjoints) -> None:
@@ -37,4 +48,12 @@ def gradients() -> Iterator[Ratio]:
         ours, theirs, ratio = busy_side_by_side(reverse, forward, RUNS)
         finite = all(np.isfinite(part).all() for part in adjoints)
         fault = "" if finite else "not finite"
-        yield Ratio(f"{name}, gradient of a step", ours / STEPS, theirs / STEPS, ratio, LIMITS.get(name, LIMIT), "walk", fault)
+        yield Ratio(
+            f"{name}, gradient of a step",
+            ours / STEPS,
+            theirs / STEPS,
+            ratio,
+            LIMITS.get(name, LIMIT),
+            "walk",
+            fault,
+        )

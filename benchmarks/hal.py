@@ -59,7 +59,11 @@ def _cost(label: str, model: Model, place: Path) -> Ratio:
     unit, plain = place / "c" / "out_stage", place / "plain"
     plain.mkdir()
     component = Component(files, place)
-    in_c = Component({"stage.comp": text}, plain, more=[*RELEASE, "-Dvolatile=", f"-I{unit}", f"{unit / 'stage.c'}"])
+    in_c = Component(
+        {"stage.comp": text},
+        plain,
+        more=[*RELEASE, "-Dvolatile=", f"-I{unit}", f"{unit / 'stage.c'}"],
+    )
     x = ripple()[:STEPS]
 
     def feed(component: Component) -> np.ndarray:
@@ -67,6 +71,8 @@ def _cost(label: str, model: Model, place: Path) -> Ratio:
 
     differing = np.count_nonzero(feed(component).view(np.int64) != feed(in_c).view(np.int64))
     ours, theirs, ratio = busy_side_by_side(lambda: feed(component), lambda: feed(in_c), RUNS)
-    _, bare, to_bare = busy_side_by_side(lambda: feed(component), lambda: native.forces("stage", x, DT), RUNS)
+    _, bare, to_bare = busy_side_by_side(
+        lambda: feed(component), lambda: native.forces("stage", x, DT), RUNS
+    )
     remark = f"{differing} of {STEPS} feeds differ; {to_bare:.2f} of a bare step, adds {1e9 * (ours - bare) / STEPS:.0f} ns"
     return Ratio(label, ours / STEPS, theirs / STEPS, ratio, LIMIT, "C", remark)

@@ -33,7 +33,9 @@ def dahl(F_C: float = 42.7, sigma_0: float = 18e6) -> Friction:
 
 def lugre() -> Friction:
     """Return LuGre friction."""
-    return Friction(BRISTLES, (0.18, 4e-4, 5e4, 4737.0, 6.3, 0.0), np.array([36e6]), np.array([42.7]))
+    return Friction(
+        BRISTLES, (0.18, 4e-4, 5e4, 4737.0, 6.3, 0.0), np.array([36e6]), np.array([42.7])
+    )
 
 
 def sliders(seed: int, count: int = 20) -> Friction:
@@ -44,11 +46,18 @@ def sliders(seed: int, count: int = 20) -> Friction:
     limit *= 42.7 * generator.uniform(0.8, 1.2) / np.sum(limit)
     stiffness = limit / reach
     stiffness *= min(1.0, 18e6 / float(np.sum(stiffness)))
-    return Friction(SLIDERS, (0.18, 4e-4, 5e4, 4737.0, generator.uniform(0.0, 12.0), generator.uniform(0.1, 0.4)), stiffness, limit)
+    return Friction(
+        SLIDERS,
+        (0.18, 4e-4, 5e4, 4737.0, generator.uniform(0.0, 12.0), generator.uniform(0.1, 0.4)),
+        stiffness,
+        limit,
+    )
 
 
 @njit(cache=False)
-def advanced(kind, numbers, k, limit, force, x, v, acting, coming, follows, h, steps):  # pragma: no cover
+def advanced(
+    kind, numbers, k, limit, force, x, v, acting, coming, follows, h, steps
+):  # pragma: no cover
     """Return position, velocity, acting effort and friction after a sample; `force` of the elements changes in place."""
     rise, v_S, sigma_1, sigma_2, offset, side = numbers
     total = 0.0
@@ -108,7 +117,18 @@ def follow(law: Any, friction: Friction, desired: np.ndarray, seed: int, lag: fl
         states.append(state)
         place = x
         x, v, acting, total = advanced(
-            friction.kind, friction.numbers, friction.k, friction.limit, force, x, v, acting, coming, follows, h, STEPS
+            friction.kind,
+            friction.numbers,
+            friction.k,
+            friction.limit,
+            force,
+            x,
+            v,
+            acting,
+            coming,
+            follows,
+            h,
+            STEPS,
         )
         rows.append((wanted[0] - place, measured, effort, total, place))
         coming = effort  # a delay of one sample

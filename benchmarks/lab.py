@@ -57,7 +57,9 @@ def told(times):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         for (name, slots), (moving, every, whole) in measured(folder).items():
-            print(f"{name:20s} {slots:26s} moving: {told(moving)}, all samples drawn in {whole:4.0%}; all samples: {told(every)}")
+            print(
+                f"{name:20s} {slots:26s} moving: {told(moving)}, all samples drawn in {whole:4.0%}; all samples: {told(every)}"
+            )
 
 
 if __name__ == "__main__":

@@ -27,14 +27,20 @@ MODELS = {"one": "coulomb_viscous,stribeck+asymmetry,lugre", "other": "stribeck,
 
 def columns_of(log: Log) -> dict[str, np.ndarray]:
     """Return the columns of a log in SI."""
-    columns = {"time": log.time.values, "position": log.position.values, "effort": log.effort.values}
+    columns = {
+        "time": log.time.values,
+        "position": log.position.values,
+        "effort": log.effort.values,
+    }
     return columns | ({} if log.reference is None else {"reference": log.reference.values})
 
 
 def moved(columns: dict[str, np.ndarray], rng: np.random.Generator) -> dict[str, np.ndarray]:
     """Return the columns with all but the time changed in their last digits."""
     return {
-        name: values if name == "time" else values + SHARE * np.ptp(values) * rng.uniform(-1.0, 1.0, values.size)
+        name: values
+        if name == "time"
+        else values + SHARE * np.ptp(values) * rng.uniform(-1.0, 1.0, values.size)
         for name, values in columns.items()
     }
 
@@ -42,11 +48,18 @@ def moved(columns: dict[str, np.ndarray], rng: np.random.Generator) -> dict[str,
 def told_of(columns: dict[str, np.ndarray], models: str, axis: br.Axis) -> dict[str, Any]:
     """Return every status, each verdict with its reasons, and the order of the models."""
     found = br.identify(columns, models, axis=axis, draws=0, blocks=0)
-    statuses = {(fit.name, name): estimate.status for fit in found.fits for name, estimate in fit.parameters.items()}
+    statuses = {
+        (fit.name, name): estimate.status
+        for fit in found.fits
+        for name, estimate in fit.parameters.items()
+    }
     verdicts = {}
     for fit in found.fits:
         verdict = judged(fit, found.settings, None)
-        verdicts[fit.name] = (verdict.level, tuple(str(reason).translate(WITHOUT_DIGITS) for reason in verdict.reasons))
+        verdicts[fit.name] = (
+            verdict.level,
+            tuple(str(reason).translate(WITHOUT_DIGITS) for reason in verdict.reasons),
+        )
     return {"statuses": statuses, "verdicts": verdicts, "order": [fit.name for fit in found.fits]}
 
 
@@ -67,8 +80,17 @@ def logs() -> Iterator[tuple[str, dict[str, np.ndarray], str, br.Axis]]:
         rig = drawn(seed)
         reference = motion(rig, 8.0, seed, 0.02, 0.05)
         record = rig.run(Gains(60.0, 250.0 * rig.mass, 6000.0 * rig.mass), reference)
-        columns = {"time": rig.dt * np.arange(reference.size), "position": record.position, "effort": record.effort}
-        yield f"simulated {seed}", columns, MODELS["other"], br.Axis(kind="translational", resolution=rig.resolution)
+        columns = {
+            "time": rig.dt * np.arange(reference.size),
+            "position": record.position,
+            "effort": record.effort,
+        }
+        yield (
+            f"simulated {seed}",
+            columns,
+            MODELS["other"],
+            br.Axis(kind="translational", resolution=rig.resolution),
+        )
 
 
 def last_digits() -> Iterator[Share]:
@@ -81,4 +103,6 @@ def last_digits() -> Iterator[Share]:
             same += told == as_it_is
             changed |= {part for part in told if told[part] != as_it_is[part]}
         note = f"changed: {', '.join(sorted(changed))}" if changed else models
-        yield Share(f"unchanged by last digits, {name}", 100.0 * same / TIMES, 100.0, 100.0, TIMES, note)
+        yield Share(
+            f"unchanged by last digits, {name}", 100.0 * same / TIMES, 100.0, 100.0, TIMES, note
+        )

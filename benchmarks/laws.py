@@ -16,7 +16,18 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.independent import DT, GAINS, Friction, M, Run, dahl, follow, harmonic, lugre, sliders
+from benchmarks.independent import (
+    DT,
+    GAINS,
+    Friction,
+    M,
+    Run,
+    dahl,
+    follow,
+    harmonic,
+    lugre,
+    sliders,
+)
 from bristle import controllers, friction
 from bristle.core.contracts import Model
 
@@ -43,29 +54,47 @@ def summary(values: list[float]) -> str:
 
 def observer() -> None:
     """Print the error of the observed force, and the following error, on frictions of three structures."""
-    plugged: dict[str, Any] = {"g_1": 1e-9, "g_2": 1e9, "F_C": 1e9, "sigma_0": 0.0}  # an observer that observes nothing
+    plugged: dict[str, Any] = {
+        "g_1": 1e-9,
+        "g_2": 1e9,
+        "F_C": 1e9,
+        "sigma_0": 0.0,
+    }  # an observer that observes nothing
     laws = {
         "PD": PD,
         "disturbance observer, 60 1/s": controllers.disturbance_observer(**GAINS, g=60.0),
-        "asymptotic observer, stiffness 0": controllers.asymptotic_observer(**GAINS, **{**OBSERVER, "sigma_0": 0.0}),
+        "asymptotic observer, stiffness 0": controllers.asymptotic_observer(
+            **GAINS, **{**OBSERVER, "sigma_0": 0.0}
+        ),
         "asymptotic observer": controllers.asymptotic_observer(**GAINS, **OBSERVER),
         "PID": controllers.asymptotic_observer(**GAINS, **plugged, K_I=20.0),
-        "PID and asymptotic observer": controllers.asymptotic_observer(**GAINS, **OBSERVER, K_I=20.0),
+        "PID and asymptotic observer": controllers.asymptotic_observer(
+            **GAINS, **OBSERVER, K_I=20.0
+        ),
     }
     kinds: dict[str, Callable[[int], Friction]] = {
         "Maxwell slip": sliders,
         "LuGre": lambda seed: lugre(),
         "Dahl": lambda seed: dahl(F_C=float(np.random.default_rng(seed).uniform(34.0, 51.0))),
     }
-    print(f"{'friction':<14}{'law':<34}{'error, µm p-p':>18}{'error of the force, N rms':>28}{'effort, N rms':>16}")
+    print(
+        f"{'friction':<14}{'law':<34}{'error, µm p-p':>18}{'error of the force, N rms':>28}{'effort, N rms':>16}"
+    )
     for kind, made in kinds.items():
         for name, law in laws.items():
             runs = [follow(law, made(seed), FIRST, seed) for seed in JUDGES]
             forces = [observed_force(law, run) for run in runs]
-            wrong = [float(np.sqrt(np.mean((f - run.friction)[2000:] ** 2))) for f, run in zip(forces, runs, strict=True) if f is not None]
+            wrong = [
+                float(np.sqrt(np.mean((f - run.friction)[2000:] ** 2)))
+                for f, run in zip(forces, runs, strict=True)
+                if f is not None
+            ]
             effort = np.mean([np.sqrt(np.mean(run.effort**2)) for run in runs])
             text = summary(wrong) if wrong else "–"
-            print(f"{kind:<14}{name:<34}{summary([1e6 * run.peak() for run in runs]):>18}{text:>28}{effort:>16.1f}", flush=True)
+            print(
+                f"{kind:<14}{name:<34}{summary([1e6 * run.peak() for run in runs]):>18}{text:>28}{effort:>16.1f}",
+                flush=True,
+            )
 
 
 def observed_force(law: Model, run: Run) -> np.ndarray | None:
@@ -98,19 +127,34 @@ def learning() -> None:
         for place, desired in SECOND.items():
             tries = {
                 "nothing learned": (PD, desired),
-                "stops, weights of zero": (controllers.adaptive_hysteresis(**GAINS, **ADAPTIVE), desired),
+                "stops, weights of zero": (
+                    controllers.adaptive_hysteresis(**GAINS, **ADAPTIVE),
+                    desired,
+                ),
                 "stops, carried weights": (law, desired),
                 "stops, carried and frozen": (law.with_values(Gamma=0.0), desired),
                 "time-indexed, its effort": (PD, added(desired, effort)),
                 "time-indexed and net of the reference": (PD, added(desired, net(desired))),
-                "Maxwell slip, identified, feedforward": (PD, added(desired, along(identified, desired))),
-                "disturbance observer": (controllers.disturbance_observer(**GAINS, g=60.0), desired),
+                "Maxwell slip, identified, feedforward": (
+                    PD,
+                    added(desired, along(identified, desired)),
+                ),
+                "disturbance observer": (
+                    controllers.disturbance_observer(**GAINS, g=60.0),
+                    desired,
+                ),
             }
             for name, (chosen, motion) in tries.items():
                 run = follow(chosen, axis, motion, seed + 5000)
-                rows.setdefault(f"{place}, first period", {}).setdefault(name, []).append(1e6 * run.peak(1.0, 4.0))
-                rows.setdefault(f"{place}, whole run", {}).setdefault(name, []).append(1e6 * run.peak())
-            rows[f"{place}, whole run"].setdefault("time-indexed, six trials on it", []).append(iterated(axis, desired, seed)[1][-1])
+                rows.setdefault(f"{place}, first period", {}).setdefault(name, []).append(
+                    1e6 * run.peak(1.0, 4.0)
+                )
+                rows.setdefault(f"{place}, whole run", {}).setdefault(name, []).append(
+                    1e6 * run.peak()
+                )
+            rows[f"{place}, whole run"].setdefault("time-indexed, six trials on it", []).append(
+                iterated(axis, desired, seed)[1][-1]
+            )
     for place, table in rows.items():
         print(f"\n{place}: following error, µm peak to peak, {len(JUDGES)} axes")
         for name, values in table.items():
@@ -122,21 +166,31 @@ def added(desired: np.ndarray, effort: np.ndarray) -> np.ndarray:
     return np.vstack((desired[:3], np.append(effort[1:], effort[-1])))
 
 
-def iterated(axis: Friction, desired: np.ndarray, seed: int, trials: int = 6) -> tuple[np.ndarray, list[float]]:
+def iterated(
+    axis: Friction, desired: np.ndarray, seed: int, trials: int = 6
+) -> tuple[np.ndarray, list[float]]:
     """Return the effort that iterative learning over time finds, and the error of each trial [µm]."""
     from scipy.signal import butter, sosfiltfilt
 
-    effort, errors, low_pass = np.zeros(desired.shape[1]), [], butter(2, 20.0, fs=1.0 / DT, output="sos")
+    effort, errors, low_pass = (
+        np.zeros(desired.shape[1]),
+        [],
+        butter(2, 20.0, fs=1.0 / DT, output="sos"),
+    )
     for trial in range(trials):
         run = follow(PD, axis, added(desired, effort), seed + 1000 * trial)
         errors.append(1e6 * run.peak())
         if trial + 1 < trials:
             error = desired[0] - run.measured
-            effort = sosfiltfilt(low_pass, effort + 14.2e6 * error + 0.19e6 * np.gradient(error, DT))
+            effort = sosfiltfilt(
+                low_pass, effort + 14.2e6 * error + 0.19e6 * np.gradient(error, DT)
+            )
     return effort, errors
 
 
-def trained(desired: np.ndarray, effort: np.ndarray, seed: int, hidden: int = 10) -> Callable[[np.ndarray], np.ndarray]:
+def trained(
+    desired: np.ndarray, effort: np.ndarray, seed: int, hidden: int = 10
+) -> Callable[[np.ndarray], np.ndarray]:
     """Return a net of one hidden layer from position, velocity and acceleration of a reference to the learned effort."""
     from scipy.optimize import least_squares
 
@@ -149,7 +203,10 @@ def trained(desired: np.ndarray, effort: np.ndarray, seed: int, hidden: int = 10
         return np.tanh(inputs @ inner[:3] + inner[3]) @ outer[:-1] + outer[-1]
 
     starts = [generator.standard_normal(5 * hidden + 1) for _ in range(2)]
-    fits = [least_squares(lambda w: np.append(output(w, rows) - wanted, 1e-2 * w), start, max_nfev=60) for start in starts]
+    fits = [
+        least_squares(lambda w: np.append(output(w, rows) - wanted, 1e-2 * w), start, max_nfev=60)
+        for start in starts
+    ]
     best = min(fits, key=lambda fit: fit.cost).x
     return lambda motion: size * output(best, (motion[:3] / scale[:, None]).T)
 
@@ -160,9 +217,15 @@ def identified_friction(axis: Friction, seed: int) -> Model:
 
     run = follow(PD, axis, FIRST, seed)
     log = br.Log.from_columns(
-        {"time": DT * np.arange(run.measured.size), "position": run.measured, "effort": np.append(0.0, run.effort[:-1])}
+        {
+            "time": DT * np.arange(run.measured.size),
+            "position": run.measured,
+            "effort": np.append(0.0, run.effort[:-1]),
+        }
     )
-    return br.identify(log, "maxwell_slip", axis=br.Axis(mass=M), blocks=0, draws=0).finished.best.friction
+    return br.identify(
+        log, "maxwell_slip", axis=br.Axis(mass=M), blocks=0, draws=0
+    ).finished.best.friction
 
 
 def along(model: Model, desired: np.ndarray) -> np.ndarray:
@@ -177,8 +240,13 @@ def along(model: Model, desired: np.ndarray) -> np.ndarray:
 
 def circles() -> None:
     """Print the deviation from a circle and its quadrant glitches, for two feeds and two lags of the drive."""
-    observing = controllers.disturbance_observer(**GAINS, g=60.0), controllers.asymptotic_observer(**GAINS, **OBSERVER)
-    laws: dict[str, tuple[Callable[[Friction], Model], Callable[[Friction, np.ndarray], np.ndarray]]] = {
+    observing = (
+        controllers.disturbance_observer(**GAINS, g=60.0),
+        controllers.asymptotic_observer(**GAINS, **OBSERVER),
+    )
+    laws: dict[
+        str, tuple[Callable[[Friction], Model], Callable[[Friction, np.ndarray], np.ndarray]]
+    ] = {
         "constant and viscous force": (lambda axis: PD, smooth),
         "Stribeck, reverses with the velocity": (stribeck(), constant),
         "Stribeck, lead of 2 ms": (stribeck(lead=2e-3), constant),
@@ -191,7 +259,9 @@ def circles() -> None:
         "asymptotic observer": (lambda axis: observing[1], smooth),
     }
     for radius, feed, lag in ((10e-3, 1 / 60, 2e-4), (25e-3, 3 / 60, 2e-4), (25e-3, 3 / 60, 2e-3)):
-        print(f"\nradius {1e3 * radius:g} mm, {60 * feed:g} m/min, lag of the drive {1e3 * lag:g} ms, {len(MACHINES)} machines")
+        print(
+            f"\nradius {1e3 * radius:g} mm, {60 * feed:g} m/min, lag of the drive {1e3 * lag:g} ms, {len(MACHINES)} machines"
+        )
         print(f"  {'':<44}{'deviation, µm p-p':>17}   {'glitch, µm p-p':>15}")
         for name, (law, fed) in laws.items():
             results = [circle(law, fed, radius, feed, seed, lag) for seed in MACHINES]
@@ -200,7 +270,12 @@ def circles() -> None:
 
 
 def circle(
-    law: Callable[[Friction], Model], fed: Callable[[Friction, np.ndarray], np.ndarray], radius: float, feed: float, seed: int, lag: float
+    law: Callable[[Friction], Model],
+    fed: Callable[[Friction, np.ndarray], np.ndarray],
+    radius: float,
+    feed: float,
+    seed: int,
+    lag: float,
 ) -> tuple[float, float]:
     """Return the deviation of two axes from a circle and the mean glitch of the four quadrants, peak to peak [m]."""
     omega = feed / radius
@@ -209,12 +284,20 @@ def circle(
     for number, phase in enumerate((0.0, 0.5 * np.pi)):
         along_axis, across = radius * np.cos(angle - phase), radius * np.sin(angle - phase)
         axis = sliders(2 * seed + number)
-        desired = np.array([along_axis, -omega * across, -(omega**2) * along_axis, np.zeros(t.size)])
-        places.append(follow(law(axis), axis, added(desired, fed(axis, desired)), 2 * seed + number, lag).position)
+        desired = np.array(
+            [along_axis, -omega * across, -(omega**2) * along_axis, np.zeros(t.size)]
+        )
+        places.append(
+            follow(
+                law(axis), axis, added(desired, fed(axis, desired)), 2 * seed + number, lag
+            ).position
+        )
     last = t >= 0.25 * 2.0 * np.pi / omega
     deviation, turned = np.hypot(*places)[last] - radius, angle[last] % (2.0 * np.pi)
     apart = [np.abs((turned - k * 0.5 * np.pi + np.pi) % (2.0 * np.pi) - np.pi) for k in range(4)]
-    return float(np.ptp(deviation)), float(np.mean([np.ptp(deviation[distance < np.pi / 6.0]) for distance in apart]))
+    return float(np.ptp(deviation)), float(
+        np.mean([np.ptp(deviation[distance < np.pi / 6.0]) for distance in apart])
+    )
 
 
 def constant(axis: Friction, desired: np.ndarray) -> np.ndarray:
@@ -232,7 +315,9 @@ def stribeck(**own: Any) -> Callable[[Friction], Model]:
 
     def law(axis: Friction) -> Model:
         level = float(np.sum(axis.limit))
-        return controllers.predictive_reversal(**GAINS, F_C=level, F_S=1.18 * level, v_S=4e-4, F_v=axis.numbers[3], **own)
+        return controllers.predictive_reversal(
+            **GAINS, F_C=level, F_S=1.18 * level, v_S=4e-4, F_v=axis.numbers[3], **own
+        )
 
     return law
 
@@ -240,7 +325,9 @@ def stribeck(**own: Any) -> Callable[[Friction], Model]:
 def maxwell(axis: Friction, desired: np.ndarray) -> np.ndarray:
     """Return the force of the true sliders with mean limits, without Stribeck's rise [N]."""
     total = float(np.sum(axis.limit))
-    model = friction.maxwell_slip(F_C=total, k_i=axis.k, nu_i=axis.limit / total, sigma_2=axis.numbers[3])
+    model = friction.maxwell_slip(
+        F_C=total, k_i=axis.k, nu_i=axis.limit / total, sigma_2=axis.numbers[3]
+    )
     return constant(axis, desired) + along(model, desired)
 
 

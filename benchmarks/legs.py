@@ -34,7 +34,9 @@ class Motion:
         return float(self.time[1] - self.time[0])
 
 
-def along(legs: Sequence[Leg], acceleration: float, sample_time: float, start: float = 0.0) -> Motion:
+def along(
+    legs: Sequence[Leg], acceleration: float, sample_time: float, start: float = 0.0
+) -> Motion:
     """Return the motion along legs, each with a trapezoid of velocity; a short one does not reach its speed.
 
     Parameters
@@ -74,4 +76,9 @@ def _sampled(durations: np.ndarray, accelerations: np.ndarray, dt: float, start:
     part = np.minimum(np.searchsorted(edges, time, side="right") - 1, durations.size - 1)
     into = time - edges[part]
     a = accelerations[part]
-    return Motion(time, position[part] + velocity[part] * into + 0.5 * a * into**2, velocity[part] + a * into, a)
+    return Motion(
+        time,
+        position[part] + velocity[part] * into + 0.5 * a * into**2,
+        velocity[part] + a * into,
+        a,
+    )

@@ -45,7 +45,9 @@ def judged(name: str, seed: int) -> Outcome:
     table = table_of(truth, lied.record)
     if name == "velocity_scale" and lied.record.velocity is not None:
         table["velocity"] = lied.record.velocity
-    axis = br.Axis(kind="translational" if truth.axis.linear else "rotational", mass=lied.claimed_mass)
+    axis = br.Axis(
+        kind="translational" if truth.axis.linear else "rotational", mass=lied.claimed_mass
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -71,4 +73,6 @@ def lies() -> Iterator[Share]:
         outcomes = [one for lie, one in zip(names, found, strict=True) if lie == name]
         told = sum(bool(set(DOUBTS).intersection(one.codes)) for one in outcomes)
         remark = f"{sum(bool(one.refused) for one in outcomes)} refused, {told} reported"
-        yield Share(name, 100.0 * sum(one.well for one in outcomes) / LOGS, 100.0, 100.0, LOGS, remark)
+        yield Share(
+            name, 100.0 * sum(one.well for one in outcomes) / LOGS, 100.0, 100.0, LOGS, remark
+        )

@@ -52,7 +52,16 @@ def loop_coverage() -> Iterator[Share]:
             trials = list(pool.map(tried, [name] * TRIALS, range(TRIALS)))
             every = [inside for one in trials for inside in one.values()]
             by_twins, plain = (100.0 * float(np.mean(one)) for one in zip(*every, strict=True))
-            yield Share(f"{name}, pooled", by_twins, 90.0, 98.0, len(every), f"plain standard errors {plain:.0f} %")
+            yield Share(
+                f"{name}, pooled",
+                by_twins,
+                90.0,
+                98.0,
+                len(every),
+                f"plain standard errors {plain:.0f} %",
+            )
             for parameter in dict.fromkeys(key for one in trials for key in one):
                 inside = [one[parameter][0] for one in trials if parameter in one]
-                yield Share(f"{name}, {parameter}", 100.0 * float(np.mean(inside)), 85.0, 100.0, len(inside))
+                yield Share(
+                    f"{name}, {parameter}", 100.0 * float(np.mean(inside)), 85.0, 100.0, len(inside)
+                )

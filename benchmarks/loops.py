@@ -16,7 +16,10 @@ __all__ = ["AXIS", "LAW", "MASS", "recorded_in_loop"]
 
 MASS = 20.0  # kg
 ENCODER, DT = 0.125e-6, 1e-3  # m, s
-SCATTER, NOISE = 0.05, 0.005  # of the level of friction from reversal to reversal; of the largest friction
+SCATTER, NOISE = (
+    0.05,
+    0.005,
+)  # of the level of friction from reversal to reversal; of the largest friction
 FINER = 8  # times as many steps as an identification takes
 LAW = controllers.cascade(k_p=120.0, k_v=6000.0, k_i=2e5)
 AXIS = Axis(resolution=ENCODER, controller=LAW, method="output_error", held=True)
@@ -29,7 +32,11 @@ def _reference(pairs: int) -> np.ndarray:
     legs, centre = [Leg(4e-3, 10e-3)], 4e-3
     for number in range(pairs):
         small = number % 3 == 2
-        reach = SMALL[number // 3 % len(SMALL)] if small else max(0.1e-3, 0.1 * SPEEDS[number % len(SPEEDS)])
+        reach = (
+            SMALL[number // 3 % len(SMALL)]
+            if small
+            else max(0.1e-3, 0.1 * SPEEDS[number % len(SPEEDS)])
+        )
         speed = 60e-6 if small else SPEEDS[number % len(SPEEDS)]
         legs += [Leg(centre + reach, speed), Leg(centre - reach, speed), Leg(centre, speed)]
     return along(legs, 0.2, DT).position
@@ -69,7 +76,9 @@ def recorded_in_loop(
         lag=lag,
         x=reference[0],
     )
-    effort = trace.command + noise * np.max(np.abs(trace.friction)) * rng.standard_normal(reference.size)
+    effort = trace.command + noise * np.max(np.abs(trace.friction)) * rng.standard_normal(
+        reference.size
+    )
     return Log(
         time=Channel(trace.time, "s", "t"),
         position=Channel(trace.measured, "m", "q"),

@@ -56,14 +56,20 @@ def made(seed: int) -> tuple[Truth, Record]:
     return recorded(truth, friction, friction.F_S[0] / friction.sigma_0, rng)
 
 
-def recorded(truth: Truth, friction: Friction, zone: float, rng: np.random.Generator) -> tuple[Truth, Record]:
+def recorded(
+    truth: Truth, friction: Friction, zone: float, rng: np.random.Generator
+) -> tuple[Truth, Record]:
     """Return an axis of this friction without ripple and faults of a sensor, of so many steps of the encoder in its zone, with its log."""
     truth = replace(
         truth,
         friction=friction,
         axis=replace(truth.axis, cogging=0.0),
         motor=replace(truth.motor, ripple=0.0),
-        encoder=replace(truth.encoder, resolution=zone / float(np.exp(rng.uniform(*np.log(STEPS)))), amplitudes=(0.0, 0.0, 0.0)),
+        encoder=replace(
+            truth.encoder,
+            resolution=zone / float(np.exp(rng.uniform(*np.log(STEPS)))),
+            amplitudes=(0.0, 0.0, 0.0),
+        ),
         recording=replace(truth.recording, lost=(), jitter=0.0),
     )
     return truth, record_of(truth, simulate(truth))
@@ -73,22 +79,38 @@ def tried(method: str, seed: int) -> dict[str, Judged] | None:
     """Identify one log, and judge its parameters; None where it is refused."""
     truth, record = made(seed)
     kind = "translational" if truth.axis.linear else "rotational"
-    axis, known = br.Axis(kind=kind, resolution=truth.encoder.resolution), true_values(truth, record)
+    axis, known = (
+        br.Axis(kind=kind, resolution=truth.encoder.resolution),
+        true_values(truth, record),
+    )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            fit = br.identify(table_of(truth, record), "lugre", axis=axis, method=method, blocks=0, draws=DRAWS).best
+            fit = br.identify(
+                table_of(truth, record), "lugre", axis=axis, method=method, blocks=0, draws=DRAWS
+            ).best
         except InputError:
             return None
-    warnings_told = [diagnostic for diagnostic in fit.diagnostics if diagnostic.severity == "warning"]
+    warnings_told = [
+        diagnostic for diagnostic in fit.diagnostics if diagnostic.severity == "warning"
+    ]
     unexplained = any(diagnostic.code == "prediction_error" for diagnostic in warnings_told)
     judged = dict[str, Judged]()
     for name in NAMES:
         estimate, true = fit.parameters[name], known[name]
         sure = estimate.status == "identified" and estimate.interval is not None
-        low, high = estimate.interval if sure and estimate.interval is not None else (np.nan, np.nan)
-        doubted = unexplained or any(name in (diagnostic.parameter, *_names(diagnostic)) for diagnostic in warnings_told)
-        judged[name] = Judged(100.0 * (estimate.value / true - 1.0), 50.0 * (high - low) / abs(true), bool(low <= true <= high), doubted)
+        low, high = (
+            estimate.interval if sure and estimate.interval is not None else (np.nan, np.nan)
+        )
+        doubted = unexplained or any(
+            name in (diagnostic.parameter, *_names(diagnostic)) for diagnostic in warnings_told
+        )
+        judged[name] = Judged(
+            100.0 * (estimate.value / true - 1.0),
+            50.0 * (high - low) / abs(true),
+            bool(low <= true <= high),
+            doubted,
+        )
     return judged
 
 
@@ -96,19 +118,34 @@ def observer(first: int = FIRST, count: int = LOGS) -> Iterator[Share]:
     """Coverage of the intervals of both methods by parameter, with errors and half-widths."""
     with ProcessPoolExecutor(core_count()) as pool:
         for method in METHODS:
-            logs = [one for one in pool.map(partial(tried, method), range(first, first + count)) if one is not None]
+            logs = [
+                one
+                for one in pool.map(partial(tried, method), range(first, first + count))
+                if one is not None
+            ]
             every, bounds = list[Judged](), (92.0, 98.0) if method == METHODS[0] else (0.0, 100.0)
             for name in NAMES:
                 found = [log[name] for log in logs]
                 sure = [one for one in found if np.isfinite(one.half_width)]
                 every += sure
-                errors, width = np.array([one.error for one in found]), float(np.median([one.half_width for one in sure] or [np.nan]))
+                errors, width = (
+                    np.array([one.error for one in found]),
+                    float(np.median([one.half_width for one in sure] or [np.nan])),
+                )
                 note = f"error {np.median(np.abs(errors)):.2f} % (signed {np.median(errors):+.2f}, 90 % within "
                 note += f"{np.quantile(np.abs(errors), 0.9):.1f}), half-width {width:.1f}"
-                yield Share(f"{method}, {name}", _holds(sure), min(bounds[0], 86.0), 100.0, len(sure), note)
-            astray = sum(abs(one.error) > ASTRAY * one.half_width and not one.warned for one in every)
+                yield Share(
+                    f"{method}, {name}", _holds(sure), min(bounds[0], 86.0), 100.0, len(sure), note
+                )
+            astray = sum(
+                abs(one.error) > ASTRAY * one.half_width and not one.warned for one in every
+            )
             yield Share(
-                f"{method}, pooled", _holds(every), *bounds, len(every), f"{astray} errors above {ASTRAY:g} half-widths without a warning"
+                f"{method}, pooled",
+                _holds(every),
+                *bounds,
+                len(every),
+                f"{astray} errors above {ASTRAY:g} half-widths without a warning",
             )
             yield Share(f"{method}, read", 100.0 * len(logs) / count, 100.0, 100.0, count)
 
@@ -117,7 +154,13 @@ def elements_made(seed: int) -> tuple[Truth, Record]:
     """Return an axis of seven to ten elements that slip, with its log; elements neither fall with speed nor damp."""
     truth = draw(seed, "maxwell", STROKES[seed % len(STROKES)])
     level, damping = (float(np.mean(getattr(truth.friction, name))) for name in ("F_C", "F_v"))
-    friction = replace(truth.friction, F_C=(level, level), F_S=(level, level), F_v=(damping, damping), cell_damping=0.0)
+    friction = replace(
+        truth.friction,
+        F_C=(level, level),
+        F_S=(level, level),
+        F_v=(damping, damping),
+        cell_damping=0.0,
+    )
     return recorded(truth, friction, friction.break_away, np.random.default_rng((seed, 424243)))
 
 
@@ -130,20 +173,35 @@ def curve_errors(method: str, seed: int) -> np.ndarray | None:
     """Identify elements of one log; return the errors of their virgin curve [%], then that of their level; None where it is refused."""
     truth, record = elements_made(seed)
     axis, friction = (
-        br.Axis(kind="translational" if truth.axis.linear else "rotational", resolution=truth.encoder.resolution),
+        br.Axis(
+            kind="translational" if truth.axis.linear else "rotational",
+            resolution=truth.encoder.resolution,
+        ),
         truth.friction,
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            fit = br.identify(table_of(truth, record), "maxwell_slip", axis=axis, method=method, blocks=0, draws=DRAWS).best
+            fit = br.identify(
+                table_of(truth, record),
+                "maxwell_slip",
+                axis=axis,
+                method=method,
+                blocks=0,
+                draws=DRAWS,
+            ).best
         except InputError:
             return None
     known, found = true_values(truth, record)["F_C"], fit.friction.values
     true = np.array(friction.cell_stiffness) * known / friction.F_C[0]
-    true_slips, levels = np.array(friction.cell_share) * known / true, np.array(found["nu_i"]) * found["F_C"]
+    true_slips, levels = (
+        np.array(friction.cell_share) * known / true,
+        np.array(found["nu_i"]) * found["F_C"],
+    )
     x = np.array(AT) * float(true_slips.max())
-    curve = virgin_curve(np.array(found["k_i"]), levels / np.array(found["k_i"]), x) / virgin_curve(true, true_slips, x)
+    curve = virgin_curve(np.array(found["k_i"]), levels / np.array(found["k_i"]), x) / virgin_curve(
+        true, true_slips, x
+    )
     return 100.0 * (np.append(curve, found["F_C"] / known) - 1.0)
 
 
@@ -151,9 +209,22 @@ def elements(first: int = FIRST_ELEMENTS, count: int = ELEMENT_LOGS) -> Iterator
     """Errors of elements that slip, by both methods: virgin curve and level."""
     with ProcessPoolExecutor(core_count()) as pool:
         for method in METHODS:
-            errors = np.abs([one for one in pool.map(partial(curve_errors, method), range(first, first + count)) if one is not None])
-            columns = zip((*(f"curve at {place:g} of the zone" for place in AT), "level"), errors.T, strict=True)
-            parts = [f"{name} {np.median(column):.2f} % (90 % within {np.quantile(column, 0.9):.1f})" for name, column in columns]
+            errors = np.abs(
+                [
+                    one
+                    for one in pool.map(partial(curve_errors, method), range(first, first + count))
+                    if one is not None
+                ]
+            )
+            columns = zip(
+                (*(f"curve at {place:g} of the zone" for place in AT), "level"),
+                errors.T,
+                strict=True,
+            )
+            parts = [
+                f"{name} {np.median(column):.2f} % (90 % within {np.quantile(column, 0.9):.1f})"
+                for name, column in columns
+            ]
             yield f"{method}, maxwell_slip, {len(errors)} logs: {', '.join(parts)}"
 
 

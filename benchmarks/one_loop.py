@@ -22,7 +22,9 @@ REACH, SPEED, DURATION = 0.02, 0.05, 12.0
 LAGS = (0.0, 4e-4, 8e-4)
 
 
-def described(rig: Rig, gains: Gains, folder: Path, reference: np.ndarray, *, lag: bool = True) -> None:
+def described(
+    rig: Rig, gains: Gains, folder: Path, reference: np.ndarray, *, lag: bool = True
+) -> None:
     """Write the log of an axis and its axis file into a folder."""
     record, t = rig.run(gains, reference), rig.dt * np.arange(reference.size)
     columns = np.column_stack([t, record.position, record.reference, record.effort])
@@ -41,7 +43,9 @@ def described(rig: Rig, gains: Gains, folder: Path, reference: np.ndarray, *, la
 
 def bristle(*arguments: str, folder: Path) -> dict[str, object]:
     """Return what a command of bristle prints as JSON."""
-    ran = subprocess.run([BRISTLE, *arguments, "--json"], cwd=folder, capture_output=True, text=True, check=False)
+    ran = subprocess.run(
+        [BRISTLE, *arguments, "--json"], cwd=folder, capture_output=True, text=True, check=False
+    )
     if ran.returncode not in (0, 1):
         raise RuntimeError(ran.stderr)
     return json.loads(ran.stdout)
@@ -68,4 +72,11 @@ def one_loop() -> Iterator[Share]:
         )
         apart = max(errors) / min(errors) - 1.0
         micro = " / ".join(f"{1e6 * error:.3g}" for error in errors)
-        yield Share(f"predictions differ, axis {number}", 100.0 * apart, 0.0, MOST, 3, f"{model}: {micro} um")
+        yield Share(
+            f"predictions differ, axis {number}",
+            100.0 * apart,
+            0.0,
+            MOST,
+            3,
+            f"{model}: {micro} um",
+        )

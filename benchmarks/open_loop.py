@@ -39,7 +39,11 @@ def cases() -> Iterator[Case]:
     pulled, mass = plants.pulled_inertia(M=1.0, k=2.0, v_e=0.2), plants.inertia(M=1.0)
     spring = plants.oscillator(M=1.0, c=0.5, k=40.0)
     time = DT * np.arange(COUNT)
-    rest, switched, sine = np.zeros(COUNT), 3.0 * np.sign(np.sin(2.0 * time)), 3.0 * np.sin(2.0 * time)
+    rest, switched, sine = (
+        np.zeros(COUNT),
+        3.0 * np.sign(np.sin(2.0 * time)),
+        3.0 * np.sin(2.0 * time),
+    )
     models = {
         "LuGre": friction.lugre(sigma_0=1e5, **CONTACT),
         "Preisach-LuGre": friction.preisach_lugre(s=1e5, f_p=1.8, **CONTACT),
@@ -52,7 +56,9 @@ def cases() -> Iterator[Case]:
         yield Case(f"{name}, pulled", pulled, models[name], rest, 1e-5)
     for name in ("LuGre", "Stribeck"):
         yield Case(f"{name}, force switched", mass, models[name], switched, 1e-5)
-    yield Case("Dahl on a spring, sine", spring, models["Dahl"], sine, 1e-6, 1.5)  # smooth: as many steps as of one length
+    yield Case(
+        "Dahl on a spring, sine", spring, models["Dahl"], sine, 1e-6, 1.5
+    )  # smooth: as many steps as of one length
     for name in ("LuGre", "Preisach-LuGre", "Stribeck"):
         yield Case(f"{name}, sine held from sample to sample", mass, models[name], sine, 1e-5)
 

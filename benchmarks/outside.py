@@ -17,7 +17,12 @@ __all__ = ["AXIS", "KINDS", "record"]
 KINDS = ("shape", "place", "drift", "root", "all")
 SAMPLE_TIME, SECONDS, MASS, ENCODER, NOISE = 1e-3, 20.0, 3.0, 1e-7, 0.05  # [s, s, kg, m, N]
 AXIS = Axis(kind="translational", resolution=ENCODER)
-SINES = ((10e-3, 0.1, 0.4), (2e-3, 0.4, 1.0), (60e-6, 1.0, 3.0), (8e-6, 2.0, 5.0))  # largest amplitude [m], frequencies [Hz]
+SINES = (
+    (10e-3, 0.1, 0.4),
+    (2e-3, 0.4, 1.0),
+    (60e-6, 1.0, 3.0),
+    (8e-6, 2.0, 5.0),
+)  # largest amplitude [m], frequencies [Hz]
 
 
 def record(kind: str, seed: int, number: int) -> Log:
@@ -26,7 +31,11 @@ def record(kind: str, seed: int, number: int) -> Log:
     time = SAMPLE_TIME * np.arange(round(SECONDS / SAMPLE_TIME))
     x, v, a = np.zeros((3, time.size))
     for amplitude, low, high in (*SINES, *SINES):
-        w, phase, size = 2.0 * np.pi * rng.uniform(low, high), rng.uniform(0.0, 2.0 * np.pi), amplitude * rng.uniform(0.4, 1.0)
+        w, phase, size = (
+            2.0 * np.pi * rng.uniform(low, high),
+            rng.uniform(0.0, 2.0 * np.pi),
+            amplitude * rng.uniform(0.4, 1.0),
+        )
         x += size * np.sin(w * time + phase)
         v += size * w * np.cos(w * time + phase)
         a -= size * w * w * np.sin(w * time + phase)
@@ -40,17 +49,40 @@ def record(kind: str, seed: int, number: int) -> Log:
     )
 
 
-def _friction(kind: str, time: np.ndarray, x: np.ndarray, v: np.ndarray, drawn: np.random.Generator) -> np.ndarray:
+def _friction(
+    kind: str, time: np.ndarray, x: np.ndarray, v: np.ndarray, drawn: np.random.Generator
+) -> np.ndarray:
     """Return the friction force along a motion [N]."""
     reach = np.geomspace(0.5e-6, 40e-6, 15)
     level, shares = 20.0 * drawn.uniform(0.8, 1.2), drawn.dirichlet(np.full(reach.size, 1.5))
-    falls, fall, lag = 1e-3 * 10.0 ** drawn.uniform(-0.3, 0.7, reach.size), drawn.uniform(0.2, 0.6), drawn.uniform(2e-3, 8e-3)
-    wave, period, phase = drawn.uniform(0.05, 0.2), drawn.uniform(4e-3, 9e-3), drawn.uniform(0.0, 2.0 * np.pi)
-    warm, viscous, root = drawn.uniform(0.05, 0.15), drawn.uniform(30.0, 150.0), drawn.uniform(0.4, 0.7)
-    force, deflection, lagged, stiffness = np.zeros(time.size), np.zeros(reach.size), 0.0, shares * level / reach
+    falls, fall, lag = (
+        1e-3 * 10.0 ** drawn.uniform(-0.3, 0.7, reach.size),
+        drawn.uniform(0.2, 0.6),
+        drawn.uniform(2e-3, 8e-3),
+    )
+    wave, period, phase = (
+        drawn.uniform(0.05, 0.2),
+        drawn.uniform(4e-3, 9e-3),
+        drawn.uniform(0.0, 2.0 * np.pi),
+    )
+    warm, viscous, root = (
+        drawn.uniform(0.05, 0.15),
+        drawn.uniform(30.0, 150.0),
+        drawn.uniform(0.4, 0.7),
+    )
+    force, deflection, lagged, stiffness = (
+        np.zeros(time.size),
+        np.zeros(reach.size),
+        0.0,
+        shares * level / reach,
+    )
     for k, way in enumerate(np.diff(x, prepend=x[0])):
         lagged += (abs(v[k]) - lagged) * SAMPLE_TIME / lag
-        limit = reach * (1.0 + fall * (np.exp(-((lagged / falls) ** 2)) - 0.5)) if kind in ("shape", "all") else reach
+        limit = (
+            reach * (1.0 + fall * (np.exp(-((lagged / falls) ** 2)) - 0.5))
+            if kind in ("shape", "all")
+            else reach
+        )
         deflection = np.clip(deflection + way, -limit, limit)
         force[k] = stiffness @ deflection
     if kind in ("place", "all"):

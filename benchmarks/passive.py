@@ -38,7 +38,9 @@ class Rows:
 
     effort: np.ndarray
     explained: np.ndarray
-    passive: np.ndarray  # (row, column): elements, monotone functions, friction of the model with the sign reversed
+    passive: (
+        np.ndarray
+    )  # (row, column): elements, monotone functions, friction of the model with the sign reversed
     lossless: np.ndarray  # (row, 2): acceleration and a constant
     state: np.ndarray  # (row, feature): deflections of the elements with constant limits over these limits, and the velocity
     near: np.ndarray
@@ -46,13 +48,19 @@ class Rows:
 
     def part(self, mask: np.ndarray) -> Rows:
         """Return some of the rows."""
-        arrays = {one.name: getattr(self, one.name)[mask] for one in fields(self) if one.name != "reach"}
+        arrays = {
+            one.name: getattr(self, one.name)[mask] for one in fields(self) if one.name != "reach"
+        }
         return replace(self, **arrays)
 
     @classmethod
     def joined(cls, rows: Sequence[Rows]) -> Rows:
         """Return the rows of all records."""
-        arrays = {one.name: np.concatenate([getattr(part, one.name) for part in rows]) for one in fields(cls) if one.name != "reach"}
+        arrays = {
+            one.name: np.concatenate([getattr(part, one.name) for part in rows])
+            for one in fields(cls)
+            if one.name != "reach"
+        }
         return cls(reach=rows[0].reach, **arrays)
 
 
@@ -82,7 +90,9 @@ class Grid(NamedTuple):
         reach = 0.5 * max(float(np.ptp(part.position)) for one in datasets for part in one.segments)
         least = max(2.0 * datasets[0].resolution, 5.0 * datasets[0].noise, 1e-4 * reach)
         speed = np.abs(np.concatenate([one.velocity for one in datasets]))
-        return cls(np.geomspace(least, reach, LIMITS), np.unique(np.quantile(speed[speed > 0.0], SPEEDS)))
+        return cls(
+            np.geomspace(least, reach, LIMITS), np.unique(np.quantile(speed[speed > 0.0], SPEEDS))
+        )
 
     def elements(self, v: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
         """Yield the constant limit of each element [m or rad], and its limit along a motion."""
@@ -108,7 +118,9 @@ class Grid(NamedTuple):
 def rows_of(dataset: Dataset, fit: Fit, grid: Grid) -> Rows:
     """Return the rows of a record."""
     dt, filtered = dataset.sample_time, dataset.filtered
-    columns = [[filtered(force) for force in grid.columns(part.velocity, dt)] for part in dataset.segments]
+    columns = [
+        [filtered(force) for force in grid.columns(part.velocity, dt)] for part in dataset.segments
+    ]
     friction = dataset.rows_of(dataset.friction_along(fit.friction, fit.plant))
     forces = np.column_stack([dataset.rows_of(parts) for parts in zip(*columns, strict=True)])
     return Rows(
@@ -132,10 +144,18 @@ class Passive:
         A, target = np.column_stack([rows.passive, rows.lossless]), rows.effort - rows.explained
         scale = np.sqrt(np.mean(A * A, axis=0)) + np.finfo(float).tiny
         count, lossless = A.shape[1], rows.lossless.shape[1]
-        low, high, penalty = np.zeros(count), np.full(count, np.inf), np.full(count, (RIDGE * target.size) ** 0.5)
+        low, high, penalty = (
+            np.zeros(count),
+            np.full(count, np.inf),
+            np.full(count, (RIDGE * target.size) ** 0.5),
+        )
         low[-lossless:], penalty[-lossless:] = -np.inf, 0.0
-        high[-lossless - 1] = scale[-lossless - 1]  # the factor of the model's friction does not fall below 0
-        stacked = np.column_stack([np.vstack([A / scale, np.diag(penalty)]), np.concatenate([target, np.zeros(count)])])
+        high[-lossless - 1] = scale[
+            -lossless - 1
+        ]  # the factor of the model's friction does not fall below 0
+        stacked = np.column_stack(
+            [np.vstack([A / scale, np.diag(penalty)]), np.concatenate([target, np.zeros(count)])]
+        )
         triangle = np.asarray(np.linalg.qr(stacked, mode="r"))
         self.weights = bounded(triangle[:, :-1], triangle[:, -1], low, high)[0] / scale
         return self

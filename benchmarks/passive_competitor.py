@@ -28,7 +28,9 @@ def predict(fitted, motion):
     """Return the effort along a motion."""
     model, residual = fitted
     best, columns = model.found.best, {"time": motion.time, "position": motion.position}
-    effort = effort_of_motion(best.plant, best.friction, columns, motion.axis, model.found.treatment)
+    effort = effort_of_motion(
+        best.plant, best.friction, columns, motion.axis, model.found.treatment
+    )
     known = np.flatnonzero(np.isfinite(effort))
     effort = np.interp(np.arange(effort.size), known, effort[known])  # the ends are held
     if residual is None:
@@ -42,11 +44,15 @@ def feedforward(fitted, reference):
     """Return the friction along a desired motion."""
     model, residual = fitted
     passive = _passive(model, reference)
-    return -passive[:, -1] + (0.0 if residual is None else passive @ residual.weights[: passive.shape[1]])
+    return -passive[:, -1] + (
+        0.0 if residual is None else passive @ residual.weights[: passive.shape[1]]
+    )
 
 
 def _passive(model, motion):
     """Return the passive columns along a motion: the residual forces, and the friction of the model with the sign reversed."""
     v, dt = np.ascontiguousarray(motion.velocity), motion.sample_time
-    friction = along(model.found.best.friction, v, dt, np.ascontiguousarray(motion.position) + 0.5 * dt * v)
+    friction = along(
+        model.found.best.friction, v, dt, np.ascontiguousarray(motion.position) + 0.5 * dt * v
+    )
     return np.column_stack([*model.grid.columns(v, dt), -friction])

@@ -16,11 +16,19 @@ from benchmarks.timing import Ratio, side_by_side
 SOURCE = Path(__file__).with_name("preisach.c")
 COUNT = 1_000_000
 GRID, GRID_SAMPLES = 100, 2_000
-AMPLITUDES = (0.5, 5.0)  # of the walk through the relays, in f_p/s: in pre-sliding, and into saturation
+AMPLITUDES = (
+    0.5,
+    5.0,
+)  # of the walk through the relays, in f_p/s: in pre-sliding, and into saturation
 
 
 class _Parameters(ctypes.Structure):
-    _fields_ = (("s", ctypes.c_double), ("f_p", ctypes.c_double), ("kernel", ctypes.c_long), ("tolerance", ctypes.c_double))
+    _fields_ = (
+        ("s", ctypes.c_double),
+        ("f_p", ctypes.c_double),
+        ("kernel", ctypes.c_long),
+        ("tolerance", ctypes.c_double),
+    )
 
 
 def preisach() -> Iterator[Ratio]:
@@ -31,12 +39,16 @@ def preisach() -> Iterator[Ratio]:
     walk *= 5.0 / np.max(np.abs(walk))
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "preisach.so"
-        subprocess.run(["gcc", "-O3", "-shared", "-fPIC", "-o", str(library), str(SOURCE), "-lm"], check=True)
+        subprocess.run(
+            ["gcc", "-O3", "-shared", "-fPIC", "-o", str(library), str(SOURCE), "-lm"], check=True
+        )
         run = ctypes.CDLL(str(library)).preisach_run
         for kernel in ("dahl_masing", "reformed_dahl_exact"):
             operator = hysteresis.preisach(kernel=kernel, s=1.0, f_p=1.0)
             in_c, output = _in_c(run, operator.parameters, walk)
-            ours, theirs, ratio = side_by_side(lambda operator=operator: response(operator, walk), in_c, 15)
+            ours, theirs, ratio = side_by_side(
+                lambda operator=operator: response(operator, walk), in_c, 15
+            )
             difference = np.max(np.abs(response(operator, walk) - output))
             yield Ratio(
                 f"Preisach, {kernel}",

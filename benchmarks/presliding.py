@@ -25,7 +25,10 @@ def presliding() -> Iterator[Ratio]:
 
     data = _data(0)
     for count, most in ((20, 0.0035), (40, 0.0018)):
-        errors = [_error(lambda data, count=count: fit_stops(data, count=count), seed) for seed in range(SEEDS)]
+        errors = [
+            _error(lambda data, count=count: fit_stops(data, count=count), seed)
+            for seed in range(SEEDS)
+        ]
         told = f"{100 * np.median(errors):.3f} % of f_p on unseen paths, worst of {SEEDS} {100 * max(errors):.3f} %"
         yield _row(
             f"{count} stops on friction of stops",
@@ -73,14 +76,27 @@ def _error(fit: Callable[[Any], Any], seed: int) -> float:
     rng = np.random.default_rng(1000 + seed)
     operator, truth = fit(_data(seed)).operator, _truth()
     unseen = [_path(rng) for _ in range(10)]
-    return float(np.sqrt(np.mean([(response(operator, u) - response(truth, u)) ** 2 for u in unseen])))
+    return float(
+        np.sqrt(np.mean([(response(operator, u) - response(truth, u)) ** 2 for u in unseen]))
+    )
 
 
 def _row(name: str, fit: Callable[[], Any], size: tuple[int, int], told: str, most: float) -> Ratio:
     columns = np.random.default_rng(0).standard_normal(size)
     plain = columns[:, 0].copy()
-    ours, theirs, ratio = side_by_side(fit, lambda: np.linalg.lstsq(columns, plain, rcond=None), REPEATS)
-    return Ratio(name, ours, theirs, ratio, None, "numpy.linalg.lstsq of this size, unbounded", told, most=most)
+    ours, theirs, ratio = side_by_side(
+        fit, lambda: np.linalg.lstsq(columns, plain, rcond=None), REPEATS
+    )
+    return Ratio(
+        name,
+        ours,
+        theirs,
+        ratio,
+        None,
+        "numpy.linalg.lstsq of this size, unbounded",
+        told,
+        most=most,
+    )
 
 
 def _of_a_magnet() -> Iterator[Ratio]:
@@ -95,7 +111,11 @@ def _of_a_magnet() -> Iterator[Ratio]:
     axis = Path(__file__).parents[1] / "examples" / "forc" / "axis.toml"
     recorded = read_curves(Path(os.environ["BRISTLE_DATA"]) / "forc" / "forc_curves.npz", axis)
     fits: dict[str, tuple[float, Callable[[], Any], tuple[int, int]]] = {
-        "reversal_table": (0.021, lambda: table_of_curves(recorded.curves, kind=recorded.kind), (9_700, 257)),
+        "reversal_table": (
+            0.021,
+            lambda: table_of_curves(recorded.curves, kind=recorded.kind),
+            (9_700, 257),
+        ),
         "preisach_grid": (0.2, lambda: fit_grid(recorded), (9_700, 465)),
     }
     found = {fit.name: fit for fit in identify_operator(recorded, list(fits)).fits}

@@ -54,7 +54,9 @@ class Machine:
     @property
     def gains(self) -> Gains:
         """Gains for a velocity loop of this bandwidth, as the log was recorded: without velocity fed forward."""
-        return Gains(0.25 * self.fast, self.rig.mass * self.fast, 0.1 * self.rig.mass * self.fast**2)
+        return Gains(
+            0.25 * self.fast, self.rig.mass * self.fast, 0.1 * self.rig.mass * self.fast**2
+        )
 
     @property
     def torque(self) -> float:
@@ -68,7 +70,11 @@ class Machine:
 
     def written(self, folder: Path, reference: np.ndarray) -> None:
         """Write log and axis file."""
-        gains, record, t = self.gains, self.rig.run(self.gains, reference), self.rig.dt * np.arange(reference.size)
+        gains, record, t = (
+            self.gains,
+            self.rig.run(self.gains, reference),
+            self.rig.dt * np.arange(reference.size),
+        )
         columns = np.column_stack([t, record.position, reference, record.effort / self.constant])
         np.savetxt(folder / "log.csv", columns, "%.10g", ",", header="t,q,r,u", comments="")
         (folder / "axis.toml").write_text(
@@ -85,7 +91,18 @@ class Machine:
 
 MACHINES = {
     "screw": Machine(
-        Rig(60.0, 90.0, 110.0, 5e-3, 400.0, 8e-6, cogging=4.0, dt=5e-4, lag=4e-4, scale=np.array([1.06, 0.94])),
+        Rig(
+            60.0,
+            90.0,
+            110.0,
+            5e-3,
+            400.0,
+            8e-6,
+            cogging=4.0,
+            dt=5e-4,
+            lag=4e-4,
+            scale=np.array([1.06, 0.94]),
+        ),
         250.0,
         0.010,
         2.0,
@@ -118,7 +135,17 @@ def pushes() -> Iterator[Share]:
             folder = Path(place)
             machine.written(folder, motion(machine.rig, 14.0, 31, 0.02, 0.05))
             for model in MODELS:
-                asked = ("--axis", "axis.toml", "--model", model, "--draws", "0", "--force", "--out", "found")
+                asked = (
+                    "--axis",
+                    "axis.toml",
+                    "--model",
+                    model,
+                    "--draws",
+                    "0",
+                    "--force",
+                    "--out",
+                    "found",
+                )
                 _bristle(folder, "identify", "log.csv", *asked)
                 for target, (arguments, read) in TARGETS.items():
                     yield _judged(f"{name}, {model}, {target}", machine, folder, arguments, read)
@@ -126,7 +153,9 @@ def pushes() -> Iterator[Share]:
 
 def _bristle(folder: Path, *arguments: str) -> dict[str, Any] | None:
     """Return what a command prints as JSON; None where it refuses."""
-    ran = subprocess.run([BRISTLE, *arguments, "--json"], cwd=folder, capture_output=True, text=True, check=False)
+    ran = subprocess.run(
+        [BRISTLE, *arguments, "--json"], cwd=folder, capture_output=True, text=True, check=False
+    )
     if ran.returncode == 2 and "makes the error larger" in ran.stderr:
         return None
     if ran.returncode:
@@ -134,7 +163,9 @@ def _bristle(folder: Path, *arguments: str) -> dict[str, Any] | None:
     return json.loads(ran.stdout)
 
 
-def _judged(name: str, machine: Machine, folder: Path, arguments: tuple[str, ...], read: Any) -> Share:
+def _judged(
+    name: str, machine: Machine, folder: Path, arguments: tuple[str, ...], read: Any
+) -> Share:
     shutil.rmtree(folder / "out", ignore_errors=True)
     written = _bristle(folder, "export", *arguments, "--out", "out")
     if written is None:
@@ -151,15 +182,27 @@ def _judged(name: str, machine: Machine, folder: Path, arguments: tuple[str, ...
         x = moves(move["distance"], rig.dt, 0.05, ahead)
         desired = x[: x.size - ahead]
         inertia = rig.mass * np.gradient(np.gradient(desired, rig.dt), rig.dt)
-        gains = replace(machine.gains, k_ff=1.0)  # the loop that files state has velocity and inertia fed forward
+        gains = replace(
+            machine.gains, k_ff=1.0
+        )  # the loop that files state has velocity and inertia fed forward
         without = _error(rig, rig.run(gains, desired, inertia))
         if drive is not None:
             with_it = _error(rig, rig.run(gains, desired, inertia + drive(x, rig.dt)[ahead:]))
         else:
             with_it = _error(rig, rig.follow(law.along(x, desired.size), desired))
         kept.append(move["distance"] < least * (1.0 - 1e-9) or with_it <= WORSE * without)
-        told.append(f"{1e6 * without:.3g} -> {1e6 * with_it:.3g} um" + (" (stated in the file)" * (move["distance"] < least)))
-    return Share(f"no wrong push: {name}", 100.0 * float(np.mean(kept)), 100.0, 100.0, len(kept), "; ".join(told))
+        told.append(
+            f"{1e6 * without:.3g} -> {1e6 * with_it:.3g} um"
+            + (" (stated in the file)" * (move["distance"] < least))
+        )
+    return Share(
+        f"no wrong push: {name}",
+        100.0 * float(np.mean(kept)),
+        100.0,
+        100.0,
+        len(kept),
+        "; ".join(told),
+    )
 
 
 def _error(rig: Rig, record: Recorded) -> float:
@@ -171,7 +214,9 @@ def moves(distance: float, dt: float, speed: float, ahead: int) -> np.ndarray:
     duration = max(SHORTEST, 1.9 * distance / speed)
     s = np.arange(1, math.ceil(duration / dt) + 1) * dt / duration
     s = np.minimum(s, 1.0)
-    leg = np.concatenate([distance * s**3 * (10.0 - 15.0 * s + 6.0 * s**2), np.full(round(DWELL / dt), distance)])
+    leg = np.concatenate(
+        [distance * s**3 * (10.0 - 15.0 * s + 6.0 * s**2), np.full(round(DWELL / dt), distance)]
+    )
     parts, at = [np.zeros(round(BEFORE / dt))], 0.0
     for way in (1, 1, -1, -1, 1, -1):
         parts.append(at + way * leg)
@@ -183,7 +228,9 @@ def moves(distance: float, dt: float, speed: float, ahead: int) -> np.ndarray:
 
 
 def _text(folder: Path, end: str) -> str:
-    return next(path for path in sorted(folder.iterdir()) if path.name.endswith(end)).read_text(encoding="utf-8")
+    return next(path for path in sorted(folder.iterdir()) if path.name.endswith(end)).read_text(
+        encoding="utf-8"
+    )
 
 
 def _table_rows(text: str) -> list[list[str]]:
@@ -206,7 +253,12 @@ def _last_way(v: np.ndarray) -> np.ndarray:
 
 def _unit(machine: Machine, unit: str) -> float:
     """Return what an effort in a unit of a drive is on the table [N]."""
-    named = {"N": 1.0, "N*m at the motor": machine.torque, "% of rated": machine.percent, "A": machine.constant}
+    named = {
+        "N": 1.0,
+        "N*m at the motor": machine.torque,
+        "% of rated": machine.percent,
+        "A": machine.constant,
+    }
     return named[unit]
 
 
@@ -227,7 +279,11 @@ def of_table(folder: Path, machine: Machine) -> Drive:
         forward, backward = np.interp(v, *above.T), np.interp(v, *below.T)
         middle = 0.5 * (above[0, 1] + below[-1, 1])
         way = _last_way(v)
-        resting = np.where(way > 0, above[0, 1], np.where(way < 0, below[-1, 1], middle)) if held else middle
+        resting = (
+            np.where(way > 0, above[0, 1], np.where(way < 0, below[-1, 1], middle))
+            if held
+            else middle
+        )
         return np.where(v > 0.0, forward, np.where(v < 0.0, backward, resting))
 
     return drive
@@ -237,8 +293,14 @@ def of_levels(folder: Path, machine: Machine) -> Drive:
     """Take gravity, levels and viscous friction in the last unit that the file has; at rest gravity."""
     text = _text(folder, ".csv")
     rows = _table_rows(text)[1:]
-    levels = {name: float(amount) * _unit(machine, unit) for name, amount, unit, _ in rows if name in ("gravity", "F+", "F-")}
-    viscous = {name: float(amount) for name, amount, unit, _ in rows if name[0] == "D" and unit == "N*s/m"}
+    levels = {
+        name: float(amount) * _unit(machine, unit)
+        for name, amount, unit, _ in rows
+        if name in ("gravity", "F+", "F-")
+    }
+    viscous = {
+        name: float(amount) for name, amount, unit, _ in rows if name[0] == "D" and unit == "N*s/m"
+    }
     held = "last direction" in text
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
@@ -252,7 +314,11 @@ def of_levels(folder: Path, machine: Machine) -> Drive:
 
 def of_tf5200(folder: Path, machine: Machine) -> Drive:
     """Follow P-COMP-00041 to 00047: a curve over speed, decaying before a reversal and built up behind it."""
-    rows = dict(line.split()[:2] for line in _text(folder, ".txt").splitlines() if line.startswith("frict_comp."))
+    rows = dict(
+        line.split()[:2]
+        for line in _text(folder, ".txt").splitlines()
+        if line.startswith("frict_comp.")
+    )
     number = {key.removeprefix("frict_comp."): float(value) for key, value in rows.items()}
     count = int(number["table_entries"])
     speeds = np.array([1e-6 * number[f"table[{i}].in"] for i in range(count)])
@@ -279,14 +345,20 @@ def of_tf5200(folder: Path, machine: Machine) -> Drive:
 def of_ax8000(folder: Path, machine: Machine) -> Drive:
     """Slip a spring at the static friction, and add the dynamic factor times the velocity of the motor."""
     values = {row[0]: float(row[1]) for row in _table_rows(_text(folder, ".csv"))[1:]}
-    turn = 2.0 * math.pi * machine.ratio / machine.lead if machine.lead else 1.0  # of the motor, for 1 m [rad]
+    turn = (
+        2.0 * math.pi * machine.ratio / machine.lead if machine.lead else 1.0
+    )  # of the motor, for 1 m [rad]
     static, dynamic, spring = (values.get(f"0x3144:0{place}", 0.0) for place in (2, 3, 1))
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         v = turn * _velocity(x, dt)
         torque, bent = np.zeros(x.size), 0.0
         for k in range(1, x.size):
-            bent = min(static, max(-static, bent + spring * v[k] * dt)) if spring else (math.copysign(static, v[k]) if v[k] else bent)
+            bent = (
+                min(static, max(-static, bent + spring * v[k] * dt))
+                if spring
+                else (math.copysign(static, v[k]) if v[k] else bent)
+            )
             torque[k] = bent + dynamic * v[k]
         return torque * turn
 
@@ -305,7 +377,11 @@ def of_c(folder: Path, machine: Machine) -> Drive:
     ).run
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
-        place, out, pointer = np.ascontiguousarray(x / unit), np.empty(x.size), ctypes.POINTER(ctypes.c_double)
+        place, out, pointer = (
+            np.ascontiguousarray(x / unit),
+            np.empty(x.size),
+            ctypes.POINTER(ctypes.c_double),
+        )
         run(place.ctypes.data_as(pointer), x.size, ctypes.c_double(dt), out.ctypes.data_as(pointer))
         return out * effort
 
@@ -316,7 +392,17 @@ def _compiled(folder: Path, text: str) -> ctypes.CDLL:
     """Return the source with a caller as a library, of a name that the process has not loaded before."""
     (folder / "run.c").write_text(text)
     library = folder / f"axis_{np.random.default_rng().integers(1 << 40)}.so"
-    command = ["gcc", "-O2", "-std=c99", "-ffp-contract=off", "-shared", "-fPIC", "axis_x.c", "run.c", "-lm"]
+    command = [
+        "gcc",
+        "-O2",
+        "-std=c99",
+        "-ffp-contract=off",
+        "-shared",
+        "-fPIC",
+        "axis_x.c",
+        "run.c",
+        "-lm",
+    ]
     subprocess.run([*command, "-o", str(library)], cwd=folder, check=True)
     return ctypes.CDLL(str(library))
 
@@ -366,7 +452,9 @@ def of_wasm(folder: Path, machine: Machine) -> Drive:
             'const axis = await load();\nconst x = JSON.parse(readFileSync("x.json"));\n'
             f"console.log(JSON.stringify(x.map((each) => axis.force(each, {dt!r}))));\n"
         )
-        ran = subprocess.run(["node", "run.mjs"], cwd=folder, capture_output=True, text=True, check=True)
+        ran = subprocess.run(
+            ["node", "run.mjs"], cwd=folder, capture_output=True, text=True, check=True
+        )
         return np.array(json.loads(ran.stdout))
 
     return drive
@@ -378,6 +466,13 @@ TARGETS: dict[str, tuple[tuple[str, ...], Callable[[Path, Machine], Drive] | Non
     "tf5200": (("found", "--to", "tf5200", "--axis", "axis.toml"), of_tf5200),
     "ax8000": (("found", "--to", "ax8000", "--axis", "axis.toml"), of_ax8000),
     "c": (("found", "--to", "c", "--axis", "axis.toml"), of_c),
-    "law": (("--law", "found/experiment.toml", "--variant", "compensated", "--to", "c", "--tunable"), None),
-    **({"wasm": (("found", "--to", "wasm", "--axis", "axis.toml"), of_wasm)} if shutil.which("node") else {}),
+    "law": (
+        ("--law", "found/experiment.toml", "--variant", "compensated", "--to", "c", "--tunable"),
+        None,
+    ),
+    **(
+        {"wasm": (("found", "--to", "wasm", "--axis", "axis.toml"), of_wasm)}
+        if shutil.which("node")
+        else {}
+    ),
 }

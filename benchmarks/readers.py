@@ -21,11 +21,27 @@ def readers() -> Iterator[Ratio]:
     """Time text files that only differ in shape: reading is linear in cells and in characters."""
     wide, tall = content_of(_export(2000, 30)), content_of(_export(20, 3000))
     for name, read in (("read", read_table), ("looked through", summarize)):
-        ours, theirs, ratio = side_by_side(lambda read=read: read(wide), lambda read=read: read(tall), 15)
-        yield Ratio(f"2 000 columns of 30 rows, {name}", ours, theirs, ratio, 2.0 if name == "read" else None, "20 columns of 3 000 rows")
-    for name, middle in (("blanks in a bracket", " "), ("opening brackets", "["), ("a name", "x"), ("names", "x,")):
+        ours, theirs, ratio = side_by_side(
+            lambda read=read: read(wide), lambda read=read: read(tall), 15
+        )
+        yield Ratio(
+            f"2 000 columns of 30 rows, {name}",
+            ours,
+            theirs,
+            ratio,
+            2.0 if name == "read" else None,
+            "20 columns of 3 000 rows",
+        )
+    for name, middle in (
+        ("blanks in a bracket", " "),
+        ("opening brackets", "["),
+        ("a name", "x"),
+        ("names", "x,"),
+    ):
         long, short = (content_of(_headed(middle, length)) for length in (LONG, SHORT))
-        ours, theirs, ratio = side_by_side(lambda long=long: read_table(long), lambda short=short: read_table(short), 15)
+        ours, theirs, ratio = side_by_side(
+            lambda long=long: read_table(long), lambda short=short: read_table(short), 15
+        )
         yield Ratio(
             f"a header of {LONG} characters, {name}",
             ours,

@@ -45,7 +45,11 @@ SINGLE = {
     "cogging": ("cogging/speed_test1.txt", "cogging"),
     "tribometer": ("tribometer/test_data_2.txt", "tribometer"),
 }
-DAMPERS = {"2, 30 lb": "dataset-2__*Hz30lb", "2, 36 lb": "dataset-2__*Hz36lb", "3, 30 lb": "dataset-3__*Hz30lb"}
+DAMPERS = {
+    "2, 30 lb": "dataset-2__*Hz30lb",
+    "2, 36 lb": "dataset-2__*Hz36lb",
+    "3, 30 lb": "dataset-3__*Hz30lb",
+}
 
 
 class Task(NamedTuple):
@@ -72,12 +76,17 @@ class Sparse:
         """Choose the terms one by one."""
         self.speed = float(np.max(np.abs(rows.state[:, -1])))
         A, target = self._terms(rows), rows.effort - rows.explained
-        self.chosen, left = list[int](), A / np.maximum(np.linalg.norm(A, axis=0), np.finfo(float).tiny)
+        self.chosen, left = (
+            list[int](),
+            A / np.maximum(np.linalg.norm(A, axis=0), np.finfo(float).tiny),
+        )
         for _ in range(TERMS):
             size = np.linalg.norm(left, axis=0)
             seen = size > 1e-6
             pull = np.abs(left.T @ target)
-            self.chosen.append(int(np.argmax(np.where(seen, pull / np.where(seen, size, 1.0), -1.0))))
+            self.chosen.append(
+                int(np.argmax(np.where(seen, pull / np.where(seen, size, 1.0), -1.0)))
+            )
             unit = left[:, self.chosen[-1]] / size[self.chosen[-1]]
             left = left - np.outer(unit, unit @ left)
         self.weights = unbounded(A[:, self.chosen], target)
@@ -91,7 +100,9 @@ class Sparse:
         v, e = rows.state[:, -1:] / self.speed, rows.state[:, :-1:3]
         speed = np.abs(v)
         products = [e, e * speed, e * v, e**2, e**3, e * np.exp(-speed)]
-        return np.hstack([np.ones_like(v), v, speed, v * speed, v**3, np.sign(v) * np.sqrt(speed), *products])
+        return np.hstack(
+            [np.ones_like(v), v, speed, v * speed, v**3, np.sign(v) * np.sqrt(speed), *products]
+        )
 
 
 class Boosting:
@@ -101,7 +112,9 @@ class Boosting:
         """Grow the trees."""
         from sklearn.ensemble import HistGradientBoostingRegressor
 
-        self.trees = HistGradientBoostingRegressor(random_state=0).fit(rows.state, rows.effort - rows.explained)
+        self.trees = HistGradientBoostingRegressor(random_state=0).fit(
+            rows.state, rows.effort - rows.explained
+        )
         return self
 
     def effort(self, rows: Rows) -> np.ndarray:
@@ -122,7 +135,12 @@ class Gain(NamedTuple):
     @classmethod
     def of(cls, before: np.ndarray, after: np.ndarray) -> Gain:
         """Return the gain from errors without and with a residual model, by the bootstrap of blocks of time."""
-        sums = np.array([[np.sum(part**2) for part in np.array_split(error, BLOCKS)] for error in (before, after)])
+        sums = np.array(
+            [
+                [np.sum(part**2) for part in np.array_split(error, BLOCKS)]
+                for error in (before, after)
+            ]
+        )
         draws = np.random.default_rng(0).integers(0, BLOCKS, (DRAWS, BLOCKS))
         drawn = sums[:, draws].sum(axis=2)
         ratio = np.sqrt(sums[1].sum() / sums[0].sum())
@@ -164,7 +182,11 @@ def judged(method: Method, first: Sequence[Rows], second: Sequence[Rows], unseen
     """Decide whether a residual model is kept, and judge it on the unseen record."""
     error = unseen.effort - unseen.explained
     left = error - method().fit(Rows.joined(first)).effort(unseen)
-    near = 100.0 * float(1.0 - np.linalg.norm(left[unseen.near]) / np.linalg.norm(error[unseen.near])) if unseen.near.any() else np.nan
+    near = (
+        100.0 * float(1.0 - np.linalg.norm(left[unseen.near]) / np.linalg.norm(error[unseen.near]))
+        if unseen.near.any()
+        else np.nan
+    )
     return Judged(deciding_gain(method, first, second), Gain.of(error, left), near)
 
 
@@ -208,27 +230,50 @@ def tried(task: Task) -> tuple[str, float, float, dict[str, Judged]]:
     """Return the best model, its error on the unseen record [%], the least dissipation of an element, and the verdicts."""
     model = Extended.of(task.first, task.axis)
     unseen = [treated(model.found, log, task.axis_of_unseen) for log in task.unseen]
-    second = [rows_of(treated(model.found, log, task.axis), model.found.best, model.grid) for log in task.second]
+    second = [
+        rows_of(treated(model.found, log, task.axis), model.found.best, model.grid)
+        for log in task.second
+    ]
     rows = Rows.joined([rows_of(one, model.found.best, model.grid) for one in unseen])
-    error = 100.0 * float(np.linalg.norm(rows.effort - rows.explained) / np.linalg.norm(rows.effort))
-    lost = [_least_dissipation(model.grid, part.velocity, one.sample_time) for one in unseen for part in one.segments]
+    error = 100.0 * float(
+        np.linalg.norm(rows.effort - rows.explained) / np.linalg.norm(rows.effort)
+    )
+    lost = [
+        _least_dissipation(model.grid, part.velocity, one.sample_time)
+        for one in unseen
+        for part in one.segments
+    ]
     verdicts = {name: judged(method, model.rows, second, rows) for name, method in METHODS.items()}
     return model.found.best.name, error, min(lost), verdicts
 
 
 def _least_dissipation(grid: Grid, v: np.ndarray, dt: float) -> float:
     """Return the least work of a step of any element that is not stored, over the energy at its limit."""
-    return min(float(np.min(slipping(v, dt, limit)[1])) / (0.5 * r * r) for r, limit in grid.elements(v))
+    return min(
+        float(np.min(slipping(v, dt, limit)[1])) / (0.5 * r * r) for r, limit in grid.elements(v)
+    )
 
 
 def tasks(folder: Path | None, place: Path) -> dict[str, Callable[[], Task]]:
     """Return the measured axes, where `folder` names them, and the simulated axes; `place` is a folder for files."""
     found: dict[str, Callable[[], Task]] = {}
     if folder:
-        found |= {name: partial(_halves, folder / file, example) for name, (file, example) in SINGLE.items()}
-        found |= {f"damper {name}": partial(_damper, folder / "friction_damper/brfd_all.npz", one) for name, one in DAMPERS.items()}
-        found |= {f"robot, joint {number}": partial(_joint, place, number) for number in range(1, 7)}
-    return found | {f"simulated, {kind}, seed {seed}": partial(_simulated, kind, seed) for kind in outside.KINDS for seed in SEEDS}
+        found |= {
+            name: partial(_halves, folder / file, example)
+            for name, (file, example) in SINGLE.items()
+        }
+        found |= {
+            f"damper {name}": partial(_damper, folder / "friction_damper/brfd_all.npz", one)
+            for name, one in DAMPERS.items()
+        }
+        found |= {
+            f"robot, joint {number}": partial(_joint, place, number) for number in range(1, 7)
+        }
+    return found | {
+        f"simulated, {kind}, seed {seed}": partial(_simulated, kind, seed)
+        for kind in outside.KINDS
+        for seed in SEEDS
+    }
 
 
 def _halves(file: Path, example: str) -> Task:
@@ -241,7 +286,10 @@ def _halves(file: Path, example: str) -> Task:
 
 def _damper(file: Path, pattern: str) -> Task:
     """Return the tests of a damper below 2 Hz: those with an amplitude of one inch are unseen."""
-    axis, tests = read_axis(EXAMPLES / "friction_damper/axis.toml"), fnmatch.filter(np.load(file).files, f"{pattern}*")
+    axis, tests = (
+        read_axis(EXAMPLES / "friction_damper/axis.toml"),
+        fnmatch.filter(np.load(file).files, f"{pattern}*"),
+    )
     sides: Mapping[bool, list[Log]] = {True: [], False: []}
     for test in tests:
         if "__2Hz" not in test:
@@ -256,9 +304,19 @@ def _joint(place: Path, number: int) -> Task:
         robot, table = content_of(place / "robot.toml"), content_of(place / "joints.toml")
         found = identify_arm(place / "train.csv", robot, table)
         found.write(place / "train")
-        replace(found, motion=read_joints(place / "val.csv", axes_in(table))[1]).write(place / "val")
-    first, unseen = (read_axis(place / part / f"joints/A{number}.toml") for part in ("train", "val"))
-    return Task([read_log(place / "train.csv", first)], [], [read_log(place / "val.csv", unseen)], first, unseen)
+        replace(found, motion=read_joints(place / "val.csv", axes_in(table))[1]).write(
+            place / "val"
+        )
+    first, unseen = (
+        read_axis(place / part / f"joints/A{number}.toml") for part in ("train", "val")
+    )
+    return Task(
+        [read_log(place / "train.csv", first)],
+        [],
+        [read_log(place / "val.csv", unseen)],
+        first,
+        unseen,
+    )
 
 
 def _simulated(kind: str, seed: int) -> Task:
@@ -270,7 +328,9 @@ def _simulated(kind: str, seed: int) -> Task:
 def main(names: list[str]) -> int:
     """Print a line for each task; return 1 if a kept passive residual model harms, or an element returns energy."""
     folder: Any = os.environ.get("BRISTLE_DATA")
-    print(f"reduction of the rms error on the unseen record [%] ± half-width (within {NEAR} s of reversals); ! marks harm")
+    print(
+        f"reduction of the rms error on the unseen record [%] ± half-width (within {NEAR} s of reversals); ! marks harm"
+    )
     fails = 0
     with warnings.catch_warnings(), tempfile.TemporaryDirectory() as place:
         warnings.simplefilter("ignore")

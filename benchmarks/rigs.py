@@ -68,7 +68,11 @@ class Rig:
 
     def follow(self, law: Law, reference: np.ndarray) -> Recorded:
         """Follow a reference with any law, called once a sample: ``law(k, position as read)`` gives the effort."""
-        position, efforts, bent = np.empty(reference.size), np.empty(reference.size), np.zeros(SLIDERS)
+        position, efforts, bent = (
+            np.empty(reference.size),
+            np.empty(reference.size),
+            np.zeros(SLIDERS),
+        )
         moving, numbers = np.array([reference[0], 0.0, self.gravity]), self._numbers
         commands = np.full(reference.size + self.delay, self.gravity)
         for k in range(reference.size):
@@ -140,7 +144,9 @@ def _advance(moving, bent, command, dt, rig, scale, substeps):
         pull = gravity + cogging * math.sin(2.0 * math.pi * x / pitch)
         damping = 2.0 * 0.3 * math.sqrt(stiffness * M) + F_v
         # Implicit in the stiff part: springs and damping act on the velocity at the end of the step.
-        v = (v + h * (drive - friction - pull) / M) / (1.0 + h * damping / M + h * h * stiffness / M)
+        v = (v + h * (drive - friction - pull) / M) / (
+            1.0 + h * damping / M + h * h * stiffness / M
+        )
         x += h * v
     moving[0], moving[1], moving[2] = x, v, drive
 

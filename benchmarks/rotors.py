@@ -25,7 +25,10 @@ __all__ = ["Judged", "Rotor", "made", "rotors", "tried"]
 
 FINE = 20  # steps of the integrator in a sample
 BAND = 20.0, 40.0  # Hz: of the error of the encoder
-TIMES = 30.0, 100.0  # of the error over what rounding has in that band, or in every other log over all of it
+TIMES = (
+    30.0,
+    100.0,
+)  # of the error over what rounding has in that band, or in every other log over all of it
 FIRST, LOGS = 1000, 40
 MODEL, NORMAL = "stribeck", 1.96
 BANDS, STEADY, SHARP = (100.0, 25.0), 8.0, 35.0  # Hz: of the rows; of the inertia [%]
@@ -62,7 +65,15 @@ class Judged(NamedTuple):
 
 
 @numba.njit(cache=True)
-def turned(torque: np.ndarray, dt: float, inertia: float, coulomb: float, static: float, stribeck: float, viscous: float) -> np.ndarray:
+def turned(
+    torque: np.ndarray,
+    dt: float,
+    inertia: float,
+    coulomb: float,
+    static: float,
+    stribeck: float,
+    viscous: float,
+) -> np.ndarray:
     """Return the position of a rotor at each torque [rad], by steps of the midpoint; what holds it at rest holds all of a step."""
     position, q, v = np.empty(torque.size), 0.0, 0.0
     for i in range(torque.size):
@@ -72,7 +83,10 @@ def turned(torque: np.ndarray, dt: float, inertia: float, coulomb: float, static
         side = np.sign(v) if v != 0.0 else np.sign(torque[i])
         half = v
         for share in (0.5, 1.0):
-            friction = side * (coulomb + (static - coulomb) * np.exp(-((half / stribeck) ** 2))) + viscous * half
+            friction = (
+                side * (coulomb + (static - coulomb) * np.exp(-((half / stribeck) ** 2)))
+                + viscous * half
+            )
             half = v + share * dt * (torque[i] - friction) / inertia
         if half * side <= 0.0:
             half = 0.0
@@ -85,7 +99,9 @@ def _in_band(count: int, rate: float, rng: np.random.Generator) -> np.ndarray:
     """Return noise of a standard deviation of one in the band."""
     frequency = np.fft.rfftfreq(count, 1.0 / rate)
     inside = (frequency >= BAND[0]) & (frequency <= BAND[1])
-    spectrum = np.where(inside, rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size), 0.0)
+    spectrum = np.where(
+        inside, rng.standard_normal(frequency.size) + 1j * rng.standard_normal(frequency.size), 0.0
+    )
     noise = np.fft.irfft(spectrum, count)
     return noise / np.std(noise)
 
@@ -113,7 +129,9 @@ def made(seed: int) -> Rotor:
     fine = np.repeat(torque, FINE)
     late = round(delay * FINE)
     acting = np.concatenate([np.zeros(late), fine])[: fine.size]
-    position = turned(acting, 1.0 / (rate * FINE), inertia, coulomb, static, stribeck, viscous)[::FINE]
+    position = turned(acting, 1.0 / (rate * FINE), inertia, coulomb, static, stribeck, viscous)[
+        ::FINE
+    ]
     step = 2.0 * np.pi / counts
     rounding = step / 12.0**0.5 * (1.0 if seed % 2 else ((BAND[1] - BAND[0]) / (0.5 * rate)) ** 0.5)
     error = rounding * np.exp(rng.uniform(*np.log(TIMES))) * _in_band(count, rate, rng)
@@ -135,19 +153,31 @@ def tried(seed: int, cutoff: float | None = None) -> Judged:
     low, high = estimate.interval or (estimate.value - width, estimate.value + width)
     warned = any(entry.code in DOUBTS and entry.severity == "warning" for entry in fit.diagnostics)
     holds, error = low <= rotor.inertia <= high, 100.0 * (estimate.value / rotor.inertia - 1.0)
-    return Judged(error, 50.0 * (high - low) / rotor.inertia, holds, estimate.status == "identified", warned)
+    return Judged(
+        error, 50.0 * (high - low) / rotor.inertia, holds, estimate.status == "identified", warned
+    )
 
 
 def rotors(first: int = FIRST, count: int = LOGS) -> Iterator[Share]:
     """Coverage of the interval of the inertia, its half-width, and by how much the cut-off of the rows moves it."""
     with ProcessPoolExecutor(core_count()) as pool:
         seeds = range(first, first + count)
-        plain, wide, narrow = (list(pool.map(partial(tried, cutoff=cutoff), seeds)) for cutoff in (None, *BANDS))
+        plain, wide, narrow = (
+            list(pool.map(partial(tried, cutoff=cutoff), seeds)) for cutoff in (None, *BANDS)
+        )
     sure = [entry for entry in plain if entry.identified]
-    width, errors = float(np.median([entry.half_width for entry in sure])), [abs(entry.error) for entry in sure]
+    width, errors = (
+        float(np.median([entry.half_width for entry in sure])),
+        [abs(entry.error) for entry in sure],
+    )
     note = f"error {np.median(errors):.1f} %, 90 % within {np.quantile(errors, 0.9):.1f}, half-width {width:.1f}"
     yield Share(
-        "inertia of rotors, intervals that hold", 100.0 * float(np.mean([entry.holds for entry in sure])), 92.0, 100.0, len(sure), note
+        "inertia of rotors, intervals that hold",
+        100.0 * float(np.mean([entry.holds for entry in sure])),
+        92.0,
+        100.0,
+        len(sure),
+        note,
     )
     yield Share("inertia of rotors, identified", 100.0 * len(sure) / count, 90.0, 100.0, count)
     yield Share(
@@ -157,9 +187,19 @@ def rotors(first: int = FIRST, count: int = LOGS) -> Iterator[Share]:
         100.0,
         len(sure),
     )
-    pairs = [(one, other) for one, other in zip(wide, narrow, strict=True) if one.identified and other.identified]
+    pairs = [
+        (one, other)
+        for one, other in zip(wide, narrow, strict=True)
+        if one.identified and other.identified
+    ]
     steady = [abs(one.error - other.error) <= STEADY for one, other in pairs]
-    yield Share("inertia of rotors, equal at 100 and 25 Hz", 100.0 * float(np.mean(steady)), 90.0, 100.0, len(pairs))
+    yield Share(
+        "inertia of rotors, equal at 100 and 25 Hz",
+        100.0 * float(np.mean(steady)),
+        90.0,
+        100.0,
+        len(pairs),
+    )
 
 
 if __name__ == "__main__":

@@ -37,20 +37,38 @@ class Row(NamedTuple):
 def rows() -> Iterator[Row]:
     """Yield the errors of each loop on each screw, also with the friction of the table and the wind-up fed forward."""
     with as_file(files("bristle.apps.paper") / "experiments") as folder:
-        variants = [variant for variant in read_experiment(folder / "set_a.toml").variants if variant.name in LOOPS]
+        variants = [
+            variant
+            for variant in read_experiment(folder / "set_a.toml").variants
+            if variant.name in LOOPS
+        ]
     for stiffness in STIFFNESSES:
         rigid = math.isinf(stiffness)
         loops = variants if rigid else [on_a_screw(variant, stiffness) for variant in variants]
-        loops += [] if rigid else [wound_up(loop) for loop in loops if loop.feedforward.friction is not None and loop.name != "printed"]
-        for name, result in simulate(Experiment("set A", loops[0].plant.kind, tuple(loops))).variants.items():
-            yield Row(stiffness, name, result.following_error.peak_to_peak, result.true_error.peak_to_peak)
+        loops += (
+            []
+            if rigid
+            else [
+                wound_up(loop)
+                for loop in loops
+                if loop.feedforward.friction is not None and loop.name != "printed"
+            ]
+        )
+        for name, result in simulate(
+            Experiment("set A", loops[0].plant.kind, tuple(loops))
+        ).variants.items():
+            yield Row(
+                stiffness, name, result.following_error.peak_to_peak, result.true_error.peak_to_peak
+            )
 
 
 def on_a_screw(variant: Variant, stiffness: float) -> Variant:
     """Return a loop of the paper with its friction on a table behind a screw."""
     mass, damper = variant.plant.values["M"], 2.0 * DAMPING * math.sqrt(stiffness * TABLE)
     # A lead of 2 pi: one radian of the motor is one metre of the table.
-    screw = plants.ball_screw(kind="rotational", J=mass - TABLE, M=TABLE, lead=2.0 * math.pi, k=stiffness, d=damper)
+    screw = plants.ball_screw(
+        kind="rotational", J=mass - TABLE, M=TABLE, lead=2.0 * math.pi, k=stiffness, d=damper
+    )
     fed = variant.feedforward
     return replace(
         variant,
@@ -59,7 +77,10 @@ def on_a_screw(variant: Variant, stiffness: float) -> Variant:
         table=variant.friction,
         sensor_at="motor",
         feedforward=replace(fed, friction=rotational(fed.friction)),
-        **{name: rotational(getattr(variant, name)) for name in ("controller", "sensor", "reference")},
+        **{
+            name: rotational(getattr(variant, name))
+            for name in ("controller", "sensor", "reference")
+        },
     )
 
 
@@ -67,7 +88,11 @@ def wound_up(loop: Variant) -> Variant:
     """Return a loop that feeds the friction of the table forward with the wind-up of the screw."""
     fed = loop.feedforward
     table = replace(fed.friction, kind="translational") if fed.friction is not None else None
-    return replace(loop, name=f"{loop.name}, wound up", feedforward=replace(fed, plant=loop.plant, table=table, friction=None))
+    return replace(
+        loop,
+        name=f"{loop.name}, wound up",
+        feedforward=replace(fed, plant=loop.plant, table=table, friction=None),
+    )
 
 
 def rotational(model: Any) -> Any:
@@ -76,6 +101,10 @@ def rotational(model: Any) -> Any:
 
 
 if __name__ == "__main__":
-    print("stiffness [N/um]  loop                            encoder [um]  table [um]  (peak to peak)")
+    print(
+        "stiffness [N/um]  loop                            encoder [um]  table [um]  (peak to peak)"
+    )
     for row in rows():
-        print(f"{1e-6 * row.stiffness:>16.4g}  {row.loop:<30}  {1e6 * row.encoder:>12.2f}  {1e6 * row.table:>10.2f}")
+        print(
+            f"{1e-6 * row.stiffness:>16.4g}  {row.loop:<30}  {1e6 * row.encoder:>12.2f}  {1e6 * row.table:>10.2f}"
+        )

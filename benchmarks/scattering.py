@@ -21,7 +21,9 @@ __all__ = ["scattering"]
 
 LEAST = 0.3
 OWN = {
-    "scatter": Variable("1", "standard deviation of the level from reversal to reversal", min=0.0, max=0.3),
+    "scatter": Variable(
+        "1", "standard deviation of the level from reversal to reversal", min=0.0, max=0.3
+    ),
     "way": Variable("length", "way back from which a reversal counts as one", min=0.0),
     "seed": Variable("1", "seed of the scatter", min=0),
 }
@@ -88,7 +90,9 @@ class ScatteringModel(FrictionModel):
         return Parameters(inner, *(values[name] for name in OWN))
 
     def values(self, parameters: Parameters) -> dict[str, Any]:
-        return self.inner.values(parameters.inner) | {name: getattr(parameters, name) for name in OWN}
+        return self.inner.values(parameters.inner) | {
+            name: getattr(parameters, name) for name in OWN
+        }
 
     def initial_state(self, p: Parameters) -> State:
         return State(self.inner.initial_state(p.inner), 0.0, 0.0, 0, 1.0)

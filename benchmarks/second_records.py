@@ -48,10 +48,20 @@ def second_records() -> Iterator[Share]:
         print("second_records: skipped, BRISTLE_DATA is not set")
         return
     with ProcessPoolExecutor(core_count()) as pool, tempfile.TemporaryDirectory() as place:
-        jobs = {name: (_record, Path(folder) / file, axis, model) for name, (file, axis, model) in RECORDS.items()}
+        jobs = {
+            name: (_record, Path(folder) / file, axis, model)
+            for name, (file, axis, model) in RECORDS.items()
+        }
         jobs |= {f"robot, {name}": (_joint, *files) for name, files in _joints(Path(place)).items()}
         for name, (share, rows) in zip(jobs, pool.map(_called, jobs.values()), strict=True):
-            yield Share(f"bands of {name}", share, LEAST, MOST, rows, "rows of the second part of the record")
+            yield Share(
+                f"bands of {name}",
+                share,
+                LEAST,
+                MOST,
+                rows,
+                "rows of the second part of the record",
+            )
 
 
 def _called(job: tuple[Any, ...]) -> tuple[float, int]:
@@ -67,18 +77,31 @@ def _record(file: Path, example: str, model: str) -> tuple[float, int]:
 
 def _joint(first: Path, second: Path, axes: tuple[Path, Path]) -> tuple[float, int]:
     axis, axis_of_second = map(read_axis, axes)
-    return inside(read_log(first, axis), read_log(second, axis_of_second), axis, axis_of_second, "lugre")
+    return inside(
+        read_log(first, axis), read_log(second, axis_of_second), axis, axis_of_second, "lugre"
+    )
 
 
-def inside(first: Log, second: Log, axis: Axis, axis_of_second: Axis, model: str) -> tuple[float, int]:
+def inside(
+    first: Log, second: Log, axis: Axis, axis_of_second: Axis, model: str
+) -> tuple[float, int]:
     """Identify a record; return the share of the rows of a second record within the band [%], and their number."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         result = identify(first, model, axis=axis)
         assert result.best.resampling is not None
-        treatment: Mapping[str, Any] = {name: result.treatment[name] for name in TREATMENT if name in result.treatment}
+        treatment: Mapping[str, Any] = {
+            name: result.treatment[name] for name in TREATMENT if name in result.treatment
+        }
         bands = result.best.resampling.bands
-        predicted = predict(result.best.plant, result.best.friction, second, axis_of_second, bands=bands, **treatment)
+        predicted = predict(
+            result.best.plant,
+            result.best.friction,
+            second,
+            axis_of_second,
+            bands=bands,
+            **treatment,
+        )
     assert predicted.inside_percent is not None
     assert predicted.effort is not None
     return predicted.inside_percent, predicted.effort.size
@@ -92,11 +115,25 @@ def cut(log: Log, span: slice) -> Log:
             return replace(value, values=value.values[span])
         if isinstance(value, tuple):
             return tuple(part(item) for item in value)
-        return {name: part(item) for name, item in value.items()} if isinstance(value, Mapping) else value
+        return (
+            {name: part(item) for name, item in value.items()}
+            if isinstance(value, Mapping)
+            else value
+        )
 
-    parts = {field.name: part(getattr(log, field.name)) for field in fields(log) if field.name not in ("segments", "findings", "notes")}
-    starts = [(max(segment.start, span.start), min(segment.stop, span.stop)) for segment in log.segments]
-    return replace(log, **parts, segments=tuple(slice(a - span.start, b - span.start) for a, b in starts if b > a))
+    parts = {
+        field.name: part(getattr(log, field.name))
+        for field in fields(log)
+        if field.name not in ("segments", "findings", "notes")
+    }
+    starts = [
+        (max(segment.start, span.start), min(segment.stop, span.stop)) for segment in log.segments
+    ]
+    return replace(
+        log,
+        **parts,
+        segments=tuple(slice(a - span.start, b - span.start) for a, b in starts if b > a),
+    )
 
 
 def _joints(folder: Path) -> dict[str, tuple[Path, Path, tuple[Path, Path]]]:
@@ -109,13 +146,20 @@ def _joints(folder: Path) -> dict[str, tuple[Path, Path, tuple[Path, Path]]]:
         file.write_text("\n".join([head, *part, ""]))
     robot, table = content_of(folder / "robot.toml"), content_of(folder / "joints.toml")
     identified = identify_arm(files["first"], robot, table)
-    motions: dict[str, Motion] = {"first": identified.motion, "second": arm.read_joints(files["second"], axes_in(table))[1]}
+    motions: dict[str, Motion] = {
+        "first": identified.motion,
+        "second": arm.read_joints(files["second"], axes_in(table))[1],
+    }
     for name, motion in motions.items():
         for file, text in replace(identified, motion=motion).files.items():
             path = folder / name / file
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(text)
     return {
-        joint: (files["first"], files["second"], (folder / "first/joints" / f"{joint}.toml", folder / "second/joints" / f"{joint}.toml"))
+        joint: (
+            files["first"],
+            files["second"],
+            (folder / "first/joints" / f"{joint}.toml", folder / "second/joints" / f"{joint}.toml"),
+        )
         for joint in identified.tables
     }

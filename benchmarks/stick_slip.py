@@ -88,11 +88,25 @@ def of_scipy() -> Iterator[Method]:
 
     def by(method: str) -> Solver:
         return lambda tolerance: solve_ivp(
-            right, (0.0, TIMES[-1]), np.zeros(3), method=method, t_eval=TIMES, rtol=tolerance, atol=1e-3 * tolerance
+            right,
+            (0.0, TIMES[-1]),
+            np.zeros(3),
+            method=method,
+            t_eval=TIMES,
+            rtol=tolerance,
+            atol=1e-3 * tolerance,
         ).y[0]
 
     def older(tolerance: float) -> np.ndarray:
-        return odeint(right, np.zeros(3), TIMES, tfirst=True, rtol=tolerance, atol=1e-3 * tolerance, mxstep=100_000)[:, 0]
+        return odeint(
+            right,
+            np.zeros(3),
+            TIMES,
+            tfirst=True,
+            rtol=tolerance,
+            atol=1e-3 * tolerance,
+            mxstep=100_000,
+        )[:, 0]
 
     yield Method("scipy solve_ivp, LSODA", HALF_DECADES, by("LSODA"))
     yield Method("scipy solve_ivp, Radau", HALF_DECADES[:11], by("Radau"))
@@ -141,7 +155,9 @@ def of_diffrax() -> Iterator[Method]:
         x, v, z = y
         level = 1.0 + 0.5 * jnp.exp(-((v / 1e-3) ** 2))
         slip = v - 1e5 * jnp.abs(v) / level * z
-        return jnp.array([v, 2.0 * (0.1 * t - x) - 1e5 * z - 316.22776601683796 * slip - 0.4 * v, slip])
+        return jnp.array(
+            [v, 2.0 * (0.1 * t - x) - 1e5 * z - 316.22776601683796 * slip - 0.4 * v, slip]
+        )
 
     def by(solver: Any) -> Solver:
         @jax.jit
@@ -170,7 +186,9 @@ def of_mujoco() -> Iterator[Method]:
     from mujoco import rollout
 
     def solve(step: float) -> np.ndarray:
-        friction = f"{SIGMA_0} {CONTACT['sigma_1']} {CONTACT['F_C']} {CONTACT['F_S']} {CONTACT['v_S']}"
+        friction = (
+            f"{SIGMA_0} {CONTACT['sigma_1']} {CONTACT['F_C']} {CONTACT['F_S']} {CONTACT['v_S']}"
+        )
         model = mujoco.MjModel.from_xml_string(
             f"""
             <mujoco>
@@ -211,11 +229,15 @@ def of_bristle() -> Iterator[Method]:
     effort = np.zeros(COUNT)
 
     def by(model: Any) -> Solver:
-        return lambda tolerance: run_adaptive(plant, model, effort, DT, tolerance=tolerance).position
+        return lambda tolerance: (
+            run_adaptive(plant, model, effort, DT, tolerance=tolerance).position
+        )
 
     tolerances = (1e-2, 10.0**-2.5, *HALF_DECADES[:9])
     yield Method("bristle, LuGre", tolerances, by(lugre), role="bristle")
-    yield Method("bristle, composite", tolerances, by(composite), role="bristle", friction=COMPOSITE)
+    yield Method(
+        "bristle, composite", tolerances, by(composite), role="bristle", friction=COMPOSITE
+    )
 
 
 FAMILIES = (of_scipy, of_rumoca, of_diffrax, of_mujoco, of_bristle)
@@ -228,7 +250,15 @@ def references() -> dict[str, np.ndarray]:
     from bristle import friction, plants
     from bristle.engine import run_open_loop
 
-    lugre = solve_ivp(compiled_rates(), (0.0, TIMES[-1]), np.zeros(3), method="Radau", t_eval=TIMES, rtol=1e-12, atol=1e-15).y[0]
+    lugre = solve_ivp(
+        compiled_rates(),
+        (0.0, TIMES[-1]),
+        np.zeros(3),
+        method="Radau",
+        t_eval=TIMES,
+        rtol=1e-12,
+        atol=1e-15,
+    ).y[0]
     composite = friction.preisach_lugre(s=SIGMA_0, f_p=1.2 * CONTACT["F_S"], **CONTACT)
     plant = plants.pulled_inertia(M=MASS, k=SPRING, v_e=PULL)
     fine = run_open_loop(plant, composite, np.zeros(COUNT), DT, steps=FINE_STEPS).position
@@ -238,11 +268,20 @@ def references() -> dict[str, np.ndarray]:
 def measure() -> list[Point]:
     """Return error and wall time of every method at every setting, all methods in turn, run after run."""
     truth = references()
-    work = [(method, setting) for family in FAMILIES for method in family() for setting in method.settings]
+    work = [
+        (method, setting)
+        for family in FAMILIES
+        for method in family()
+        for setting in method.settings
+    ]
     errors, walls = [], [[] for _ in work]
     for method, setting in work:
         found = method.solve(setting)
-        errors.append(float(np.max(np.abs(found - truth[method.friction]))) if found.size == COUNT else math.inf)
+        errors.append(
+            float(np.max(np.abs(found - truth[method.friction])))
+            if found.size == COUNT
+            else math.inf
+        )
     for _ in range(RUNS):
         for (method, setting), wall in zip(work, walls, strict=True):
             if len(wall) > 1 and sum(wall) > ENOUGH:
@@ -250,7 +289,10 @@ def measure() -> list[Point]:
             start, busy = time.perf_counter(), time.process_time()
             method.solve(setting)
             wall.append(min(time.perf_counter() - start, time.process_time() - busy))
-    return [Point(method, setting, error, min(wall)) for (method, setting), error, wall in zip(work, errors, walls, strict=True)]
+    return [
+        Point(method, setting, error, min(wall))
+        for (method, setting), error, wall in zip(work, errors, walls, strict=True)
+    ]
 
 
 def least_wall(points: list[Point], error: float) -> Point | None:
@@ -263,7 +305,11 @@ def claims(points: list[Point]) -> Iterator[Ratio]:
     """Yield the time to each error: against the fastest peer, and against the fastest legacy interface."""
     factors = {LUGRE: 10.0, COMPOSITE: 3.0}
     for friction, factor in factors.items():
-        ours = [point for point in points if point.method.role == "bristle" and point.method.friction == friction]
+        ours = [
+            point
+            for point in points
+            if point.method.role == "bristle" and point.method.friction == friction
+        ]
         for role in ("peer", "legacy"):
             peers = [point for point in points if point.method.role == role]
             for level in LEVELS[:4]:  # below a micrometre methods of a higher order are faster

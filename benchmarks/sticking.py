@@ -111,9 +111,17 @@ def ours() -> Iterator[Answers]:
     normal = GRAVITY * math.cos(SLOPE)
     models = {
         "coulomb": lambda level: br.friction.coulomb(F_C=level),
-        "lugre": lambda level: br.friction.lugre(F_C=level, F_S=level, v_S=1e-3, sigma_0=1e5, sigma_1=10.0),
+        "lugre": lambda level: br.friction.lugre(
+            F_C=level, F_S=level, v_S=1e-3, sigma_0=1e5, sigma_1=10.0
+        ),
         "preisach_lugre": lambda level: br.friction.preisach_lugre(
-            kernel="dahl_masing", s=1e5, f_p=1.2 * level, F_C=level, F_S=level, v_S=1e-3, sigma_1=10.0
+            kernel="dahl_masing",
+            s=1e5,
+            f_p=1.2 * level,
+            F_C=level,
+            F_S=level,
+            v_S=1e-3,
+            sigma_1=10.0,
         ),
     }
     for name, of in models.items():
@@ -122,7 +130,9 @@ def ours() -> Iterator[Answers]:
         def run(force: Force, v: float, lasts: float, model: Any = held) -> Moved:
             count = round(lasts / DT) + 1
             if force is spring:
-                made = run_open_loop(pulled_inertia(M=M, k=K, v_e=V_END), model, np.zeros(count), DT)
+                made = run_open_loop(
+                    pulled_inertia(M=M, k=K, v_e=V_END), model, np.zeros(count), DT
+                )
             else:
                 made = run_open_loop(inertia(M=M), model, np.full(count, force(0.0, 0.0)), DT, v=v)
             return made.position, made.velocity
@@ -167,7 +177,8 @@ def mujoco() -> Iterator[Answers]:
             f'<geom type="box" size="0.1 0.1 0.05" mass="1" friction="{MU}"/></body>'
         )
         joint = (
-            f'<body gravcomp="1"><joint type="slide" axis="1 0 0" frictionloss="{F_C}"/><geom type="sphere" size="0.1" mass="{M}"/></body>'
+            f'<body gravcomp="1"><joint type="slide" axis="1 0 0" frictionloss="{F_C}"/>'
+            f'<geom type="sphere" size="0.1" mass="{M}"/></body>'
         )
 
         def run(force: Force, v: float, lasts: float, moved=moved, joint: str = joint) -> Moved:
@@ -191,12 +202,18 @@ def drake() -> Iterator[Answers]:
     for name, kind in {"SAP": "kSap", "TAMSI": "kTamsi", "similar": "kSimilar"}.items():
         builder = library.DiagramBuilder()
         plant, _ = library.AddMultibodyPlantSceneGraph(builder, DT)
-        plant.set_discrete_contact_approximation(getattr(library.DiscreteContactApproximation, kind))
+        plant.set_discrete_contact_approximation(
+            getattr(library.DiscreteContactApproximation, kind)
+        )
         inertia = library.SpatialInertia.SolidBoxWithMass(1.0, 0.2, 0.2, 0.1)
         body = plant.AddRigidBody("block", inertia)
         friction = library.CoulombFriction(MU, MU)
-        plant.RegisterCollisionGeometry(plant.world_body(), library.RigidTransform(), library.HalfSpace(), "ground", friction)
-        plant.RegisterCollisionGeometry(body, library.RigidTransform(), library.Box(0.2, 0.2, 0.1), "box", friction)
+        plant.RegisterCollisionGeometry(
+            plant.world_body(), library.RigidTransform(), library.HalfSpace(), "ground", friction
+        )
+        plant.RegisterCollisionGeometry(
+            body, library.RigidTransform(), library.Box(0.2, 0.2, 0.1), "box", friction
+        )
         gravity = np.array([math.sin(SLOPE), 0.0, -math.cos(SLOPE)])
         plant.mutable_gravity_field().set_gravity_vector(GRAVITY * gravity)
         plant.Finalize()
@@ -220,7 +237,11 @@ def bullet() -> Iterator[Answers]:
     library.setTimeStep(DT)
     ground = library.createMultiBody(0.0, library.createCollisionShape(library.GEOM_PLANE))
     half = [0.1, 0.1, 0.05]
-    block = library.createMultiBody(1.0, library.createCollisionShape(library.GEOM_BOX, halfExtents=half), basePosition=[0, 0, 0.05])
+    block = library.createMultiBody(
+        1.0,
+        library.createCollisionShape(library.GEOM_BOX, halfExtents=half),
+        basePosition=[0, 0, 0.05],
+    )
     for body in (ground, block):
         library.changeDynamics(body, -1, lateralFriction=math.sqrt(MU))  # it multiplies the two
     library.changeDynamics(block, -1, activationState=library.ACTIVATION_STATE_DISABLE_SLEEPING)
@@ -245,15 +266,26 @@ def answers() -> list[Answers]:
 
 def main() -> None:
     """Ask, and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--json", type=Path, help="also write the results into this file")
     given = parser.parse_args()
     found = answers()
     for one in found:
-        told = {name: value for name, value in asdict(one).items() if isinstance(value, float) and not math.isnan(value)}
-        print(f"{one.simulator}, {one.setting}:", ", ".join(f"{name} {value:.1e}" for name, value in told.items()))
+        told = {
+            name: value
+            for name, value in asdict(one).items()
+            if isinstance(value, float) and not math.isnan(value)
+        }
+        print(
+            f"{one.simulator}, {one.setting}:",
+            ", ".join(f"{name} {value:.1e}" for name, value in told.items()),
+        )
     if given.json:
-        given.json.write_text(json.dumps([asdict(one) for one in found], indent=1) + "\n", encoding="utf-8")
+        given.json.write_text(
+            json.dumps([asdict(one) for one in found], indent=1) + "\n", encoding="utf-8"
+        )
 
 
 if __name__ == "__main__":

@@ -40,7 +40,11 @@ class StrangeLog(NamedTuple):
 
 def table_of(truth: Truth, record: Record) -> dict[str, np.ndarray]:
     """Return a record as columns in SI: what a person has who knows the force constant of the motor."""
-    return {"time": record.t, "position": record.position, "effort": record.effort * truth.recording.force_per_effort}
+    return {
+        "time": record.t,
+        "position": record.position,
+        "effort": record.effort * truth.recording.force_per_effort,
+    }
 
 
 def true_values(truth: Truth, record: Record) -> dict[str, float]:
@@ -69,7 +73,9 @@ def tried(family: str, seed: int) -> StrangeLog:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            found = br.identify(table_of(truth, record), MODELS[family], axis=axis, blocks=0, draws=DRAWS)
+            found = br.identify(
+                table_of(truth, record), MODELS[family], axis=axis, blocks=0, draws=DRAWS
+            )
         except InputError as error:
             return StrangeLog(str(error), np.nan, {}, 0)
     known, inside = true_values(truth, record), {}
@@ -80,7 +86,9 @@ def tried(family: str, seed: int) -> StrangeLog:
     return StrangeLog("", 100.0 * (mass / truth.mass - 1.0), inside, len(inside))
 
 
-def strange_logs(first: int = 0, count: int = LOGS, families: Iterable[str] = MODELS) -> Iterator[Share]:
+def strange_logs(
+    first: int = 0, count: int = LOGS, families: Iterable[str] = MODELS
+) -> Iterator[Share]:
     """Coverage of the intervals of each family on logs of seeds from the `first` on, pooled and by parameter."""
     with ProcessPoolExecutor(core_count()) as pool:
         for family in families:
@@ -89,11 +97,21 @@ def strange_logs(first: int = 0, count: int = LOGS, families: Iterable[str] = MO
             every = [inside for trial in read for inside in trial.inside.values()]
             errors = np.array([trial.mass_error for trial in read])
             remark = f"error of M: {np.median(errors):.2f} % (median), {np.sqrt(np.mean(errors**2)):.2f} % (rms)"
-            yield Share(f"{family}, pooled", 100.0 * float(np.mean(every)), 90.0, 98.0, len(every), remark)
+            yield Share(
+                f"{family}, pooled", 100.0 * float(np.mean(every)), 90.0, 98.0, len(every), remark
+            )
             for parameter in dict.fromkeys(name for trial in read for name in trial.inside):
                 inside = [trial.inside[parameter] for trial in read if parameter in trial.inside]
-                yield Share(f"{family}, {parameter}", 100.0 * float(np.mean(inside)), 85.0, 100.0, len(inside))
-            yield Share(f"{family}, read", 100.0 * len(read) / len(trials), 100.0, 100.0, len(trials))
+                yield Share(
+                    f"{family}, {parameter}",
+                    100.0 * float(np.mean(inside)),
+                    85.0,
+                    100.0,
+                    len(inside),
+                )
+            yield Share(
+                f"{family}, read", 100.0 * len(read) / len(trials), 100.0, 100.0, len(trials)
+            )
 
 
 if __name__ == "__main__":

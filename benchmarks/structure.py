@@ -35,7 +35,9 @@ LAG = 0.02  # [s]
 PLAY = 10.0  # times the play that is drawn
 SHOWS = 0.01  # of friction: a missing force that matters
 SMOOTH = 0.01  # [s]
-FALLS = np.geomspace(2e-3, 1.0, 24)  # of the largest speed, over which a law of the right structure may fall
+FALLS = np.geomspace(
+    2e-3, 1.0, 24
+)  # of the largest speed, over which a law of the right structure may fall
 
 
 class Tried(NamedTuple):
@@ -53,7 +55,9 @@ def truth_of(kind: str, seed: int) -> Truth:
     alike = {name: (float(np.mean(getattr(friction, name))),) * 2 for name in ("F_C", "F_S", "F_v")}
     friction = replace(friction, **alike, lag=LAG if kind == "lag" else 0.0)
     axis = replace(axis, cogging=0.0, half_play=PLAY * axis.half_play)
-    recording = replace(recording, every=1, lost=(), jitter=0.0, effort_filter=0.0, position_filter=0.0)
+    recording = replace(
+        recording, every=1, lost=(), jitter=0.0, effort_filter=0.0, position_filter=0.0
+    )
     motor = replace(truth.motor, ripple=0.0)
     return replace(truth, friction=friction, axis=axis, recording=recording, motor=motor)
 
@@ -64,13 +68,21 @@ def lacking(truth: Truth, run: Run) -> float:
     side, speed = np.where(v < 0.0, -1.0, 1.0), np.abs(v)
     lagged = low_pass(speed, f.lag, dt)
     dry = f.F_C[0] + (f.F_S[0] - f.F_C[0]) * np.exp(-((lagged / f.v_S) ** f.shape))
-    force = side * dry * (1.0 + f.ripple * np.sin(2.0 * np.pi * run.q / f.ripple_period + f.ripple_phase))
+    force = (
+        side
+        * dry
+        * (1.0 + f.ripple * np.sin(2.0 * np.pi * run.q / f.ripple_period + f.ripple_phase))
+    )
     force += f.F_v[0] * v + f.F_root * v / np.sqrt(speed + f.root_floor)
     if truth.axis.half_play > 0.0:
         turns = np.flatnonzero(np.diff(side, prepend=side[0]))
         first = np.concatenate([[0], turns])
-        way = np.abs(run.q - run.q[first[np.searchsorted(first, np.arange(v.size), side="right") - 1]])
-        force = np.where(way < 2.0 * truth.axis.half_play, (1.0 - truth.axis.load_share) * force, force)
+        way = np.abs(
+            run.q - run.q[first[np.searchsorted(first, np.arange(v.size), side="right") - 1]]
+        )
+        force = np.where(
+            way < 2.0 * truth.axis.half_play, (1.0 - truth.axis.load_share) * force, force
+        )
     every = max(round(SMOOTH / dt), 1)
     rows = v.size // every * every
 
@@ -80,7 +92,9 @@ def lacking(truth: Truth, run: Run) -> float:
     force, law = smooth(force), [smooth(signal) for signal in (side, v, np.ones_like(v))]
     left = []
     for fall in FALLS:
-        columns = np.column_stack([*law, smooth(side * np.exp(-((speed / (fall * speed.max())) ** 2)))])
+        columns = np.column_stack(
+            [*law, smooth(side * np.exp(-((speed / (fall * speed.max())) ** 2)))]
+        )
         left.append(force - columns @ np.linalg.lstsq(columns, force, rcond=None)[0])
     return float(np.sqrt(min(np.mean(one**2) for one in left) / np.mean(force**2)))
 
@@ -109,15 +123,30 @@ def structures(first: int = FIRST) -> Iterator[Share]:
     with ProcessPoolExecutor(core_count()) as pool:
         trials = dict(zip(asked, pool.map(tried, *zip(*asked, strict=True)), strict=True))
     for (kind, seed), one in trials.items():
-        print(kind, seed, f"{100.0 * one.lacking:.2f} %", one.refused or ", ".join(one.told), file=sys.stderr)
-    read = {kind: [one for (of, _), one in trials.items() if of == kind and not one.refused] for kind in kinds}
+        print(
+            kind,
+            seed,
+            f"{100.0 * one.lacking:.2f} %",
+            one.refused or ", ".join(one.told),
+            file=sys.stderr,
+        )
+    read = {
+        kind: [one for (of, _), one in trials.items() if of == kind and not one.refused]
+        for kind in kinds
+    }
     for kind in KINDS:
         yield _share(f"{kind}, reported", read[kind])
     wrong, right = ([one for kind in of for one in read[kind]] for of in (KINDS, RIGHT))
     yield _share("wrong structure, reported", wrong)
-    yield _share("wrong structure above 1 %, reported", [one for one in wrong if one.lacking > SHOWS], least=90.0)
+    yield _share(
+        "wrong structure above 1 %, reported",
+        [one for one in wrong if one.lacking > SHOWS],
+        least=90.0,
+    )
     yield _share("right structure, reported as wrong", right, most=5.0)
 
 
 def _share(name: str, tried: list[Tried], least: float = 0.0, most: float = 100.0) -> Share:
-    return Share(name, 100.0 * float(np.mean([bool(one.told) for one in tried])), least, most, len(tried))
+    return Share(
+        name, 100.0 * float(np.mean([bool(one.told) for one in tried])), least, most, len(tried)
+    )

@@ -95,7 +95,13 @@ def study() -> Iterator[Ratio]:
 
         loop()
         run_study(plan, folder / "first")  # all is compiled and loaded, as for the loop
-        pairs = [(wall(loop) / SERIAL, wall(lambda k=k: run_study(plan, folder / f"open-{k}")) / OPEN_RUNS) for k in range(3)]
+        pairs = [
+            (
+                wall(loop) / SERIAL,
+                wall(lambda k=k: run_study(plan, folder / f"open-{k}")) / OPEN_RUNS,
+            )
+            for k in range(3)
+        ]
         one, ours = (min(times) for times in zip(*pairs, strict=True))
         yield Ratio(
             f"{OPEN_RUNS} open loops of LuGre, 1 000 steps",
@@ -115,9 +121,13 @@ def study() -> Iterator[Ratio]:
         simulator.columns(block)
         experiments = [
             simulator.varied.experiment({"friction.F_C": float(value)}, seed)
-            for value, seed in zip(plan.values(block)["friction.F_C"], plan.seeds(block), strict=True)
+            for value, seed in zip(
+                plan.values(block)["friction.F_C"], plan.seeds(block), strict=True
+            )
         ]
-        ours, theirs, _ = busy_side_by_side(lambda: simulator.columns(block), lambda: [simulate(one) for one in experiments], 7)
+        ours, theirs, _ = busy_side_by_side(
+            lambda: simulator.columns(block), lambda: [simulate(one) for one in experiments], 7
+        )
         more, beside = (ours - theirs) / block.count, theirs / block.count
         yield Ratio(
             "extra time of a run in a study",
@@ -130,7 +140,14 @@ def study() -> Iterator[Ratio]:
         )
         alone = wall(lambda: run_study(plan, folder / "alone", workers=1))
         both = wall(lambda: run_study(plan, folder / "both", workers=2))
-        yield Ratio(f"{LOOP_RUNS} closed loops on two workers", both, alone, both / alone, 1.0 / 1.7, "one worker")
+        yield Ratio(
+            f"{LOOP_RUNS} closed loops on two workers",
+            both,
+            alone,
+            both / alone,
+            1.0 / 1.7,
+            "one worker",
+        )
 
         import pyarrow
         import pyarrow.parquet
@@ -138,10 +155,14 @@ def study() -> Iterator[Ratio]:
         file = next((folder / "both" / "runs").iterdir())
         table = pyarrow.parquet.read_table(file)
         places = np.arange(ROWS) % table.num_rows
-        many = table.take(places).set_column(0, table.schema.field(0), pyarrow.array(np.arange(ROWS)))
+        many = table.take(places).set_column(
+            0, table.schema.field(0), pyarrow.array(np.arange(ROWS))
+        )
         file.parent.joinpath("read").mkdir()
         for first in range(0, ROWS, 4096):
-            pyarrow.parquet.write_table(many.slice(first, 4096), file.parent / "read" / f"{first:010d}.parquet")
+            pyarrow.parquet.write_table(
+                many.slice(first, 4096), file.parent / "read" / f"{first:010d}.parquet"
+            )
         for old in file.parent.glob("*.parquet"):
             old.unlink()
         (file.parent / "read").rename(folder / "read")
@@ -150,4 +171,13 @@ def study() -> Iterator[Ratio]:
         (folder / "both" / NOTE).unlink()  # these files have no checksums
         read_study(folder / "both")
         seconds = min(wall(lambda: read_study(folder / "both")) for _ in range(3))
-        yield Ratio("a million runs read into xarray", seconds, seconds, 1.0, None, "", "4 096 runs in each file", most=2.0)
+        yield Ratio(
+            "a million runs read into xarray",
+            seconds,
+            seconds,
+            1.0,
+            None,
+            "",
+            "4 096 runs in each file",
+            most=2.0,
+        )

@@ -13,7 +13,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["BRISTLE", "EXAMPLES", "Ratio", "busy_side_by_side", "command", "python", "side_by_side", "wall"]
+__all__ = [
+    "BRISTLE",
+    "EXAMPLES",
+    "Ratio",
+    "busy_side_by_side",
+    "command",
+    "python",
+    "side_by_side",
+    "wall",
+]
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 BRISTLE = shutil.which("bristle") or str(Path(sys.executable).parent / "bristle")
@@ -35,7 +44,9 @@ class Ratio:
     @property
     def missed(self) -> bool:
         """Whether the claim does not hold."""
-        return (self.limit is not None and self.ratio > self.limit) or (self.most is not None and self.ours > self.most)
+        return (self.limit is not None and self.ratio > self.limit) or (
+            self.most is not None and self.ours > self.most
+        )
 
     def row(self) -> str:
         """Return the claim as a line of the table."""
@@ -68,15 +79,23 @@ def wall(work: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def side_by_side(ours: Callable[[], object], theirs: Callable[[], object], runs: int) -> tuple[float, float, float]:
+def side_by_side(
+    ours: Callable[[], object], theirs: Callable[[], object], runs: int
+) -> tuple[float, float, float]:
     """Return the medians of both sides [s] and the median of the ratios, pair by pair, after one warm-up."""
     ours()
     theirs()
     pairs = [(wall(ours), wall(theirs)) for _ in range(runs)]
-    return (statistics.median(a for a, _ in pairs), statistics.median(b for _, b in pairs), statistics.median(a / b for a, b in pairs))
+    return (
+        statistics.median(a for a, _ in pairs),
+        statistics.median(b for _, b in pairs),
+        statistics.median(a / b for a, b in pairs),
+    )
 
 
-def busy_side_by_side(ours: Callable[[], object], theirs: Callable[[], object], runs: int) -> tuple[float, float, float]:
+def busy_side_by_side(
+    ours: Callable[[], object], theirs: Callable[[], object], runs: int
+) -> tuple[float, float, float]:
     """Return the least time that all cores spend on either side [s], and the ratio, after one warm-up.
 
     What else the machine does is no part of it: for calls so short that a turn of another program is longer.
@@ -106,4 +125,6 @@ def command(*words: str, **environment: str) -> Callable[[], object]:
     """
     kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     compiled = {"PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir()) / "bristle-benchmarks")}
-    return lambda: subprocess.run(words, check=True, capture_output=True, env=kept | compiled | environment)
+    return lambda: subprocess.run(
+        words, check=True, capture_output=True, env=kept | compiled | environment
+    )

@@ -33,7 +33,9 @@ def friction_force(f, k, nu, v, h, limit, sigma_1, sigma_2):
 
 
 @numba.njit(error_model="numpy")
-def loop_by_hand(r, r_dot, r_ddot, noise, scales, f, k, nu, rig, law, dt, steps, lag, measured, positions):
+def loop_by_hand(
+    r, r_dot, r_ddot, noise, scales, f, k, nu, rig, law, dt, steps, lag, measured, positions
+):
     M, offset, F_C_pos, F_S_pos, F_C_neg, F_S_neg, v_S, sigma_1, sigma_2, v_r = rig
     lambda_, K_1, K_2, phi, cutoff, resolution = law
     h = dt / steps
@@ -50,7 +52,9 @@ def loop_by_hand(r, r_dot, r_ddot, noise, scales, f, k, nu, rig, law, dt, steps,
         measured[n], positions[n] = q, x
         e, e_dot = r[n] - q, r_dot[n] - v_hat
         surface = e_dot + lambda_ * e
-        u = M * (r_ddot[n] + lambda_ * e_dot + K_1 * surface + K_2 * max(-1.0, min(1.0, surface / phi)))
+        u = M * (
+            r_ddot[n] + lambda_ * e_dot + K_1 * surface + K_2 * max(-1.0, min(1.0, surface / phi))
+        )
         for _ in range(steps):
             effort = drive + (command - drive) * mean_follow
             drive += (command - drive) * follow
@@ -85,16 +89,39 @@ def tracking() -> Iterator[Ratio]:
     from bristle.engine import run_closed_loop
     from bristle.files.experiment import read_experiment
 
-    variant = read_experiment(files("bristle.apps.paper") / "experiments" / "set_a.toml").variants[0]
+    variant = read_experiment(files("bristle.apps.paper") / "experiments" / "set_a.toml").variants[
+        0
+    ]
     run, rig, law = variant.run, variant.friction.values, variant.controller.values
     sensor, mass = variant.sensor.values, variant.plant.values["M"]
     count = round(run.duration / run.sample_time)
-    r, r_dot, r_ddot = variant.reference.component.sample(run.sample_time * np.arange(count), variant.reference.parameters)
+    r, r_dot, r_ddot = variant.reference.component.sample(
+        run.sample_time * np.arange(count), variant.reference.parameters
+    )
     desired = np.stack((r, r_dot, r_ddot, np.zeros(count)))
     noise = np.array([sensor["noise"] * normal(sensor["seed"], n) for n in range(count)])
     scales = np.array([1.0 + rig["scatter"] * normal(rig["seed"], n) for n in range(1000)])
-    told = (mass, *(rig[name] for name in ("offset", "F_C_pos", "F_S_pos", "F_C_neg", "F_S_neg", "v_S", "sigma_1", "sigma_2_pos", "v_r")))
-    gains = (*(law[name] for name in ("lambda_", "K_1", "K_2", "phi", "cutoff")), sensor["resolution"])
+    told = (
+        mass,
+        *(
+            rig[name]
+            for name in (
+                "offset",
+                "F_C_pos",
+                "F_S_pos",
+                "F_C_neg",
+                "F_S_neg",
+                "v_S",
+                "sigma_1",
+                "sigma_2_pos",
+                "v_r",
+            )
+        ),
+    )
+    gains = (
+        *(law[name] for name in ("lambda_", "K_1", "K_2", "phi", "cutoff")),
+        sensor["resolution"],
+    )
     measured, positions = np.empty(count), np.empty(count)
 
     def by_hand() -> np.ndarray:

@@ -31,7 +31,9 @@ class Drive:
     antiresonance: float  # Hz
     damping: float  # ratio of the load on its spring
     gap: float  # of the play
-    friction: tuple[tuple[float, ...], tuple[float, ...]]  # of motor and load: kind, level, break-away, Stribeck speed, stiffness, ...
+    friction: tuple[
+        tuple[float, ...], tuple[float, ...]
+    ]  # of motor and load: kind, level, break-away, Stribeck speed, stiffness, ...
     sample_time: float
     delay: int  # samples from the encoder to the effort
     lag: float  # of the current
@@ -42,7 +44,10 @@ class Drive:
     with_reference: bool
     seed: int
     nut: float = 0.0  # friction of the motor per force of the coupling
-    hysteresis: tuple[float, float] = (0.0, 0.0)  # of the coupling: an element of a share of its stiffness, which slips after a distance
+    hysteresis: tuple[float, float] = (
+        0.0,
+        0.0,
+    )  # of the coupling: an element of a share of its stiffness, which slips after a distance
     sensor: float = 0.0  # noise of a sensor of force, 0 without a sensor
     screw: float = 0.0  # part of the motor's mass behind the sensor
 
@@ -62,11 +67,20 @@ class Drive:
 def drive_of(seed: int, *, elastic: bool = True) -> Drive:
     """Draw a drive; the same seed without elasticity is the same axis with one mass."""
     draw = np.random.default_rng([2301, seed])
-    total, ratio = math.exp(draw.uniform(math.log(2.0), math.log(60.0))), math.exp(draw.uniform(math.log(0.2), math.log(5.0)))
-    antiresonance, damping = math.exp(draw.uniform(math.log(8.0), math.log(120.0))), draw.uniform(0.01, 0.06)
+    total, ratio = (
+        math.exp(draw.uniform(math.log(2.0), math.log(60.0))),
+        math.exp(draw.uniform(math.log(0.2), math.log(5.0))),
+    )
+    antiresonance, damping = (
+        math.exp(draw.uniform(math.log(8.0), math.log(120.0))),
+        draw.uniform(0.01, 0.06),
+    )
     level, share = total * draw.uniform(0.3, 1.5), draw.uniform(0.1, 0.9)
     kinds = draw.integers(0, 4, 2)
-    speeds, zones = draw.uniform(0.003, 0.02, 2), np.exp(draw.uniform(math.log(3e-6), math.log(6e-5), 2))
+    speeds, zones = (
+        draw.uniform(0.003, 0.02, 2),
+        np.exp(draw.uniform(math.log(3e-6), math.log(6e-5), 2)),
+    )
     peaks, viscous = draw.uniform(1.0, 1.5, 2), draw.uniform(0.2, 2.0, 2)
     play = draw.random() < 1.0 / 3.0
     if play:  # the load rests against a flank by its friction, which also damps it
@@ -75,7 +89,13 @@ def drive_of(seed: int, *, elastic: bool = True) -> Drive:
     motor_side, load_side = (
         (float(kind), force, force * peak, speed, force / zone, rub * force)
         for kind, force, peak, speed, zone, rub in zip(
-            kinds.tolist(), levels, peaks.tolist(), speeds.tolist(), zones.tolist(), viscous, strict=True
+            kinds.tolist(),
+            levels,
+            peaks.tolist(),
+            speeds.tolist(),
+            zones.tolist(),
+            viscous,
+            strict=True,
         )
     )
     fast = antiresonance * math.sqrt(1.0 + ratio) > 120.0 or draw.random() < 0.3
@@ -98,7 +118,10 @@ def drive_of(seed: int, *, elastic: bool = True) -> Drive:
     )
     if elastic:
         return drive
-    summed = tuple(sum(parts) if place in (1, 2, 4, 5) else parts[0] for place, parts in enumerate(zip(motor_side, load_side, strict=True)))
+    summed = tuple(
+        sum(parts) if place in (1, 2, 4, 5) else parts[0]
+        for place, parts in enumerate(zip(motor_side, load_side, strict=True))
+    )
     return replace(drive, motor=total, load=0.0, gap=0.0, friction=(summed, summed))
 
 
@@ -109,16 +132,38 @@ def log_of(drive: Drive) -> dict[str, np.ndarray]:
     return recorded(drive, *_motion(drive, draw), draw)
 
 
-def recorded(drive: Drive, wanted: np.ndarray, injected: np.ndarray, draw: np.random.Generator) -> dict[str, np.ndarray]:
+def recorded(
+    drive: Drive, wanted: np.ndarray, injected: np.ndarray, draw: np.random.Generator
+) -> dict[str, np.ndarray]:
     """Return the recorded columns of a drive that follows a reference, with an effort injected into its loop."""
     dt = drive.sample_time
     slowness = (drive.delay + 1.0) * dt + drive.lag
     pace = min(2.0 * math.pi * 25.0, 0.25 / slowness)
-    gains = (pace / 5.0, drive.motor * pace * (1.0 if drive.load else 0.4), drive.motor * pace * pace / 6.0)
+    gains = (
+        pace / 5.0,
+        drive.motor * pace * (1.0 if drive.load else 0.4),
+        drive.motor * pace * pace / 6.0,
+    )
     spring = 2.0 * drive.damping * drive.load * 2.0 * math.pi * drive.antiresonance
-    frictions, loop = [np.array(side) for side in drive.friction], (drive.delay, drive.lag, drive.step)
-    masses = np.array([drive.motor, drive.load, drive.stiffness, spring, drive.gap, drive.nut, *drive.hysteresis, drive.screw])
-    motor, load, effort, force = _run(wanted, injected, dt, masses, frictions[0], frictions[1], np.array(gains), loop)
+    frictions, loop = (
+        [np.array(side) for side in drive.friction],
+        (drive.delay, drive.lag, drive.step),
+    )
+    masses = np.array(
+        [
+            drive.motor,
+            drive.load,
+            drive.stiffness,
+            spring,
+            drive.gap,
+            drive.nut,
+            *drive.hysteresis,
+            drive.screw,
+        ]
+    )
+    motor, load, effort, force = _run(
+        wanted, injected, dt, masses, frictions[0], frictions[1], np.array(gains), loop
+    )
     if not np.ptp(motor) < 3.0 * np.ptp(wanted):
         raise ArithmeticError(f"the loop of drive {drive.seed} is unstable")
     late = np.concatenate([effort[:1].repeat(drive.late), effort[: effort.size - drive.late]])
@@ -129,7 +174,9 @@ def recorded(drive: Drive, wanted: np.ndarray, injected: np.ndarray, draw: np.ra
         "load_position": np.round(load / drive.step) * drive.step,
     }
     if drive.sensor:
-        log["coupling_effort"] = force + np.random.default_rng([78, drive.seed]).normal(0.0, drive.sensor, force.size)
+        log["coupling_effort"] = force + np.random.default_rng([78, drive.seed]).normal(
+            0.0, drive.sensor, force.size
+        )
     return log | ({"reference": wanted} if drive.with_reference else {})
 
 
@@ -148,8 +195,18 @@ def _motion(drive: Drive, draw: np.random.Generator) -> tuple[np.ndarray, np.nda
     dt = drive.sample_time
     fastest, acceleration = draw.uniform(0.05, 0.3), draw.uniform(0.8, 4.0)
     speeds = fastest * np.geomspace(0.05, 1.0, int(draw.integers(4, 7)))
-    parts = [_stroke(speed, min(max(1.2 * speed, 0.01), 0.3), acceleration, dt) for speed in speeds.tolist() for _ in range(2)]
-    sweeps = np.concatenate([np.zeros(round(0.3 / dt)), *parts, *([_before_sliding(drive, dt)] if draw.random() < 0.4 else [])])
+    parts = [
+        _stroke(speed, min(max(1.2 * speed, 0.01), 0.3), acceleration, dt)
+        for speed in speeds.tolist()
+        for _ in range(2)
+    ]
+    sweeps = np.concatenate(
+        [
+            np.zeros(round(0.3 / dt)),
+            *parts,
+            *([_before_sliding(drive, dt)] if draw.random() < 0.4 else []),
+        ]
+    )
     seconds, highest = draw.uniform(15.0, 25.0), min(0.38 / dt, 400.0)
     count = round(seconds / dt)
     time = dt * np.arange(count)
@@ -162,12 +219,24 @@ def _motion(drive: Drive, draw: np.random.Generator) -> tuple[np.ndarray, np.nda
         shape = np.sum(np.cos(2.0 * np.pi * lines[:, None] * once + phases[:, None]), axis=0)
         wave = np.tile(shape / np.std(shape), count // shape.size + 1)[:count]
     else:
-        wave = math.sqrt(2.0) * np.sin(2.0 * np.pi * 3.0 * seconds / math.log(highest / 3.0) * ((highest / 3.0) ** (time / seconds) - 1.0))
+        wave = math.sqrt(2.0) * np.sin(
+            2.0
+            * np.pi
+            * 3.0
+            * seconds
+            / math.log(highest / 3.0)
+            * ((highest / 3.0) ** (time / seconds) - 1.0)
+        )
     slide, extra, injected = 0.3 * fastest, np.zeros(count), np.zeros(count)
     if drive.motion == "reference":
         # A chirp of constant acceleration in the reference, on a slow triangle.
         frequency = 3.0 * (highest / 3.0) ** (time / seconds)
-        extra = rise * wave * min(0.5 * strength / drive.total / (2.0 * np.pi * 3.0) ** 1.0, 0.3 * slide) / (2.0 * np.pi * frequency)
+        extra = (
+            rise
+            * wave
+            * min(0.5 * strength / drive.total / (2.0 * np.pi * 3.0) ** 1.0, 0.3 * slide)
+            / (2.0 * np.pi * frequency)
+        )
     elif drive.motion == "reversing":
         # Reversals by a large slow sine, so that friction often turns while the chirp runs.
         injected = rise * wave * strength
@@ -181,9 +250,13 @@ def _motion(drive: Drive, draw: np.random.Generator) -> tuple[np.ndarray, np.nda
         phase = (time / period + 0.25) % 1.0
         triangle = (np.abs(4.0 * phase - 2.0) - 1.0) * slide * period / 4.0
         width = round(0.05 / dt)
-        carried = np.convolve(np.pad(triangle, width, mode="edge"), np.full(width, 1.0 / width), "same")[width:-width]
+        carried = np.convolve(
+            np.pad(triangle, width, mode="edge"), np.full(width, 1.0 / width), "same"
+        )[width:-width]
         carried -= carried[0]
-    reference = np.concatenate([sweeps, carried + extra, np.full(round(0.3 / dt), (carried + extra)[-1])])
+    reference = np.concatenate(
+        [sweeps, carried + extra, np.full(round(0.3 / dt), (carried + extra)[-1])]
+    )
     return reference, np.concatenate([np.zeros(sweeps.size), injected, np.zeros(round(0.3 / dt))])
 
 
@@ -191,8 +264,15 @@ def _stroke(speed: float, length: float, acceleration: float, dt: float) -> np.n
     """Return a move forth and back with limited acceleration, smoothed over 20 ms, and rests."""
     speed = min(speed, math.sqrt(acceleration * length))
     rise, sail = speed / acceleration, length / speed - speed / acceleration
-    pace = np.concatenate([np.linspace(0.0, speed, max(round(rise / dt), 2)), np.full(max(round(sail / dt), 1), speed)])
-    pace = np.concatenate([pace, np.linspace(speed, 0.0, max(round(rise / dt), 2)), np.zeros(round(0.1 / dt))])
+    pace = np.concatenate(
+        [
+            np.linspace(0.0, speed, max(round(rise / dt), 2)),
+            np.full(max(round(sail / dt), 1), speed),
+        ]
+    )
+    pace = np.concatenate(
+        [pace, np.linspace(speed, 0.0, max(round(rise / dt), 2)), np.zeros(round(0.1 / dt))]
+    )
     width = round(0.02 / dt)
     pace = np.convolve(np.pad(pace, width), np.full(width, 1.0 / width), "same")
     forth = np.cumsum(pace) * dt
@@ -204,12 +284,17 @@ def _before_sliding(drive: Drive, dt: float) -> np.ndarray:
     _, level, _, _, stiffness, _ = drive.friction[0]
     zone = max(level / stiffness, 5.0 * drive.step)
     triangles = [
-        size * zone * (2.0 * np.abs(2.0 * ((np.arange(round(1.0 / dt)) * dt + 0.25) % 1.0) - 1.0) - 1.0) for size in (0.3, 0.6, 0.9, 3.0)
+        size
+        * zone
+        * (2.0 * np.abs(2.0 * ((np.arange(round(1.0 / dt)) * dt + 0.25) % 1.0) - 1.0) - 1.0)
+        for size in (0.3, 0.6, 0.9, 3.0)
     ]
     middle = math.sqrt(stiffness / drive.total) / (2.0 * math.pi)
     low, high = 0.125 * middle, min(2.5 * middle, 0.2 / dt)
     time = np.arange(round(5.0 / dt)) * dt
-    sweep = 0.2 * zone * np.sin(2.0 * np.pi * (low * time + 0.5 * (high - low) * time**2 / time[-1]))
+    sweep = (
+        0.2 * zone * np.sin(2.0 * np.pi * (low * time + 0.5 * (high - low) * time**2 / time[-1]))
+    )
     return np.concatenate([*triangles, sweep])
 
 
@@ -265,9 +350,17 @@ def _run(wanted, injected, dt, masses, p_1, p_2, gains, loop):
             if m_2 > 0.0:
                 lost = x - y
                 if lost > 0.5 * gap:
-                    spring = max(k * (lost - 0.5 * gap) + d * (v - w), 0.0) if gap > 0.0 else k * lost + d * (v - w)
+                    spring = (
+                        max(k * (lost - 0.5 * gap) + d * (v - w), 0.0)
+                        if gap > 0.0
+                        else k * lost + d * (v - w)
+                    )
                 elif lost < -0.5 * gap:
-                    spring = min(k * (lost + 0.5 * gap) + d * (v - w), 0.0) if gap > 0.0 else k * lost + d * (v - w)
+                    spring = (
+                        min(k * (lost + 0.5 * gap) + d * (v - w), 0.0)
+                        if gap > 0.0
+                        else k * lost + d * (v - w)
+                    )
             if element > 0.0:
                 wound = min(max(wound + h * (v - w), -reach), reach)
                 spring += element * k * wound

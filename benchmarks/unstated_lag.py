@@ -29,7 +29,13 @@ LAWS = ("cascade", "disturbance_observer")
 
 def variant_of(rig: Rig, reference: np.ndarray, lag: float) -> Variant:
     """Return the axis as a person knows it: its inertia and friction, and the lag that the file states (0: none)."""
-    known = friction.lugre(F_C=rig.coulomb, F_S=rig.static, v_S=rig.stribeck, sigma_0=rig.coulomb / rig.reach, sigma_2=rig.viscous)
+    known = friction.lugre(
+        F_C=rig.coulomb,
+        F_S=rig.static,
+        v_S=rig.stribeck,
+        sigma_0=rig.coulomb / rig.reach,
+        sigma_2=rig.viscous,
+    )
     law = controllers.cascade(k_p=20.0, k_v=80.0 * rig.mass, k_i=400.0 * rig.mass, k_ff=1.0)
     return Variant(
         "axis",
@@ -53,7 +59,9 @@ def efforts_of(rig: Rig, law: Model, reference: np.ndarray) -> float:
     state = [component.start(reference[0], 0.0, 0.0, dt, p)]
 
     def command(k: int, read: float) -> float:
-        effort, state[0] = component.step(state[0], Reference(reference[k], v[k], a[k], fed[k]), read, dt, p)
+        effort, state[0] = component.step(
+            state[0], Reference(reference[k], v[k], a[k], fed[k]), read, dt, p
+        )
         return float(effort)
 
     return rig.follow(command, reference).rms
@@ -77,4 +85,11 @@ def unstated_lag() -> Iterator[Share]:
             worst["0.5 ms more than stated"].append(efforts_of(late, stated.law, reference) / named)
     for name, ratios in worst.items():
         quiet = 100.0 * float(np.mean(np.array(ratios) <= RINGS))
-        yield Share(f"gains do not oscillate, lag {name}", quiet, 100.0, 100.0, len(ratios), f"at most {max(ratios):.3f} times the effort")
+        yield Share(
+            f"gains do not oscillate, lag {name}",
+            quiet,
+            100.0,
+            100.0,
+            len(ratios),
+            f"at most {max(ratios):.3f} times the effort",
+        )

@@ -33,7 +33,15 @@ from bristle.core import Feedforward
 from bristle.core.cores import core_count
 from bristle.simulation import feedforward_effort, friction_along, motor_reference
 
-__all__ = ["Identified", "Tried", "identified", "soft_drive", "tried", "wind_up", "with_identification"]
+__all__ = [
+    "Identified",
+    "Tried",
+    "identified",
+    "soft_drive",
+    "tried",
+    "wind_up",
+    "with_identification",
+]
 
 FIRST, COUNT = 0, 60
 FIRST_IDENTIFIED, COUNT_IDENTIFIED = 4200, 20
@@ -69,13 +77,31 @@ def soft_drive(seed: int) -> Drive:
     """Draw a drive with a soft screw and most of its friction at the table."""
     draw = np.random.default_rng([4711, seed])
     drive = drive_of(seed)
-    antiresonance, share = math.exp(draw.uniform(math.log(8.0), math.log(40.0))), draw.uniform(0.1, 0.5)
+    antiresonance, share = (
+        math.exp(draw.uniform(math.log(8.0), math.log(40.0))),
+        draw.uniform(0.1, 0.5),
+    )
     level = sum(side[1] for side in drive.friction)
     sides = tuple(
-        (law, part * level, part * level * peak / own, speed, part * level * stiffness / own, part * level * rub / own)
-        for part, (law, own, peak, speed, stiffness, rub) in zip((share, 1.0 - share), drive.friction, strict=True)
+        (
+            law,
+            part * level,
+            part * level * peak / own,
+            speed,
+            part * level * stiffness / own,
+            part * level * rub / own,
+        )
+        for part, (law, own, peak, speed, stiffness, rub) in zip(
+            (share, 1.0 - share), drive.friction, strict=True
+        )
     )
-    return replace(drive, antiresonance=antiresonance, friction=sides, sample_time=0.5e-3, step=min(drive.step, 5e-7))
+    return replace(
+        drive,
+        antiresonance=antiresonance,
+        friction=sides,
+        sample_time=0.5e-3,
+        step=min(drive.step, 5e-7),
+    )
 
 
 def sticks_and_slips(drive: Drive) -> bool:
@@ -90,7 +116,9 @@ def damper_of(drive: Drive) -> float:
     return 4.0 * math.pi * drive.damping * drive.load * drive.antiresonance
 
 
-def reference_of(drive: Drive, motion: str, draw: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def reference_of(
+    drive: Drive, motion: str, draw: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the desired position [m] and acceleration [m/s^2] of the table, of 6 s."""
     dt, count = drive.sample_time, round(6.0 / drive.sample_time)
     time = dt * np.arange(count)
@@ -103,7 +131,12 @@ def reference_of(drive: Drive, motion: str, draw: np.random.Generator) -> tuple[
     else:
         frequency, size = draw.uniform(0.3, 1.0), draw.uniform(0.002, 0.03)
         begun = np.clip(time / 0.5, 0.0, 1.0)
-        size = size * begun**3 * (10.0 - 15.0 * begun + 6.0 * begun**2) * (np.exp(-0.5 * time) if motion == "decaying" else 1.0)
+        size = (
+            size
+            * begun**3
+            * (10.0 - 15.0 * begun + 6.0 * begun**2)
+            * (np.exp(-0.5 * time) if motion == "decaying" else 1.0)
+        )
         position = size * np.sin(2.0 * np.pi * frequency * time)
     acceleration = np.diff(position, 2, prepend=position[0], append=position[-1]) / dt**2
     return position, acceleration
@@ -120,11 +153,21 @@ def model_of(side: tuple[float, ...], mass: float, kind: Any) -> Any:
         case 2:
             damper = 0.3 * math.sqrt(stiffness * mass)
             return friction.lugre(
-                kind=kind, F_C=level, F_S=peak, v_S=speed, sigma_0=stiffness, sigma_1=damper, sigma_2=rub, v_d=math.inf, validate=False
+                kind=kind,
+                F_C=level,
+                F_S=peak,
+                v_S=speed,
+                sigma_0=stiffness,
+                sigma_1=damper,
+                sigma_2=rub,
+                v_d=math.inf,
+                validate=False,
             )
         case _:
             shares = np.array([0.6, 0.25, 0.1, 0.05])
-            return friction.maxwell_slip(kind=kind, F_C=level, k_i=stiffness * shares, nu_i=[0.25] * 4, sigma_2=rub)
+            return friction.maxwell_slip(
+                kind=kind, F_C=level, k_i=stiffness * shares, nu_i=[0.25] * 4, sigma_2=rub
+            )
 
 
 class Fed(NamedTuple):
@@ -135,28 +178,51 @@ class Fed(NamedTuple):
     effort: np.ndarray
 
 
-def fed_forward(drive: Drive, wanted: np.ndarray, acceleration: np.ndarray, side: str) -> tuple[Fed, Fed]:
+def fed_forward(
+    drive: Drive, wanted: np.ndarray, acceleration: np.ndarray, side: str
+) -> tuple[Fed, Fed]:
     """Return the feedforward of one mass and of two masses, for a drive as the controller knows it."""
     dt, (motor_side, table_side) = drive.sample_time, drive.friction
-    motor, table = model_of(motor_side, drive.motor, "rotational"), model_of(table_side, drive.load, "translational")
+    motor, table = (
+        model_of(motor_side, drive.motor, "rotational"),
+        model_of(table_side, drive.load, "translational"),
+    )
     one = one_mass(drive.total, [motor, table], wanted, acceleration, dt)
     # A lead of 2 pi: one radian of the motor is one metre of the table.
     screw = plants.ball_screw(
-        kind="rotational", J=drive.motor, M=drive.load, lead=2.0 * math.pi, k=drive.stiffness, d=damper_of(drive), backlash=drive.gap
+        kind="rotational",
+        J=drive.motor,
+        M=drive.load,
+        lead=2.0 * math.pi,
+        k=drive.stiffness,
+        d=damper_of(drive),
+        backlash=drive.gap,
     )
-    return one, two_masses(Feedforward(plant=screw, friction=motor, table=table), wanted, acceleration, dt, side)
+    return one, two_masses(
+        Feedforward(plant=screw, friction=motor, table=table), wanted, acceleration, dt, side
+    )
 
 
-def one_mass(mass: float, frictions: Sequence[Any], wanted: np.ndarray, acceleration: np.ndarray, dt: float) -> Fed:
+def one_mass(
+    mass: float, frictions: Sequence[Any], wanted: np.ndarray, acceleration: np.ndarray, dt: float
+) -> Fed:
     """Return the feedforward of one mass with the sum of frictions."""
     steps = np.diff(wanted, append=wanted[-1]) / dt
-    return Fed(wanted, wanted, mass * acceleration + sum(friction_along(model, steps, dt) for model in frictions))
+    return Fed(
+        wanted,
+        wanted,
+        mass * acceleration + sum(friction_along(model, steps, dt) for model in frictions),
+    )
 
 
-def two_masses(fed: Feedforward, wanted: np.ndarray, acceleration: np.ndarray, dt: float, side: str) -> Fed:
+def two_masses(
+    fed: Feedforward, wanted: np.ndarray, acceleration: np.ndarray, dt: float, side: str
+) -> Fed:
     """Return the feedforward of both masses with the wind-up."""
     led = motor_reference(fed, wanted, acceleration, dt)
-    return Fed(led if side == "motor" else wanted, led, feedforward_effort(fed, wanted, acceleration, dt))
+    return Fed(
+        led if side == "motor" else wanted, led, feedforward_effort(fed, wanted, acceleration, dt)
+    )
 
 
 def tried(seed: int, side: str) -> Tried:
@@ -202,8 +268,19 @@ def identified(seed: int) -> list[Identified] | str:
     fed = Feedforward(plant=both.plant, friction=both.motor_friction, table=both.table_friction)
     results = []
     for side in SIDES:
-        feeds = one, two_masses(fed, *motion, side), fed_forward(drive, wanted, acceleration, side)[1]
-        results.append(Identified(seed, side, *(_missed(drive, wanted, feed, side) for feed in feeds), sticks_and_slips(drive)))
+        feeds = (
+            one,
+            two_masses(fed, *motion, side),
+            fed_forward(drive, wanted, acceleration, side)[1],
+        )
+        results.append(
+            Identified(
+                seed,
+                side,
+                *(_missed(drive, wanted, feed, side) for feed in feeds),
+                sticks_and_slips(drive),
+            )
+        )
     return results
 
 
@@ -217,13 +294,29 @@ def _mistaken(drive: Drive, draw: np.random.Generator) -> Drive:
     """Return the drive with errors of all parameters."""
     signs = 1.0 + ERROR * draw.choice([-1.0, 1.0], 12)
     sides = tuple(
-        (side[0], side[1] * level, side[2] * level, side[3] * speed, side[4] * stiff, side[5] * level)
-        for side, level, speed, stiff in zip(drive.friction, signs[:2], signs[2:4], signs[4:6], strict=True)
+        (
+            side[0],
+            side[1] * level,
+            side[2] * level,
+            side[3] * speed,
+            side[4] * stiff,
+            side[5] * level,
+        )
+        for side, level, speed, stiff in zip(
+            drive.friction, signs[:2], signs[2:4], signs[4:6], strict=True
+        )
     )
     motor, load = drive.motor * signs[6], drive.load * signs[7]
     # The stiffness is that of the antiresonance and the load.
     stiffness = math.sqrt(signs[8] / signs[7])
-    return replace(drive, motor=motor, load=load, antiresonance=drive.antiresonance * stiffness, gap=drive.gap * signs[9], friction=sides)
+    return replace(
+        drive,
+        motor=motor,
+        load=load,
+        antiresonance=drive.antiresonance * stiffness,
+        gap=drive.gap * signs[9],
+        friction=sides,
+    )
 
 
 def table_of(drive: Drive, fed: Fed, side: str) -> np.ndarray:
@@ -292,14 +385,33 @@ def wind_up(first: int = FIRST, count: int = COUNT) -> Iterator[Share]:
         place = {"motor": "encoder", "scale": "scale"}[side]
         for slips, text in ((False, ""), (True, ", stick-slip")):
             drives = [one for one in results if one.side == side and one.slips is slips]
-            for known, percents in (("true", [one.percent for one in drives]), ("5 % off", [one.percent_off for one in drives])):
-                most = 100.0 if slips else MOST_SCALE if (side, known) == ("scale", "5 % off") else MOST
+            for known, percents in (
+                ("true", [one.percent for one in drives]),
+                ("5 % off", [one.percent_off for one in drives]),
+            ):
+                most = (
+                    100.0
+                    if slips
+                    else MOST_SCALE
+                    if (side, known) == ("scale", "5 % off")
+                    else MOST
+                )
                 below = 100.0 * float(np.mean(np.array(percents) < MOST))
-                yield Share(f"{place}, {known}{text}: median error", float(np.median(percents)), 0.0, most, len(drives))
-                yield Share(f"{place}, {known}{text}: below {MOST:g} %", below, 0.0, 100.0, len(drives))
+                yield Share(
+                    f"{place}, {known}{text}: median error",
+                    float(np.median(percents)),
+                    0.0,
+                    most,
+                    len(drives),
+                )
+                yield Share(
+                    f"{place}, {known}{text}: below {MOST:g} %", below, 0.0, 100.0, len(drives)
+                )
 
 
-def with_identification(first: int = FIRST_IDENTIFIED, count: int = COUNT_IDENTIFIED) -> Iterator[Share]:
+def with_identification(
+    first: int = FIRST_IDENTIFIED, count: int = COUNT_IDENTIFIED
+) -> Iterator[Share]:
     """Yield the share of the error of the table that remains with identified parameters, in percent of one identified mass."""
     tries = [identified(seed) for seed in range(first, first + count)]
     for seed, one in zip(range(first, first + count), tries, strict=True):
@@ -314,10 +426,20 @@ def with_identification(first: int = FIRST_IDENTIFIED, count: int = COUNT_IDENTI
                 ("identified", [one.percent for one in drives]),
                 ("true", [100.0 * one.true / one.one for one in drives]),
             ):
-                yield Share(f"{name}, {known}{text}: median error", float(np.median(percents)), 0.0, 100.0 if slips else MOST, len(drives))
+                yield Share(
+                    f"{name}, {known}{text}: median error",
+                    float(np.median(percents)),
+                    0.0,
+                    100.0 if slips else MOST,
+                    len(drives),
+                )
 
 
 if __name__ == "__main__":
-    mode, numbers = (with_identification, sys.argv[2:]) if sys.argv[1:2] == ["identified"] else (wind_up, sys.argv[1:])
+    mode, numbers = (
+        (with_identification, sys.argv[2:])
+        if sys.argv[1:2] == ["identified"]
+        else (wind_up, sys.argv[1:])
+    )
     for share in mode(*map(int, numbers)):
         print(share.row())

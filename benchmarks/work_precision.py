@@ -10,7 +10,18 @@ from matplotlib.figure import Figure
 from benchmarks.stick_slip import LEVELS, Point, claims, least_wall, measure
 
 PICTURE = Path(__file__).parent.parent / "docs" / "images" / "stick-slip.svg"
-COLOURS = ("#0b6e99", "#d1495b", "#66a182", "#edae49", "#7a5195", "#8d97a3", "#5c4033", "#1b2430", "#00798c", "#b5179e")
+COLOURS = (
+    "#0b6e99",
+    "#d1495b",
+    "#66a182",
+    "#edae49",
+    "#7a5195",
+    "#8d97a3",
+    "#5c4033",
+    "#1b2430",
+    "#00798c",
+    "#b5179e",
+)
 
 
 def curves(points: list[Point]) -> dict[str, list[Point]]:
@@ -23,7 +34,9 @@ def curves(points: list[Point]) -> dict[str, list[Point]]:
 
 def picture(points: list[Point]) -> Figure:
     """Return wall time over error, a line for each method; bristle in thick lines."""
-    with matplotlib.rc_context({"font.size": 8.5, "svg.fonttype": "none", "svg.hashsalt": "bristle"}):
+    with matplotlib.rc_context(
+        {"font.size": 8.5, "svg.fonttype": "none", "svg.hashsalt": "bristle"}
+    ):
         figure = Figure(figsize=(7.2, 4.4), layout="constrained")
         axes = figure.add_subplot()
         for (name, line), colour in zip(curves(points).items(), COLOURS, strict=False):
@@ -48,7 +61,10 @@ def picture(points: list[Point]) -> Figure:
 
 def table(points: list[Point]) -> str:
     """Return the least wall time to each error, a row for each method, in Markdown."""
-    lines = ["| | " + " | ".join(f"{level:.0e} m" for level in LEVELS) + " |", "| --- |" + " ---: |" * len(LEVELS)]
+    lines = [
+        "| | " + " | ".join(f"{level:.0e} m" for level in LEVELS) + " |",
+        "| --- |" + " ---: |" * len(LEVELS),
+    ]
     for name, line in curves(points).items():
         best = [least_wall(line, level) for level in LEVELS]
         cells = ["–" if one is None else f"{1e3 * one.wall:.3g}" for one in best]

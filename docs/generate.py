@@ -64,7 +64,9 @@ def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """Return a table in Markdown."""
     lines = [list(heads)]
     lines += [["---"] * len(lines[0]), *(list(row) for row in rows)]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+    return "\n".join(
+        "| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines
+    )
 
 
 def page(title: str, *parts: str) -> str:
@@ -87,7 +89,12 @@ def models() -> str:
     ]
     for family, members in families().items():
         parts.append(f"## {family}")
-        parts.append(table(("Name", "Description"), [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()]))
+        parts.append(
+            table(
+                ("Name", "Description"),
+                [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()],
+            )
+        )
         parts += [part for one in members.values() for part in _member(one)]
     return page("Models and their parameters", *parts, *slots(), *cost())
 
@@ -95,13 +102,20 @@ def models() -> str:
 def cost() -> tuple[str, ...]:
     """Return the instructions of a step of each friction model in C."""
     double, single = json.loads(text_of("shared/instructions.json")).values()
-    rows = [(f"`{name}`", *(str(number) for number in (*double[name], *single[name]))) for name in double]
+    rows = [
+        (f"`{name}`", *(str(number) for number in (*double[name], *single[name])))
+        for name in double
+    ]
     said = (
         "Instructions of a step in C, in the median and at most, counted under QEMU (gcc 12, `-O2`). The motion consists of hard cases: "
         "steps from a thousandth of break-away to thousands of it, more reversals than a memory has room for, and long steps that leave "
         "all of them. No step takes more than ten times the median. Count again with `python -m tests.exports.instructions`."
     )
-    return "## Cost of a step", said, table(("Model", "Cortex-M7, double", "worst", "Cortex-M4F, `--float32`", "worst"), rows)
+    return (
+        "## Cost of a step",
+        said,
+        table(("Model", "Cortex-M7, double", "worst", "Cortex-M4F, `--float32`", "worst"), rows),
+    )
 
 
 def slots() -> tuple[str, ...]:
@@ -115,7 +129,9 @@ def slots() -> tuple[str, ...]:
         for name, what in WHAT_SLOTS_DO.items()
     ]
     own = "Add [a slot of your own](../how-to/your-own-model.md#a-slot-of-your-own) by its file, `+my_slot.py`."
-    described = [part for slot in CHANNEL_SLOTS.values() for part in (*_member(slot), _channel(slot))]
+    described = [
+        part for slot in CHANNEL_SLOTS.values() for part in (*_member(slot), _channel(slot))
+    ]
     return "## Slots", table(("Name", "Parameters", "Effect"), rows), own, *described
 
 
@@ -134,7 +150,10 @@ def _member(one: Documented) -> list[str]:
         f"{one.description[0].upper()}{one.description[1:]}.",
         *(as_markdown(part) for part in one.explanation[1:] if part.kind != REFERENCE),
         _parameters(one),
-        *(f"{'Recommended' if relation.advisory else 'Condition'}: `{relation.condition}`." for relation in one.relations),
+        *(
+            f"{'Recommended' if relation.advisory else 'Condition'}: `{relation.condition}`."
+            for relation in one.relations
+        ),
         f"Source: {_linked(one.reference)}" if one.reference else "",
     ]
 
@@ -192,7 +211,9 @@ def symbols() -> str:
     found[offset] = list(families()["Friction"])
     rows = [
         (f"`{symbol}`", meaning, unit, ", ".join(f"[{name}](models.md#{name})" for name in names))
-        for (symbol, meaning, unit), names in sorted(found.items(), key=lambda one: (one[0][0].lower(), one[0]))
+        for (symbol, meaning, unit), names in sorted(
+            found.items(), key=lambda one: (one[0][0].lower(), one[0])
+        )
     ]
     return page(
         "Symbols",
@@ -215,14 +236,30 @@ def symbols() -> str:
                 ("h, dt", "length of an integration step", "s"),
                 ("T_s", "sample time of the controller", "s"),
                 ("r", "in models with Φ: the ratio f sgn v / G(v), 1 in steady sliding", "1"),
-                ("Φ", "share of the travel by which the bristles slip, a function of the ratio r", "1"),
-                ("ρ", "ratio r up to which the gate of the elastoplastic transition prevents slip", "1"),
+                (
+                    "Φ",
+                    "share of the travel by which the bristles slip, a function of the ratio r",
+                    "1",
+                ),
+                (
+                    "ρ",
+                    "ratio r up to which the gate of the elastoplastic transition prevents slip",
+                    "1",
+                ),
                 ("ς", "sliding surface of a control law, ė + λ e", "m/s or rad/s"),
                 ("ξ", "position along the axis, −1 to 1 over its range", "1"),
                 ("φ", "angle of a screw, 2π x/pitch", "rad"),
-                ("α, β", "inputs at which a relay of the Preisach plane goes up and down, α ≥ β", "m or rad"),
+                (
+                    "α, β",
+                    "inputs at which a relay of the Preisach plane goes up and down, α ≥ β",
+                    "m or rad",
+                ),
                 ("μ", "measure of the Preisach plane over α and β", "N/m^2 or N*m/rad^2"),
-                ("E, F(α, β)", "Everett function, integral of μ over a triangle; the source paper writes F", "N or N*m"),
+                (
+                    "E, F(α, β)",
+                    "Everett function, integral of μ over a triangle; the source paper writes F",
+                    "N or N*m",
+                ),
                 ("τ", "effort transmitted to the load", "N or N*m"),
             ),
         ),
@@ -236,8 +273,16 @@ def symbols() -> str:
                     "reference, in control",
                     "ratio f sgn v / G(v), in friction; threshold of a stop or play; 1 − F sgn v/F_C in the Dahl model",
                 ),
-                ("s", "stiffness after a reversal", "the sliding surface in the source paper, here ς; Laplace variable"),
-                ("F", "friction force", "integral of the measure over a triangle, in (13) to (15) of the source paper"),
+                (
+                    "s",
+                    "stiffness after a reversal",
+                    "the sliding surface in the source paper, here ς; Laplace variable",
+                ),
+                (
+                    "F",
+                    "friction force",
+                    "integral of the measure over a triangle, in (13) to (15) of the source paper",
+                ),
                 ("G", "Stribeck curve, a force", "g(v) in other texts, with σ₀ g(v) = G(v)"),
                 ("φ", "angle of a screw", "`phi`: boundary layer of a control law"),
                 (
@@ -245,8 +290,16 @@ def symbols() -> str:
                     "thresholds of a relay",
                     "`alpha`, `beta`: shape of Bouc-Wen; β: limit superior of |ς|, in the bound for sampled control",
                 ),
-                ("τ", "effort transmitted to the load", "largest age of the position reading, in the bound for sampled control"),
-                ("n", "exponent of the transition `leuven`", "exponent of Bouc-Wen (`exponent`); exponent of a hardening spring"),
+                (
+                    "τ",
+                    "effort transmitted to the load",
+                    "largest age of the position reading, in the bound for sampled control",
+                ),
+                (
+                    "n",
+                    "exponent of the transition `leuven`",
+                    "exponent of Bouc-Wen (`exponent`); exponent of a hardening spring",
+                ),
             ),
         ),
     )
@@ -258,12 +311,23 @@ def symbols() -> str:
 def command_line() -> str:
     """Return the page of all commands, from the same declarations that `--help` is made from."""
     group: Any = typer.main.get_command(application())
-    rows = [(f"[`{name}`](#bristle-{name})", _paragraphs(command.help)[0]) for name, command in group.commands.items()]
+    rows = [
+        (f"[`{name}`](#bristle-{name})", _paragraphs(command.help)[0])
+        for name, command in group.commands.items()
+    ]
     parts = [*_paragraphs(group.help), table(("Command", "Purpose"), rows)]
     for name, command in group.commands.items():
         parts += [f"## bristle {name}", *_paragraphs(command.help), _options(command)]
-        parts += [table(command.heads, [(f"`{name}`", text) for name, text in command.rows()])] if isinstance(command, Listing) else []
-        parts += ["```sh\n" + inspect.cleandoc(command.epilog.replace("\b", "").replace("Example:", "")) + "\n```"]
+        parts += (
+            [table(command.heads, [(f"`{name}`", text) for name, text in command.rows()])]
+            if isinstance(command, Listing)
+            else []
+        )
+        parts += [
+            "```sh\n"
+            + inspect.cleandoc(command.epilog.replace("\b", "").replace("Example:", ""))
+            + "\n```"
+        ]
     return page("Command line", *parts)
 
 
@@ -277,8 +341,16 @@ def _options(command: Any) -> str:
         argument = one.param_type_name == "argument"
         words = one.metavar or one.name.upper()
         # A flag takes no value.
-        spelt = words if argument else one.opts[0] + ("" if getattr(one, "is_flag", False) else f" {words}")
-        default = "" if one.default is None or isinstance(one.default, bool) else f" Default: `{one.default}`."
+        spelt = (
+            words
+            if argument
+            else one.opts[0] + ("" if getattr(one, "is_flag", False) else f" {words}")
+        )
+        default = (
+            ""
+            if one.default is None or isinstance(one.default, bool)
+            else f" Default: `{one.default}`."
+        )
         need = " Required." if one.required else ""
         rows.append((f"`{spelt}`", f"{one.help}{need}{default}"))
     return table(("Argument or option", "Meaning"), rows)
@@ -295,8 +367,14 @@ def python() -> str:
         if inspect.ismodule(value):
             modules.append((f"`bristle.{name}`", _first_line(value), _names(value)))
         elif inspect.isroutine(value):
-            functions += [f"### {name}", f"```text\nbristle.{name}{_signature(value)}\n```", _first_line(value)]
-            functions += [f"Returns {_linked_classes(_returned(value))}." if _returned(value) else ""]
+            functions += [
+                f"### {name}",
+                f"```text\nbristle.{name}{_signature(value)}\n```",
+                _first_line(value),
+            ]
+            functions += [
+                f"Returns {_linked_classes(_returned(value))}." if _returned(value) else ""
+            ]
     return page(
         "Python",
         "`import bristle as br` is quick: bristle imports heavy libraries at their first use. Quantities are "
@@ -315,14 +393,22 @@ def python() -> str:
         "## What applications use",
         "The command line, reports and apps use the rooms below. They import only these names from their packages, for example `from "
         "bristle.files import read_axis`. A test compares these lists with the imports.",
-        *(part for room, names in sorted(border().items()) for part in (f"### bristle.{room}", _offered(room, names))),
+        *(
+            part
+            for room, names in sorted(border().items())
+            for part in (f"### bristle.{room}", _offered(room, names))
+        ),
     )
 
 
 def border() -> dict[str, set[str]]:
     """Return the names that applications import from each package of the library."""
     project = tomllib.loads((FOLDER.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
-    (contract,) = (contract for contract in project["tool"]["importlinter"]["contracts"] if contract["name"].startswith("Rooms:"))
+    (contract,) = (
+        contract
+        for contract in project["tool"]["importlinter"]["contracts"]
+        if contract["name"].startswith("Rooms:")
+    )
     rooms = [name for layer in contract["layers"] for name in layer.split(" | ")]
     above = rooms.index("bristle.report") + 1
     found: dict[str, set[str]] = {}
@@ -337,7 +423,11 @@ def border() -> dict[str, set[str]]:
 def _imported(file: Path, rooms: Collection[str]) -> Iterator[tuple[str, str]]:
     """Yield module and name of what a file imports from some rooms, but for what every package uses: lazy loading, colours, families."""
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if not isinstance(node, ast.ImportFrom) or node.module in ("bristle.core.loading", "bristle.core.palette", "bristle.models"):
+        if not isinstance(node, ast.ImportFrom) or node.module in (
+            "bristle.core.loading",
+            "bristle.core.palette",
+            "bristle.models",
+        ):
             continue
         if ".".join(str(node.module).split(".")[:2]) in rooms:
             yield from ((str(node.module), alias.name) for alias in node.names)
@@ -349,7 +439,9 @@ def _offered(room: str, names: Iterable[str]) -> str:
     rows = []
     for name in sorted(names, key=lambda name: (name.lower(), name)):
         value = getattr(package, name)
-        documented = _is_ours(value) or (inspect.isclass(value) and value.__module__.startswith("bristle"))
+        documented = _is_ours(value) or (
+            inspect.isclass(value) and value.__module__.startswith("bristle")
+        )
         told = (
             value.description
             if isinstance(value, Component)
@@ -364,17 +456,34 @@ def _offered(room: str, names: Iterable[str]) -> str:
 def _remark(module: str, name: str) -> str:
     """Return the text below an assignment, or the comment at its end."""
     file = Path(str(importlib.import_module(module).__file__))
-    lines, tree = file.read_text(encoding="utf-8").splitlines(), ast.parse(file.read_text(encoding="utf-8"))
+    lines, tree = (
+        file.read_text(encoding="utf-8").splitlines(),
+        ast.parse(file.read_text(encoding="utf-8")),
+    )
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and name in {alias.asname or alias.name for alias in node.names}:
+        if isinstance(node, ast.ImportFrom) and name in {
+            alias.asname or alias.name for alias in node.names
+        }:
             (own,) = (alias.name for alias in node.names if name == (alias.asname or alias.name))
             return _remark(str(node.module), own)
     for node, after in zip(tree.body, [*tree.body[1:], None], strict=True):
         if isinstance(node, ast.FunctionDef) and node.name == name:
             return _paragraphs(ast.get_docstring(node) or "")[0]
-        targets = node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
-        if name in {part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)}:
-            if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) and isinstance(after.value.value, str):
+        targets = (
+            node.targets
+            if isinstance(node, ast.Assign)
+            else [node.target]
+            if isinstance(node, ast.AnnAssign)
+            else []
+        )
+        if name in {
+            part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)
+        }:
+            if (
+                isinstance(after, ast.Expr)
+                and isinstance(after.value, ast.Constant)
+                and isinstance(after.value.value, str)
+            ):
                 return _paragraphs(after.value.value)[0]
             beside = lines[node.end_lineno - 1].partition("  # ")[2]
             above = lines[node.lineno - 2].partition("# ")[2]
@@ -397,7 +506,11 @@ def _ours(annotation: Any, module: str) -> list[type]:
     """Return the data classes of ours that an annotation names, as text has it."""
     words = re.findall(r"[A-Za-z_]\w*", str(annotation))
     found = [vars(sys.modules[module]).get(word) or _elsewhere(word) for word in words]
-    return [one for one in found if inspect.isclass(one) and one.__module__.startswith("bristle") and _fields(one)]
+    return [
+        one
+        for one in found
+        if inspect.isclass(one) and one.__module__.startswith("bristle") and _fields(one)
+    ]
 
 
 @cache
@@ -407,7 +520,9 @@ def _homes() -> dict[str, set[str]]:
     for file in PACKAGE.rglob("*.py"):
         for one in ast.parse(file.read_text(encoding="utf-8")).body:
             if isinstance(one, ast.ClassDef):
-                found.setdefault(one.name, set()).add(".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts))
+                found.setdefault(one.name, set()).add(
+                    ".".join(file.relative_to(PACKAGE.parent).with_suffix("").parts)
+                )
     return found
 
 
@@ -429,15 +544,23 @@ def _classes() -> list[type]:
     """Return the classes of results of the public functions, in order."""
     from bristle import engine
 
-    functions = [value for name in bristle.__all__ if inspect.isroutine(value := getattr(bristle, name))]
-    functions += [value for name in engine.__all__ if inspect.isroutine(value := getattr(engine, name))]
+    functions = [
+        value for name in bristle.__all__ if inspect.isroutine(value := getattr(bristle, name))
+    ]
+    functions += [
+        value for name in engine.__all__ if inspect.isroutine(value := getattr(engine, name))
+    ]
     waiting = [one for function in functions for one in _returned(function)]
     found: list[type] = []
     while waiting:
         one = waiting.pop(0)
         if one not in found:
             found.append(one)
-            waiting += [inner for annotation in _fields(one).values() for inner in _ours(annotation, one.__module__)]
+            waiting += [
+                inner
+                for annotation in _fields(one).values()
+                for inner in _ours(annotation, one.__module__)
+            ]
     return sorted(found, key=lambda one: one.__name__)
 
 
@@ -448,7 +571,10 @@ def _is_ours(value: Any) -> bool:
 def _class(cls: type) -> list[str]:
     """Return the section of a class: description, attributes, methods."""
     described = _described(cls)
-    rows = [(f"`{name}`", *described.get(name, (_typed(kind), ""))) for name, kind in _fields(cls).items()]
+    rows = [
+        (f"`{name}`", *described.get(name, (_typed(kind), "")))
+        for name, kind in _fields(cls).items()
+    ]
     for name, value in inspect.getmembers(cls):
         if not name.startswith("_") and (isinstance(value, property) or hasattr(value, "attrname")):
             rows.append((f"`{name}`", "", _markdown(_first_line(value))))
@@ -458,16 +584,31 @@ def _class(cls: type) -> list[str]:
         for name, value in inspect.getmembers(cls, callable)
         if not name.startswith("_") and _is_ours(value)
     ]
-    prose = [_markdown(one) for one in _paragraphs(re.split(r"\n[A-Z]\w+\n---", inspect.getdoc(cls) or "")[0])]
-    told = table(heads if any(row[2] for row in rows) else heads[:2], [row if any(r[2] for r in rows) else row[:2] for row in rows])
-    return [f"### {cls.__name__}", *prose, told, table(("Method", "Purpose"), methods) if methods else ""]
+    prose = [
+        _markdown(one)
+        for one in _paragraphs(re.split(r"\n[A-Z]\w+\n---", inspect.getdoc(cls) or "")[0])
+    ]
+    told = table(
+        heads if any(row[2] for row in rows) else heads[:2],
+        [row if any(r[2] for r in rows) else row[:2] for row in rows],
+    )
+    return [
+        f"### {cls.__name__}",
+        *prose,
+        told,
+        table(("Method", "Purpose"), methods) if methods else "",
+    ]
 
 
 def _described(cls: type) -> dict[str, tuple[str, str]]:
     """Return type and meaning of each attribute in the docstring of a class and its bases."""
     found: dict[str, tuple[str, str]] = {}
     for one in cls.__mro__:
-        section = re.search(r"\nParameters\n-+\n(.*?)(?=\n\S[^\n]*\n---|\Z)", inspect.cleandoc(one.__doc__ or ""), re.DOTALL)
+        section = re.search(
+            r"\nParameters\n-+\n(.*?)(?=\n\S[^\n]*\n---|\Z)",
+            inspect.cleandoc(one.__doc__ or ""),
+            re.DOTALL,
+        )
         for entry in re.split(r"\n(?=\S)", section[1]) if section else ():
             head, _, meaning = entry.partition("\n")
             names, _, kind = head.partition(" : ")
@@ -487,7 +628,9 @@ def _markdown(text: str) -> str:
 
 
 def _linked_classes(classes: Iterable[type]) -> str:
-    return " and ".join(f"[`{one.__name__}`](#{one.__name__.lower()})" for one in dict.fromkeys(classes))
+    return " and ".join(
+        f"[`{one.__name__}`](#{one.__name__.lower()})" for one in dict.fromkeys(classes)
+    )
 
 
 def _signature(function: Callable[..., Any], bound: bool = False) -> str:
@@ -507,8 +650,14 @@ def _signature(function: Callable[..., Any], bound: bool = False) -> str:
 
 
 def _names(module: Any) -> str:
-    components = {name for name, value in vars(module).items() if isinstance(value, Component) and not name.startswith("_")}
-    return ", ".join(f"`{one}`" for one in sorted({*module.__all__, *components}) if not one.isupper())
+    components = {
+        name
+        for name, value in vars(module).items()
+        if isinstance(value, Component) and not name.startswith("_")
+    }
+    return ", ".join(
+        f"`{one}`" for one in sorted({*module.__all__, *components}) if not one.isupper()
+    )
 
 
 # --- errata -----------------------------------------------------------------------------------------------------
@@ -520,8 +669,14 @@ def errata() -> str:
 
     parts = []
     for kind, what in KINDS.items():
-        found = [(one.location, one.printed, one.correct, f"`{one.test}`") for one in errata_of(kind)]
-        parts += [f"## {kind.capitalize()}s", what, table(("Place", "As printed", "Correct", "Test"), found)]
+        found = [
+            (one.location, one.printed, one.correct, f"`{one.test}`") for one in errata_of(kind)
+        ]
+        parts += [
+            f"## {kind.capitalize()}s",
+            what,
+            table(("Place", "As printed", "Correct", "Test"), found),
+        ]
     return page(
         "Errata of the source paper",
         "The tables list errors and ambiguities of *Pre-sliding friction control using the sliding mode controller with "
@@ -562,7 +717,10 @@ def equations() -> str:
         "force at its end. `contact_equations` returns the force and the rates of (position, deflection) at one instant. Before "
         "you run a line of Python from the table, run",
         "```python\n" + "\n".join(f">>> {line}" for line in SETUP) + "\n```",
-        table(("Equation", "Subject", "As printed", "In bristle", "Computed by", "Tested by", "Run"), rows),
+        table(
+            ("Equation", "Subject", "As printed", "In bristle", "Computed by", "Tested by", "Run"),
+            rows,
+        ),
         "Below (17), the paper defines $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$. bristle "
         "uses $f_s = f_p$ and $S = s$, in [hysteresis/everett.py](../../src/bristle/models/hysteresis/everett.py).",
     )
@@ -581,7 +739,12 @@ def diagnostics() -> str:
         (
             f"`{code}`",
             one.means,
-            ", ".join(_number_of(name, spec) for name, spec in fields_of(code).items() if name != "std_percent") or "–",
+            ", ".join(
+                _number_of(name, spec)
+                for name, spec in fields_of(code).items()
+                if name != "std_percent"
+            )
+            or "–",
             one.advice,
         )
         for code, one in SENTENCES.items()
@@ -668,7 +831,10 @@ def robustness() -> str:
         "Compensation on other frictions",
         *parts,
         "## Conditions",
-        table(("Condition", "The rig"), [(name, condition.words) for name, condition in CONDITIONS.items()]),
+        table(
+            ("Condition", "The rig"),
+            [(name, condition.words) for name, condition in CONDITIONS.items()],
+        ),
         "## Margins",
         table(("Set", "Friction compensation", "Phase margin [°]", "Gain margin"), margins),
         "## Families",
@@ -682,7 +848,10 @@ def robustness() -> str:
 def _interval(one: Mapping[str, Any] | None) -> str:
     if one is None or one["peak_to_peak"] is None:
         return "–" if one is None else "diverged"
-    mean, low, high = (None if one[key] is None else f"{1e6 * one[key]:.2f}" for key in ("peak_to_peak", "low", "high"))
+    mean, low, high = (
+        None if one[key] is None else f"{1e6 * one[key]:.2f}"
+        for key in ("peak_to_peak", "low", "high")
+    )
     return f"{mean}" if low is None else f"{mean} ({low} to {high})"
 
 
@@ -723,7 +892,13 @@ def sticking() -> str:
     }
     rows = [
         [
-            value if isinstance(value, str) else "–" if math.isnan(value) else f"{value:.1e}" if value else "0"
+            value
+            if isinstance(value, str)
+            else "–"
+            if math.isnan(value)
+            else f"{value:.1e}"
+            if value
+            else "0"
             for value in (row[key] for key in heads)
         ]
         for row in json.loads(RESTS.read_text(encoding="utf-8"))

@@ -63,7 +63,11 @@ def on_files(files: Any, config: Any) -> Any:
             (taken / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(file, taken / name)
             files.append(File(name, str(taken), config.site_dir, config.use_directory_urls))
-    for name, content in {"lab.md": LAB, "reference/in-full.md": in_full(), "lab.html": lab()}.items():
+    for name, content in {
+        "lab.md": LAB,
+        "reference/in-full.md": in_full(),
+        "lab.html": lab(),
+    }.items():
         files.append(File.generated(config, name, content=content))
     return files
 
@@ -88,7 +92,9 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
     if not page.file.src_uri.endswith(".md"):
         return markdown
-    markdown = re.sub(r"^```(\w+) [\w -]+$", r"```\1", markdown, flags=re.MULTILINE)  # words for tests, not for readers
+    markdown = re.sub(
+        r"^```(\w+) [\w -]+$", r"```\1", markdown, flags=re.MULTILINE
+    )  # words for tests, not for readers
     parts = re.split(r"(^```.*?^```$)", markdown, flags=re.DOTALL | re.MULTILINE)
     return "".join(part if part.startswith("```") else LINK.sub(led, part) for part in parts)
 
@@ -101,7 +107,9 @@ def on_page_content(content: str, page: Any, config: Any, files: Any) -> str:
 
 def on_post_page(output: str, page: Any, config: Any) -> str:
     """Name the search for readers of the screen, which the theme leaves out."""
-    return output.replace('<div class="md-search" data-md-component="search" role="dialog">', SEARCH)
+    return output.replace(
+        '<div class="md-search" data-md-component="search" role="dialog">', SEARCH
+    )
 
 
 def mathml(latex: str, block: bool) -> str:

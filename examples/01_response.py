@@ -4,7 +4,9 @@ import numpy as np
 
 import bristle as br
 
-model = br.friction.lugre(F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um", sigma_1="1 N*s/mm")
+model = br.friction.lugre(
+    F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um", sigma_1="1 N*s/mm"
+)
 print(model)
 
 dt = 1e-4  # s

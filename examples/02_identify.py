@@ -17,6 +17,8 @@ for fit in found.fits:
     print(f"{fit.rank}. {fit.name}: {fit.held_out.mean_percent:.2f} % held-out error")
 for name, one in found.best.parameters.items():
     if one.status == "identified":
-        print(f"  {name} = {one.value:.5g} {one.unit}, ± {one.relative_std_percent:.2f} % (standard error)")
+        print(
+            f"  {name} = {one.value:.5g} {one.unit}, ± {one.relative_std_percent:.2f} % (standard error)"
+        )
 velocity, force = drive_table(found.best, 20)[-1]
 print(f"last entry of the drive table: {velocity:.4f} m/s, {force:.2f} N")

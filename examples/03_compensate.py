@@ -24,4 +24,6 @@ def loop(name: str, feedforward: Feedforward) -> Variant:
 variants = (loop("none", Feedforward(mass=28.0)), loop("crude", crude), loop("exact", exact))
 result = br.simulate(Experiment("sine", "translational", variants))
 for name, one in result.variants.items():
-    print(f"{name}: {1e6 * one.following_error.peak_to_peak:.2f} um peak to peak, {one.status.sentence}")
+    print(
+        f"{name}: {1e6 * one.following_error.peak_to_peak:.2f} um peak to peak, {one.status.sentence}"
+    )

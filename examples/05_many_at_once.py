@@ -32,4 +32,6 @@ if __name__ == "__main__":  # worker processes import this file, too, and must n
     with ProcessPoolExecutor() as pool:
         results = list(pool.map(br.simulate, experiments, chunksize=10))
     errors = [1e6 * one.variants["compensated"].following_error.peak_to_peak for one in results]
-    print(f"following error of {len(errors)} axes: {min(errors):.2f} to {max(errors):.2f} um peak to peak")
+    print(
+        f"following error of {len(errors)} axes: {min(errors):.2f} to {max(errors):.2f} um peak to peak"
+    )

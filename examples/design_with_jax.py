@@ -33,7 +33,9 @@ def motion(coefficients):
 @jax.jit
 def force(logarithms, x):
     """Return the force [N] along positions."""
-    return CONTACT.walk(CONTACT.start(), x, DT, dict(zip(NAMES, jnp.exp(logarithms), strict=True)))[1][1:]
+    return CONTACT.walk(CONTACT.start(), x, DT, dict(zip(NAMES, jnp.exp(logarithms), strict=True)))[
+        1
+    ][1:]
 
 
 @jax.jit
@@ -41,7 +43,12 @@ def force(logarithms, x):
 def lack_of_information(coefficients):
     """Return -log det of the information at the assumed parameters, with its gradient."""
     x, at, h = motion(coefficients), np.log(ASSUMED), 1e-5
-    J = jnp.stack([(force(at + h * one, x) - force(at - h * one, x)) / (2.0 * h) for one in np.eye(6)], 1) / NOISE
+    J = (
+        jnp.stack(
+            [(force(at + h * one, x) - force(at - h * one, x)) / (2.0 * h) for one in np.eye(6)], 1
+        )
+        / NOISE
+    )
     return -jnp.linalg.slogdet(J.T @ J)[1]
 
 
@@ -67,7 +74,10 @@ def spread(x, runs=20):
     for noisy in clean + NOISE * generator.standard_normal((runs, STEPS)):
         fits.append(
             least_squares(
-                lambda at, y: np.asarray(force(at, x)) - y, np.log(ASSUMED), lambda at, _: np.asarray(slopes(at, x)), args=(noisy,)
+                lambda at, y: np.asarray(force(at, x)) - y,
+                np.log(ASSUMED),
+                lambda at, _: np.asarray(slopes(at, x)),
+                args=(noisy,),
             ).x
         )
     return 100.0 * np.sqrt(np.mean((np.exp(fits) / TRUTH - 1.0) ** 2, axis=0))
@@ -76,9 +86,17 @@ def spread(x, runs=20):
 if __name__ == "__main__":
     motions = np.random.default_rng(1).standard_normal((400, BASIS.shape[1]))
     best = min(motions, key=lambda coefficients: lack_of_information(coefficients)[0])
-    found = minimize(lack_of_information, motions[0], jac=True, method="L-BFGS-B", options={"maxiter": 100})
-    for name, coefficients in (("random", motions[0]), ("best of 400 random", best), (f"designed with {found.nfev} gradients", found.x)):
+    found = minimize(
+        lack_of_information, motions[0], jac=True, method="L-BFGS-B", options={"maxiter": 100}
+    )
+    for name, coefficients in (
+        ("random", motions[0]),
+        ("best of 400 random", best),
+        (f"designed with {found.nfev} gradients", found.x),
+    ):
         errors = spread(np.asarray(motion(coefficients)))
         listed = ", ".join(f"{n} {v:.2f}" for n, v in zip(NAMES, errors, strict=True))
         mean = np.exp(np.mean(np.log(errors)))
-        print(f"{name}: information {-lack_of_information(coefficients)[0]:.2f}, errors {mean:.3f} % (geometric mean): {listed}")
+        print(
+            f"{name}: information {-lack_of_information(coefficients)[0]:.2f}, errors {mean:.3f} % (geometric mean): {listed}"
+        )

@@ -52,7 +52,9 @@ def measured():
 
     state, q = np.zeros(3), [0.0]
     for k in range(STEPS):
-        state = solve_ivp(rates, (k * DT, (k + 1) * DT - 1e-9), state, method="RK45", rtol=1e-8, atol=1e-12).y[:, -1]
+        state = solve_ivp(
+            rates, (k * DT, (k + 1) * DT - 1e-9), state, method="RK45", rtol=1e-8, atol=1e-12
+        ).y[:, -1]
         q.append(state[0])
     return 1e-5 * np.round(np.array(q) / 1e-5)
 
@@ -68,7 +70,12 @@ def contact(parameters, state, q, v):
 
 
 contact_only = jax.jit(contact)
-contact_moved = jax.jit(lambda values, tangents: (contact(*values), jax.vmap(lambda *moved: jax.jvp(contact, values, moved)[1])(*tangents)))
+contact_moved = jax.jit(
+    lambda values, tangents: (
+        contact(*values),
+        jax.vmap(lambda *moved: jax.jvp(contact, values, moved)[1])(*tangents),
+    )
+)
 
 
 def rolled(parameters, with_tangents):
@@ -81,7 +88,9 @@ def rolled(parameters, with_tangents):
     for k in range(STEPS):
         values = (parameters, state, data.qpos[0], data.qvel[0])
         if with_tangents:
-            (state, force), (d_state, d_force) = contact_moved(values, (np.eye(count), d_state, motion[0], motion[1]))
+            (state, force), (d_state, d_force) = contact_moved(
+                values, (np.eye(count), d_state, motion[0], motion[1])
+            )
         else:
             state, force = contact_only(*values)
         data.ctrl[:] = torque(k * DT), float(force)
@@ -114,7 +123,13 @@ class Fit:
 
     def run(self):
         begin = time.perf_counter()
-        found = least_squares(self.errors, np.log(GUESS), jac=self.jacobian if self.exact else "2-point", x_scale="jac", xtol=1e-7)
+        found = least_squares(
+            self.errors,
+            np.log(GUESS),
+            jac=self.jacobian if self.exact else "2-point",
+            x_scale="jac",
+            xtol=1e-7,
+        )
         return np.exp(found.x), np.sqrt(np.mean(found.fun**2)) * 1e-5, time.perf_counter() - begin
 
 

@@ -12,8 +12,21 @@ from bristle.core import Slot, Surrounding, Variable, kernel
 
 
 class Parameters(NamedTuple):
-    k_H: Annotated[float, Variable("1", "change of friction from dry to saturated air", nominal=0.1, excitation="channel")] = 0.0
-    h_0: Annotated[float, Variable("1", "humidity at which the parameters of the friction model are valid", min=0.0, max=1.0)] = 0.5
+    k_H: Annotated[
+        float,
+        Variable(
+            "1", "change of friction from dry to saturated air", nominal=0.1, excitation="channel"
+        ),
+    ] = 0.0
+    h_0: Annotated[
+        float,
+        Variable(
+            "1",
+            "humidity at which the parameters of the friction model are valid",
+            min=0.0,
+            max=1.0,
+        ),
+    ] = 0.5
 
 
 @kernel
@@ -24,7 +37,9 @@ def factor(humidity, p):
 SLOT = Slot(
     name="humidity",
     description="friction that rises with the humidity of the air",
-    channel=Surrounding("humidity", Variable("1", "relative humidity", min=0.0, max=1.0), usual=0.5),
+    channel=Surrounding(
+        "humidity", Variable("1", "relative humidity", min=0.0, max=1.0), usual=0.5
+    ),
     Parameters=Parameters,
     factor=factor,
     example={"k_H": 0.4},

@@ -22,4 +22,6 @@ def read(data, request):
 
 
 EXAMPLE = "".join(f"t_ms={k} pos={0.01 * k * k:.4f} iq={-0.42 + 0.05 * k:.3f}\n" for k in range(8))
-FORMAT = LogFormat("key_value_log", "lines of name=value", recognises, read=read, example=EXAMPLE.encode())
+FORMAT = LogFormat(
+    "key_value_log", "lines of name=value", recognises, read=read, example=EXAMPLE.encode()
+)

@@ -27,11 +27,17 @@ def write(request):
         )
     velocity, effort = log_units(request.axis, request.model.kind)
     points = min(request.points, MOST)
-    sides = {name: side_of(request.model, way, request.speed, points) for name, way in (("forward", 1), ("backward", -1))}
+    sides = {
+        name: side_of(request.model, way, request.speed, points)
+        for name, way in (("forward", 1), ("backward", -1))
+    }
     lines = [f"# {line}" for line in request.source.lines]
     lines += [f'velocity_unit = "{velocity.name}"', f'effort_unit = "{effort.name}"']
     for name, side in sides.items():
-        rows = [f"  [{velocity.of(v):.6g}, {effort.of(force):.6g}]," for v, force in side.entries.tolist()]
+        rows = [
+            f"  [{velocity.of(v):.6g}, {effort.of(force):.6g}],"
+            for v, force in side.entries.tolist()
+        ]
         lines += [f"{name} = [", *rows, "]"]
     notes = losses(request.model, sides["forward"], sides["backward"], effort, symmetric=False)
     if request.points > MOST:
@@ -43,14 +49,24 @@ def reads(files, request):
     """Return the force that the drive computes from its file. bristle simulates the axis with it, and states the effect."""
     velocity, effort = log_units(request.axis, request.model.kind)
     table = tomllib.loads(files[f"{request.name}.toml"])
-    speeds, forces = zip(*(np.transpose(table[name]) for name in ("forward", "backward")), strict=True)
+    speeds, forces = zip(
+        *(np.transpose(table[name]) for name in ("forward", "backward")), strict=True
+    )
 
     def drive(x, dt):
         v = np.diff(x, prepend=x[:1]) / dt / velocity.si
-        forward, backward = (effort.si * np.interp(np.abs(v), speeds[side], forces[side]) for side in (0, 1))
+        forward, backward = (
+            effort.si * np.interp(np.abs(v), speeds[side], forces[side]) for side in (0, 1)
+        )
         return np.where(v > 0.0, forward, np.where(v < 0.0, -backward, 0.0))
 
     return drive
 
 
-TARGET = Target(name="acme", description="the friction table of an ACME servo drive, TOML", write=write, reads=reads, pushes=True)
+TARGET = Target(
+    name="acme",
+    description="the friction table of an ACME servo drive, TOML",
+    write=write,
+    reads=reads,
+    pushes=True,
+)

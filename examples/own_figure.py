@@ -23,7 +23,12 @@ def draw(identification, log):
         count = np.bincount(place, minlength=BINS)
         mean = np.bincount(place, traces.residual[moving], BINS) / np.maximum(count, 1)
         shown = np.where(count >= FEWEST, mean, np.nan)
-        axes.plot(length.factor * 0.5 * (edges[1:] + edges[:-1]), effort.factor * shown, label=name, **look)
+        axes.plot(
+            length.factor * 0.5 * (edges[1:] + edges[:-1]),
+            effort.factor * shown,
+            label=name,
+            **look,
+        )
     axes.set_xlabel(length.label(position_word(kind)))
     axes.set_ylabel(effort.label("Residual, mean"))
     style.legend(axes)

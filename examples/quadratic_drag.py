@@ -12,8 +12,21 @@ from bristle.core.mathematics import direction
 
 
 class Parameters(NamedTuple):
-    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
-    F_q: Annotated[float, Variable("force*time^2/length^2", "drag over the square of the speed", min=0.0, excitation="speed")]
+    F_C: Annotated[
+        float,
+        Variable(
+            "force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding"
+        ),
+    ]
+    F_q: Annotated[
+        float,
+        Variable(
+            "force*time^2/length^2",
+            "drag over the square of the speed",
+            min=0.0,
+            excitation="speed",
+        ),
+    ]
 
 
 class State(NamedTuple):

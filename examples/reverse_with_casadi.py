@@ -23,7 +23,10 @@ TIME = DT * np.arange(STEPS)
 PATH = 2.5e-3 * (1.0 - np.cos(2.0 * np.pi * TIME / (DT * STEPS)))  # forth and back in 0.4 s
 REVERSAL = slice(STEPS // 2 - 50, STEPS // 2 + 50)
 LEVELS = np.linspace(0.2, 1.8, 60)
-SHARE, SLIP = LEVELS**-0.5 / np.sum(LEVELS**-0.5), 8e-6 * LEVELS**2  # share of the force, and deflection at which an element slips [m]
+SHARE, SLIP = (
+    LEVELS**-0.5 / np.sum(LEVELS**-0.5),
+    8e-6 * LEVELS**2,
+)  # share of the force, and deflection at which an element slips [m]
 
 
 def on_rig(path, feedforward, parts=20):
@@ -46,7 +49,9 @@ def identified():
     t = DT * np.arange(6000)
     path = 3e-3 * np.sin(2.0 * np.pi * 0.7 * t) + 4e-4 * np.sin(2.0 * np.pi * 4.1 * t)
     position, effort = on_rig(path, 0.0 * t)
-    fit = br.identify({"time": t, "position": position, "effort": effort}, "lugre", mass=MASS, draws=0, blocks=0).best
+    fit = br.identify(
+        {"time": t, "position": position, "effort": effort}, "lugre", mass=MASS, draws=0, blocks=0
+    ).best
     return fit.friction
 
 
@@ -61,12 +66,27 @@ def limited(feedforward, change):
 def model_of_axis(friction, folder):
     """Return a sample of the axis as a function of CasADi: (state, path) -> (next state, error); and its first state."""
     br.export(friction, "casadi", folder)
-    line = ["cc", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "axis_x.c", "axis_x_casadi.c", "-o", "axis_x.so", "-lm"]
+    line = [
+        "cc",
+        "-O2",
+        "-ffp-contract=off",
+        "-shared",
+        "-fPIC",
+        "axis_x.c",
+        "axis_x_casadi.c",
+        "-o",
+        "axis_x.so",
+        "-lm",
+    ]
     subprocess.run(line, cwd=folder, check=True)
-    contact, initial = (casadi.external(f"axis_x_{part}", str(folder / "axis_x.so")) for part in ("step", "initial"))
+    contact, initial = (
+        casadi.external(f"axis_x_{part}", str(folder / "axis_x.so")) for part in ("step", "initial")
+    )
     virgin, p = initial.call([])
     state, path = casadi.MX.sym("state", virgin.numel() + 3), casadi.MX.sym("path", 3)
-    after, x, v, filtered = casadi.vertsplit(state, [0, virgin.numel(), *range(virgin.numel() + 1, virgin.numel() + 4)])
+    after, x, v, filtered = casadi.vertsplit(
+        state, [0, virgin.numel(), *range(virgin.numel() + 1, virgin.numel() + 4)]
+    )
     place, speed, ahead = casadi.vertsplit(path)
     error, step = place - x, DT / PARTS
     filtered += (ahead - filtered) * (1.0 - np.exp(-DT / LAG))
@@ -75,7 +95,9 @@ def model_of_axis(friction, folder):
         v += step * (effort - contact(after, x + step * v, step, p)[1]) / MASS
         x += step * v
         after = contact(after, x, step, p)[0]
-    sample = casadi.Function("sample", [state, path], [casadi.vertcat(after, x, v, filtered), error])
+    sample = casadi.Function(
+        "sample", [state, path], [casadi.vertcat(after, x, v, filtered), error]
+    )
     return sample, casadi.vertcat(virgin, casadi.DM.zeros(3))
 
 
@@ -83,9 +105,19 @@ def planned(sample, begin, start, change):
     """Return the feedforward [N] with the least squared error of the model, from a start."""
     u = casadi.MX.sym("u", STEPS // HOLD)
     speed = np.gradient(PATH, DT)
-    _, errors = sample.mapaccum(STEPS)(begin, casadi.vertcat(PATH[None], speed[None], casadi.vec(casadi.repmat(u.T, HOLD, 1)).T))
+    _, errors = sample.mapaccum(STEPS)(
+        begin, casadi.vertcat(PATH[None], speed[None], casadi.vec(casadi.repmat(u.T, HOLD, 1)).T)
+    )
     cost = casadi.sumsqr(1e6 * errors) / STEPS + 1e-3 * casadi.sumsqr(casadi.diff(u))
-    options = {"print_time": False, "ipopt": {"hessian_approximation": "limited-memory", "max_iter": 300, "print_level": 0, "sb": "yes"}}
+    options = {
+        "print_time": False,
+        "ipopt": {
+            "hessian_approximation": "limited-memory",
+            "max_iter": 300,
+            "print_level": 0,
+            "sb": "yes",
+        },
+    }
     solver = casadi.nlpsol("plan", "ipopt", {"x": u, "f": cost, "g": casadi.diff(u)}, options)
     solution = solver(x0=start[::HOLD], lbg=-change, ubg=change)
     assert solver.stats()["success"], solver.stats()["return_status"]
@@ -102,9 +134,15 @@ if __name__ == "__main__":
         axis = model_of_axis(friction, Path(folder) / "axis")
         for change in (np.inf, 6.0):
             print(f"feedforward that changes by at most {change} N in 4 ms:")
-            plans = {"mass only": inertia, "force along the path": force, "the same, filter inverted": inverted}
+            plans = {
+                "mass only": inertia,
+                "force along the path": force,
+                "the same, filter inverted": inverted,
+            }
             plans = {name: limited(plan, change) for name, plan in plans.items()}
             plans["planned"] = planned(*axis, plans["force along the path"], change)
             for name, plan in plans.items():
                 error = 1e6 * np.abs(PATH - on_rig(PATH, limited(plan, change))[0])
-                print(f"  {name}: {error[REVERSAL].max():.1f} um at the reversal, rms {np.sqrt(np.mean(error**2)):.1f} um")
+                print(
+                    f"  {name}: {error[REVERSAL].max():.1f} um at the reversal, rms {np.sqrt(np.mean(error**2)):.1f} um"
+                )

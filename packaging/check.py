@@ -19,8 +19,32 @@ import zipfile
 from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parent.parent
-CARRIED = {".py", ".html", ".js", ".mjs", ".css", ".toml", ".json", ".c", ".cc", ".h", ".cu", ".md", ".st", ".xml", ".txt", ".tex"}
-CARRIED |= {".typed", ".comp", ".hal", ".jinja", ".cpp", ".yaml"}  # of LinuxCNC; Python for robot simulators; ROS 2
+CARRIED = {
+    ".py",
+    ".html",
+    ".js",
+    ".mjs",
+    ".css",
+    ".toml",
+    ".json",
+    ".c",
+    ".cc",
+    ".h",
+    ".cu",
+    ".md",
+    ".st",
+    ".xml",
+    ".txt",
+    ".tex",
+}
+CARRIED |= {
+    ".typed",
+    ".comp",
+    ".hal",
+    ".jinja",
+    ".cpp",
+    ".yaml",
+}  # of LinuxCNC; Python for robot simulators; ROS 2
 LICENCES = """
 import json
 from importlib.metadata import distributions
@@ -34,7 +58,9 @@ print(json.dumps({of.metadata["Name"]: [of.version, licence(of)] for of in distr
 
 def run(*command: object, folder: Path | None = None) -> str:
     """Run a command and return what it prints; whatever fails ends the check with its words."""
-    done = subprocess.run([str(part) for part in command], cwd=folder, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [str(part) for part in command], cwd=folder, capture_output=True, text=True, check=False
+    )
     if done.returncode:
         raise SystemExit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
     return done.stdout
@@ -58,12 +84,20 @@ def looked_inside(wheel: Path, sdist: Path) -> None:
     }
     odd = sorted(name for name in inside if PurePosixPath(name).suffix not in CARRIED)
     if inside != wanted or odd:
-        raise SystemExit(f"wheel: missing {sorted(wanted - inside)}, unexpected {sorted(inside - wanted)}, forbidden {odd}")
+        raise SystemExit(
+            f"wheel: missing {sorted(wanted - inside)}, unexpected {sorted(inside - wanted)}, forbidden {odd}"
+        )
     with tarfile.open(sdist) as archive:
-        names = {PurePosixPath(*PurePosixPath(name).parts[1:]).as_posix() for name in archive.getnames()}
+        names = {
+            PurePosixPath(*PurePosixPath(name).parts[1:]).as_posix() for name in archive.getnames()
+        }
     lacking = {"LICENSE", "README.md", "CHANGELOG.md", "CITATION.cff", "pyproject.toml"} - names
-    if lacking or any(name.startswith(".") and name != "." and name != ".gitignore" for name in names):
-        raise SystemExit(f"files missing in the sdist: {sorted(lacking)}, or it contains hidden files")
+    if lacking or any(
+        name.startswith(".") and name != "." and name != ".gitignore" for name in names
+    ):
+        raise SystemExit(
+            f"files missing in the sdist: {sorted(lacking)}, or it contains hidden files"
+        )
     sizes = [f"{one.name}: {one.stat().st_size / 1e6:.1f} MB" for one in (wheel, sdist)]
     print(f"{'; '.join(sizes)}; {len(inside)} files in the wheel")
 
@@ -91,16 +125,24 @@ def licences(programs: Path) -> None:
     found = json.loads(run(programs / "python", "-c", LICENCES))
     for name, (version, licence) in sorted(found.items(), key=lambda item: item[0].lower()):
         print(f"  {name} {version}: {licence}")
-    bad = [name for name, (_, licence) in found.items() if licence == "unknown" or "GPL" in licence.replace("LGPL", "")]
+    bad = [
+        name
+        for name, (_, licence) in found.items()
+        if licence == "unknown" or "GPL" in licence.replace("LGPL", "")
+    ]
     if bad:
         raise SystemExit(f"licence of the GPL family, or no stated licence: {', '.join(bad)}")
 
 
 def main() -> None:
     """Do all of it, and say what was seen."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--out", type=Path, help="new folder for wheel and sdist")
-    parser.add_argument("--licences", action="store_true", help="print the licences of the installed packages")
+    parser.add_argument(
+        "--licences", action="store_true", help="print the licences of the installed packages"
+    )
     parser.add_argument("--quick", action="store_true", help="only build and check the contents")
     asked = parser.parse_args()
     if asked.out and asked.out.exists():
@@ -112,7 +154,9 @@ def main() -> None:
         if asked.quick:
             return
         programs = demonstrated(wheel, work)
-        version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+        version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"][
+            "version"
+        ]
         print(run(programs / "bristle", "--version").strip(), "is", version)
         if asked.licences:
             licences(programs)

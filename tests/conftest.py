@@ -43,7 +43,9 @@ def tolerance_of(comparison):
     """Return what `pytest.approx` allows: in SI a square of a micrometre is as small as its absolute tolerance of 1e-12."""
     expected = comparison.expected
     if comparison.abs is None and isinstance(expected, Complex) and expected != 0.0:
-        return abs(expected) * (comparison.DEFAULT_RELATIVE_TOLERANCE if comparison.rel is None else comparison.rel)
+        return abs(expected) * (
+            comparison.DEFAULT_RELATIVE_TOLERANCE if comparison.rel is None else comparison.rel
+        )
     return tolerance_of_pytest(comparison)
 
 
@@ -67,12 +69,18 @@ def build_workbench(kind: Kind) -> Workbench:
     """Let a stribeck axis follow three sines, record it, and do the main job on the record."""
     dt = 1e-3
     t = dt * np.arange(6000)
-    reference = STROKE[kind] * (np.sin(3.1 * t) + 0.4 * np.sin(10.7 * t) + 0.1 * np.sin(29.0 * t)) * np.minimum(t, 1.0)
+    reference = (
+        STROKE[kind]
+        * (np.sin(3.1 * t) + 0.4 * np.sin(10.7 * t) + 0.1 * np.sin(29.0 * t))
+        * np.minimum(t, 1.0)
+    )
     plant = plants.inertia(kind=kind, M=MASS[kind])
     truth = friction.stribeck(kind=kind, **FRICTION[kind])
     law = controllers.cascade(kind=kind, k_p=80.0, k_v=250.0 * MASS[kind])
     step = 1e-5 * STROKE[kind]
-    recorded = simulate(compensation_experiment(plant, truth, truth, law, reference, dt, resolution=step)).variants["as_recorded"]
+    recorded = simulate(
+        compensation_experiment(plant, truth, truth, law, reference, dt, resolution=step)
+    ).variants["as_recorded"]
     length, force = unit_of("length", kind), unit_of("force", kind)
     log = Log(
         time=Channel(recorded.time, "s", "t"),
@@ -89,8 +97,19 @@ def build_workbench(kind: Kind) -> Workbench:
     axis = Axis(name="stage", kind=kind, resolution=step, controller=law)
     identified = identify(log, "coulomb_viscous,stribeck+asymmetry", axis=axis, draws=0)
     best = identified.best
-    looped = simulate(compensation_experiment(plant, truth, best.friction, law, reference, dt, resolution=step, name="stage"))
-    return Workbench(axis, log, identified, drive_table(best), looped, predict(best.plant, best.friction, log, axis, "closed-loop"))
+    looped = simulate(
+        compensation_experiment(
+            plant, truth, best.friction, law, reference, dt, resolution=step, name="stage"
+        )
+    )
+    return Workbench(
+        axis,
+        log,
+        identified,
+        drive_table(best),
+        looped,
+        predict(best.plant, best.friction, log, axis, "closed-loop"),
+    )
 
 
 def pytest_collection_finish():
@@ -103,7 +122,9 @@ def pytest_collection_finish():
 def nothing_remembered(tmp_path_factory, monkeypatch):
     """Nobody has allowed any code yet, and what is allowed here is forgotten."""
     # `mktemp` would read the whole folder of ten thousand tests for each of them.
-    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.getbasetemp() / "states" / str(next(COUNT))))
+    monkeypatch.setenv(
+        "BRISTLE_STATE_DIR", str(tmp_path_factory.getbasetemp() / "states" / str(next(COUNT)))
+    )
 
 
 @pytest.fixture
@@ -119,7 +140,9 @@ def undrawn(monkeypatch):
     from bristle.report import page
 
     def picture(name, draw, alternative, caption, **_):
-        return page.Picture(f"figure-{name}", Markup('<svg role="img" aria-label="not drawn"></svg>'), caption)
+        return page.Picture(
+            f"figure-{name}", Markup('<svg role="img" aria-label="not drawn"></svg>'), caption
+        )
 
     monkeypatch.setattr(page, "picture", picture)
 

@@ -46,15 +46,25 @@ process does not isolate hostile code: run only code that you trust. A result co
 """
 
 
-def board(bench: Bench, finished: Mapping[str, Any], *, provenance: Mapping[str, str]) -> dict[str, Any]:
+def board(
+    bench: Bench, finished: Mapping[str, Any], *, provenance: Mapping[str, str]
+) -> dict[str, Any]:
     """Return the scores in percent, by score, task and competitor, with their 95 % intervals."""
     scores = dict[str, Any]()
     for score, description in SCORES.items():
-        tasks: dict[str, Any] = {task.name: {} for task in bench.tasks if score in task.scores and not task.missing}
+        tasks: dict[str, Any] = {
+            task.name: {} for task in bench.tasks if score in task.scores and not task.missing
+        }
         for task, results in tasks.items():
             for competitor in bench.entered(score):
-                units = [unit for unit in bench.units if unit.task.name == task and unit.competitor == competitor]
-                cases = [finished[unit.file]["scores"][score] for unit in units if unit.file in finished]
+                units = [
+                    unit
+                    for unit in bench.units
+                    if unit.task.name == task and unit.competitor == competitor
+                ]
+                cases = [
+                    finished[unit.file]["scores"][score] for unit in units if unit.file in finished
+                ]
                 results[competitor.name] = _over_cases(cases, bench.seed)
         if tasks:
             scores[score] = {"description": description, "tasks": tasks}
@@ -64,7 +74,9 @@ def board(bench: Bench, finished: Mapping[str, Any], *, provenance: Mapping[str,
         "bristle": version("bristle"),
         "scores": scores,
         "tasks": {task.name: task.title for task in bench.tasks},
-        "competitors": {competitor.name: competitor.description for competitor in bench.competitors},
+        "competitors": {
+            competitor.name: competitor.description for competitor in bench.competitors
+        },
         "skipped": bench.skipped,
         "provenance": dict(provenance),
     }
@@ -77,7 +89,11 @@ def _over_cases(cases: Sequence[Mapping[str, Any]], seed: int) -> dict[str, Any]
         first = failed[0] if failed else {"status": ABSENT, "reason": ""}
         result = Score(status=first["status"], reason=first["reason"])._asdict()
     else:
-        result = dict(cases[0]) if len(cases) == 1 else over_cases([case["value"] for case in cases], seed)._asdict()
+        result = (
+            dict(cases[0])
+            if len(cases) == 1
+            else over_cases([case["value"] for case in cases], seed)._asdict()
+        )
     return result | {"cases": len(cases), "failed": len(failed)}
 
 
@@ -85,9 +101,14 @@ def ranks(tasks: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
     """Return the mean rank of each competitor over the tasks of a score, the best first; a missing score ranks last."""
     places: dict[str, list[float]] = {}
     for results in tasks.values():
-        values = {name: result["value"] if result["status"] == OK else np.inf for name, result in results.items()}
+        values = {
+            name: result["value"] if result["status"] == OK else np.inf
+            for name, result in results.items()
+        }
         for name, value in values.items():
-            better, equal = (sum(map(compare, values.values())) for compare in (value.__gt__, value.__eq__))
+            better, equal = (
+                sum(map(compare, values.values())) for compare in (value.__gt__, value.__eq__)
+            )
             places.setdefault(name, []).append(better + 0.5 * (equal + 1))
     means = {name: float(np.mean(listed)) for name, listed in places.items()}
     return dict(sorted(means.items(), key=lambda entry: entry[1]))
@@ -97,9 +118,14 @@ def verdicts(summary: Mapping[str, Any]) -> list[str]:
     """Return the best competitors of each score, in a sentence."""
     sentences = []
     for score, entry in summary["scores"].items():
-        values_of = [{name: result["value"] for name, result in task.items() if result["status"] == OK} for task in entry["tasks"].values()]
+        values_of = [
+            {name: result["value"] for name, result in task.items() if result["status"] == OK}
+            for task in entry["tasks"].values()
+        ]
         best = Counter(min(values, key=values.__getitem__) for values in values_of if values)
-        listed = ", ".join(f"{name} ({count})" for name, count in best.most_common()) or "no competitor"
+        listed = (
+            ", ".join(f"{name} ({count})" for name, count in best.most_common()) or "no competitor"
+        )
         sentences.append(f"Smallest {score} score, by number of tasks: {listed}.")
     return sentences
 
@@ -111,7 +137,9 @@ def failures(summary: Mapping[str, Any]) -> list[str]:
         for task, results in entry["tasks"].items():
             for name, result in results.items():
                 if result["failed"] and result["status"] != ABSENT:
-                    places.setdefault((name, result["reason"] or result["status"]), []).append(f"{score} on {task}")
+                    places.setdefault((name, result["reason"] or result["status"]), []).append(
+                        f"{score} on {task}"
+                    )
     return [f"`{name}`, {', '.join(listed)}: {reason}" for (name, reason), listed in places.items()]
 
 
@@ -120,7 +148,11 @@ def tables(summary: Mapping[str, Any]) -> list[Table]:
     listed = []
     for score, entry in summary["scores"].items():
         rows = [
-            (name, *(_cell(results[name]) for results in entry["tasks"].values()), number(rank, resolution=0.1))
+            (
+                name,
+                *(_cell(results[name]) for results in entry["tasks"].values()),
+                number(rank, resolution=0.1),
+            )
             for name, rank in ranks(entry["tasks"]).items()
         ]
         caption = f"{score.capitalize()}: {entry['description']}, with 95 % interval"
@@ -131,7 +163,11 @@ def tables(summary: Mapping[str, Any]) -> list[Table]:
 def _cell(result: Mapping[str, Any]) -> str:
     """Return a score with its interval as text, or the reason of a missing score."""
     if result["status"] != OK:
-        return f"{result['status']}, {result['failed']} of {result['cases']}" if result["cases"] > 1 else result["status"]
+        return (
+            f"{result['status']}, {result['failed']} of {result['cases']}"
+            if result["cases"] > 1
+            else result["status"]
+        )
     value, lower, upper = (number(result[name], digits=3) for name in ("value", "lower", "upper"))
     return f"{value} ({lower} to {upper})"
 
@@ -149,9 +185,14 @@ def page(summary: Mapping[str, Any]) -> str:
     for table in tables(summary):
         rows = [table.heads, ["---"] * len(table.heads), *table.rows]
         head, _, text = table.caption.partition(": ")
-        parts += [f"## {head}", f"{text[0].upper()}{text[1:]}.", "\n".join(f"| {' | '.join(row)} |" for row in rows)]
+        parts += [
+            f"## {head}",
+            f"{text[0].upper()}{text[1:]}.",
+            "\n".join(f"| {' | '.join(row)} |" for row in rows),
+        ]
     lists = {"Failures": [f"- {text}" for text in failures(summary)]} | {
-        head: [f"- `{name}`: {text}" for name, text in summary[head.lower()].items()] for head in ("Skipped", "Tasks", "Competitors")
+        head: [f"- `{name}`: {text}" for name, text in summary[head.lower()].items()]
+        for head in ("Skipped", "Tasks", "Competitors")
     }
     parts += [f"## {head}\n\n" + "\n".join(lines) for head, lines in lists.items() if lines]
     return "\n\n".join([*parts, ENTER])

@@ -21,8 +21,20 @@ import numpy as np
 from benchmarks.board.record import MEASURED, Data, Record
 from bristle.core import BristleError, Content, Model, error_text
 
-RAISED, NOT_FINITE, SHAPE, SLOW, CRASHED, ABSENT = "raised", "not finite", "wrong shape", "too slow", "crashed", "not entered"
-NEEDED = {"predict": "predict", "loop": "predict", "feedforward": "feedforward", "parameters": "parameters"}
+RAISED, NOT_FINITE, SHAPE, SLOW, CRASHED, ABSENT = (
+    "raised",
+    "not finite",
+    "wrong shape",
+    "too slow",
+    "crashed",
+    "not entered",
+)
+NEEDED = {
+    "predict": "predict",
+    "loop": "predict",
+    "feedforward": "feedforward",
+    "parameters": "parameters",
+}
 """Function of a competitor behind each answer."""
 WALL = 4.0  # waiting time over processor time: other programs may use the cores
 STARTS = 30.0  # [s] more waiting time, for the start
@@ -54,17 +66,28 @@ class Orders:
     @classmethod
     def of(cls, code: Content, names: Sequence[str], data: Data) -> Orders:
         """Return the orders for the data of a case."""
-        return cls(code, tuple(names), data.train, [record.motion for record in data.test], data.reference, data.loop_mass)
+        return cls(
+            code,
+            tuple(names),
+            data.train,
+            [record.motion for record in data.test],
+            data.reference,
+            data.loop_mass,
+        )
 
 
 def answers(orders: Orders, limit: float) -> dict[str, Any]:
     """Return the answers of a competitor, each as its value or a `Fault`; the process has `limit` seconds of processor time."""
     code = f"import sys; sys.path[:] = {sys.path!r}; from benchmarks.board.child import serve; serve({limit!r})"
     # The folder of the measured logs would show the efforts of the tests.
-    surroundings = {name: value for name, value in os.environ.items() if name != MEASURED} | ONE_THREAD
+    surroundings = {
+        name: value for name, value in os.environ.items() if name != MEASURED
+    } | ONE_THREAD
     missing = Fault(SLOW, f"used more than {limit:g} s")
     command = [sys.executable, "-c", code]
-    with subprocess.Popen(command, stdin=-1, stdout=-1, stderr=subprocess.DEVNULL, env=surroundings) as process:
+    with subprocess.Popen(
+        command, stdin=-1, stdout=-1, stderr=subprocess.DEVNULL, env=surroundings
+    ) as process:
         try:
             output, _ = process.communicate(pickle.dumps(orders), timeout=WALL * limit + STARTS)
         except subprocess.TimeoutExpired:
@@ -120,7 +143,9 @@ def answered(orders: Orders) -> Iterator[tuple[str, Any]]:
         "predict": lambda: [_predicted(module, fitted, motion) for motion in orders.motions],
         "loop": lambda: _loop(module, fitted, orders.reference, orders.loop_mass),
         "feedforward": lambda: _fed(module.feedforward(fitted, orders.reference), orders.reference),
-        "parameters": lambda: {str(name): float(value) for name, value in dict(module.parameters(fitted)).items()},
+        "parameters": lambda: {
+            str(name): float(value) for name, value in dict(module.parameters(fitted)).items()
+        },
     }
     for name in orders.names:
         try:
@@ -133,8 +158,16 @@ def _fault(error: BaseException, file: str) -> Fault:
     """Return the fault behind an error, with the last line of the competitor in its traceback."""
     if isinstance(error, _AnswerError):
         return Fault(error.status, str(error))
-    text = error_text(error) if isinstance(error, BristleError) else f"{type(error).__name__}: {error_text(error)}"
-    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
+    text = (
+        error_text(error)
+        if isinstance(error, BristleError)
+        else f"{type(error).__name__}: {error_text(error)}"
+    )
+    lines = [
+        frame.lineno
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename == file
+    ]
     return Fault(RAISED, (f"line {lines[-1]}: " if lines else "") + text[:REASON])
 
 
@@ -149,15 +182,26 @@ def _array(values: Any, record: Record | None) -> np.ndarray:
     assert record is not None
     array = np.asarray(values, dtype=float)
     if array.shape != record.position.shape:
-        raise _AnswerError(SHAPE, f"returned the shape {array.shape} instead of {record.position.shape}")
+        raise _AnswerError(
+            SHAPE, f"returned the shape {array.shape} instead of {record.position.shape}"
+        )
     if not np.all(np.isfinite(array)):
-        raise _AnswerError(NOT_FINITE, f"{np.count_nonzero(~np.isfinite(array))} of {array.size} values are not finite")
+        raise _AnswerError(
+            NOT_FINITE,
+            f"{np.count_nonzero(~np.isfinite(array))} of {array.size} values are not finite",
+        )
     return array
 
 
 def _fed(answer: Any, reference: Record | None) -> tuple[Model | None, np.ndarray | None]:
     """Return the controller and the feedforward of an answer, which is either, or both."""
-    law, *efforts = answer if isinstance(answer, tuple) else (answer,) if isinstance(answer, Model) else (None, answer)
+    law, *efforts = (
+        answer
+        if isinstance(answer, tuple)
+        else (answer,)
+        if isinstance(answer, Model)
+        else (None, answer)
+    )
     return law, _array(efforts[0], reference) if efforts else None
 
 
@@ -167,7 +211,10 @@ def _fit(module: ModuleType, train: Sequence[Record]) -> Any:
         return module.fit(train)
     if hasattr(module, "fit_arm"):
         return module.fit_arm(train)
-    return [module.fit(list(records)) for records in zip(*(record.joints for record in train), strict=True)]
+    return [
+        module.fit(list(records))
+        for records in zip(*(record.joints for record in train), strict=True)
+    ]
 
 
 def _predicted(module: ModuleType, fitted: Any, motion: Record) -> np.ndarray:
@@ -175,7 +222,12 @@ def _predicted(module: ModuleType, fitted: Any, motion: Record) -> np.ndarray:
         return _array(module.predict(fitted, motion), motion)
     if hasattr(module, "fit_arm"):
         return _array(module.predict_arm(fitted, motion), motion)
-    return np.column_stack([_array(module.predict(fit, part), part) for fit, part in zip(fitted, motion.joints, strict=True)])
+    return np.column_stack(
+        [
+            _array(module.predict(fit, part), part)
+            for fit, part in zip(fitted, motion.joints, strict=True)
+        ]
+    )
 
 
 def _loop(module: ModuleType, fitted: Any, reference: Record | None, mass: float) -> np.ndarray:
@@ -183,7 +235,9 @@ def _loop(module: ModuleType, fitted: Any, reference: Record | None, mass: float
     from benchmarks.board.loop import following_error
 
     assert reference is not None
-    error = following_error(lambda motion: _array(module.predict(fitted, motion), motion), reference, mass)
+    error = following_error(
+        lambda motion: _array(module.predict(fitted, motion), motion), reference, mass
+    )
     if not np.all(np.isfinite(error)):
         raise _AnswerError(NOT_FINITE, "the loop with this axis diverges")
     return error

@@ -11,7 +11,16 @@ import typer
 from bristle.cli.application import UsageError
 from bristle.cli.options import Json, Output, command_text, dir_option, print_json, refuse
 from bristle.cli.signals import ended_by_signals
-from bristle.cli.terminal import BAD_INPUT, NO, complain, progress, report, show, streams_that_take_all, warnings_as_lines
+from bristle.cli.terminal import (
+    BAD_INPUT,
+    NO,
+    complain,
+    progress,
+    report,
+    show,
+    streams_that_take_all,
+    warnings_as_lines,
+)
 
 if TYPE_CHECKING:
     from benchmarks.board.run import Bench
@@ -22,7 +31,10 @@ EXAMPLE = f"""Example:
   {NAME} --all --date 2026-11-28"""
 
 app = typer.Typer(
-    rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False, context_settings={"help_option_names": ["-h", "--help"]}
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
 
 
@@ -55,18 +67,43 @@ def score_board(
     context: typer.Context,
     competitors: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[COMPETITOR]...", help="Names of competitors, or Python files. Files alone meet all, which takes minutes."),
+        typer.Argument(
+            metavar="[COMPETITOR]...",
+            help="Names of competitors, or Python files. Files alone meet all, which takes minutes.",
+        ),
     ] = None,
     *,
-    everything: Annotated[bool, typer.Option("--all", help="Run all tasks with all competitors: 30 minutes on two cores.")] = False,
-    task: Annotated[list[str] | None, typer.Option("--task", metavar="TASK", help="Run only this task; repeatable.")] = None,
-    listing: Annotated[bool, typer.Option("--list", help="List tasks, competitors and scores.")] = False,
-    date: Annotated[
-        str | None, typer.Option("--date", metavar="YYYY-MM-DD", parser=_day, help="Seed of the simulated axes; by default today.")
+    everything: Annotated[
+        bool,
+        typer.Option("--all", help="Run all tasks with all competitors: 30 minutes on two cores."),
+    ] = False,
+    task: Annotated[
+        list[str] | None,
+        typer.Option("--task", metavar="TASK", help="Run only this task; repeatable."),
     ] = None,
-    out: Annotated[Path, dir_option("--out", "Write the results to this folder, or continue those in it.")] = Path("bristle-bench"),
+    listing: Annotated[
+        bool, typer.Option("--list", help="List tasks, competitors and scores.")
+    ] = False,
+    date: Annotated[
+        str | None,
+        typer.Option(
+            "--date",
+            metavar="YYYY-MM-DD",
+            parser=_day,
+            help="Seed of the simulated axes; by default today.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path, dir_option("--out", "Write the results to this folder, or continue those in it.")
+    ] = Path("bristle-bench"),
     workers: Annotated[
-        int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Number of competitors at once; by default one per core.")
+        int | None,
+        typer.Option(
+            metavar="COUNT",
+            min=1,
+            max=1024,
+            help="Number of competitors at once; by default one per core.",
+        ),
     ] = None,
     as_json: Json = False,
 ) -> int:
@@ -86,7 +123,11 @@ def score_board(
     chosen, entered = tasks_named(tuple(task or ())), competitors_named(named)
     if listing:
         return _list(Bench(chosen, entered, ""), as_json=as_json)
-    refuse({NAME: not (everything or named or task)}, "runs for half an hour", "Name tasks or competitors, or add --all")
+    refuse(
+        {NAME: not (everything or named or task)},
+        "runs for half an hour",
+        "Name tasks or competitors, or add --all",
+    )
     day = date or date_in(out) or calendar.today().isoformat()
     return _run(Bench(chosen, entered, day), Output(context, out, as_json=as_json), workers)
 
@@ -96,14 +137,22 @@ def _list(bench: Bench, *, as_json: bool) -> int:
     from benchmarks.board.task import SCORES
     from bristle.report.table import Table
 
-    tasks = {task.name: {"title": task.title, "scores": ", ".join(task.scores), "skipped": task.missing} for task in bench.tasks}
-    entered = {part.name: {"method": part.description, "skipped": part.missing} for part in bench.competitors}
+    tasks = {
+        task.name: {"title": task.title, "scores": ", ".join(task.scores), "skipped": task.missing}
+        for task in bench.tasks
+    }
+    entered = {
+        part.name: {"method": part.description, "skipped": part.missing}
+        for part in bench.competitors
+    }
     if as_json:
         print_json({"tasks": tasks, "competitors": entered, "scores": SCORES})
         return 0
     for caption, listed in {"Task": tasks, "Competitor": entered}.items():
         heads = [caption, *(key.capitalize() for key in next(iter(listed.values())))]
-        show(Table(f"{caption}s", heads, [(name, *entry.values()) for name, entry in listed.items()]))
+        show(
+            Table(f"{caption}s", heads, [(name, *entry.values()) for name, entry in listed.items()])
+        )
     show(Table("Scores; smaller is better", ("Score", "Meaning"), list(SCORES.items())))
     return 0
 
@@ -119,25 +168,46 @@ def _run(bench: Bench, output: Output, workers: int | None) -> int:
         allow(competitor.content)
     for name, reason in bench.skipped.items():
         complain(f"skipped {name}: {reason}")
-    with growing_folder(output.out, "score board", made_anew=lambda _: True) as (folder, damaged), progress("beginning") as told:
+    with (
+        growing_folder(output.out, "score board", made_anew=lambda _: True) as (folder, damaged),
+        progress("beginning") as told,
+    ):
         folder.set_all_aside(damaged)
         try:
             finished = bench.run(folder, workers, told)
         except KeyboardInterrupt:
-            complain(f"{output.out} keeps the finished results. Give the same command again to continue")
+            complain(
+                f"{output.out} keeps the finished results. Give the same command again to continue"
+            )
             raise
         further = bench.further(folder)
         if not finished:
-            complain(f"no task can run with these competitors: the board in {output.out} is unchanged")
+            complain(
+                f"no task can run with these competitors: the board in {output.out} is unchanged"
+            )
             return NO
         summary = board(bench, finished, provenance=provenance(output.command))
         for name, text in {DATA: as_json(summary), PAGE: page(summary)}.items():
             folder.write(name, text)
-    lines = [f"Date, the seed of the simulated axes: {bench.date}.", *verdicts(summary), *failures(summary)]
+    lines = [
+        f"Date, the seed of the simulated axes: {bench.date}.",
+        *verdicts(summary),
+        *failures(summary),
+    ]
     if further:
-        lines.append(f"{output.out} holds {further} results of other tasks or competitors: name them, too, for a board with them.")
+        lines.append(
+            f"{output.out} holds {further} results of other tasks or competitors: name them, too, for a board with them."
+        )
     output.tell(summary, *tables(summary), *lines, files=f"{PAGE}, {DATA}")
     scored = {
-        name for entry in summary["scores"].values() for task in entry["tasks"].values() for name in task if task[name]["status"] == OK
+        name
+        for entry in summary["scores"].values()
+        for task in entry["tasks"].values()
+        for name in task
+        if task[name]["status"] == OK
     }
-    return NO if any(entered.is_file and entered.name not in scored for entered in bench.competitors) else 0
+    return (
+        NO
+        if any(entered.is_file and entered.name not in scored for entered in bench.competitors)
+        else 0
+    )

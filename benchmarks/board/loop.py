@@ -13,7 +13,11 @@ from bristle import friction, plants
 from bristle.core import Experiment
 from bristle.simulation import compensation_experiment, simulate
 
-PASSES, MEMORY, RELAXED = 12, 4, 0.5  # loops; earlier passes that determine the next motion; share of the change in it
+PASSES, MEMORY, RELAXED = (
+    12,
+    4,
+    0.5,
+)  # loops; earlier passes that determine the next motion; share of the change in it
 SETTLED = 1e-3  # of the largest change of the first pass
 
 
@@ -21,7 +25,9 @@ class _DivergedError(Exception):
     """A loop is not finite."""
 
 
-def following_error(effort_along: Callable[[Record], np.ndarray], reference: Record, mass: float) -> np.ndarray:
+def following_error(
+    effort_along: Callable[[Record], np.ndarray], reference: Record, mass: float
+) -> np.ndarray:
     r"""Return the following error of the known loop along a reference [m or rad], shape (sample,); not finite if the first pass diverges.
 
     A pass :math:`G` simulates the loop of a mass, with the rest of the effort along a motion `x` as a disturbance. Its fixed
@@ -44,7 +50,16 @@ def following_error(effort_along: Callable[[Record], np.ndarray], reference: Rec
         return followed - position
 
     with suppress(NoConvergence, _DivergedError):
-        anderson(change, reference.position, alpha=RELAXED, M=MEMORY, maxiter=PASSES - 1, f_tol=np.inf, f_rtol=SETTLED, line_search=None)
+        anderson(
+            change,
+            reference.position,
+            alpha=RELAXED,
+            M=MEMORY,
+            maxiter=PASSES - 1,
+            f_tol=np.inf,
+            f_rtol=SETTLED,
+            line_search=None,
+        )
     if not passes:
         return np.full(reference.position.shape, np.nan)
     return reference.position - min(passes, key=lambda entry: entry[0])[1]

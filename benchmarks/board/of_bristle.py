@@ -30,7 +30,13 @@ def identified(train: Sequence[Record], models: str) -> Any:
 def effort(identification: Any, motion: Record) -> np.ndarray:
     """Return the effort of the best model along a motion."""
     columns = {"time": motion.time, "position": motion.position}
-    predicted = effort_of_motion(identification.best.plant, identification.best.friction, columns, motion.axis, identification.treatment)
+    predicted = effort_of_motion(
+        identification.best.plant,
+        identification.best.friction,
+        columns,
+        motion.axis,
+        identification.treatment,
+    )
     inside = np.flatnonzero(np.isfinite(predicted))
     return np.interp(np.arange(predicted.size), inside, predicted[inside])  # the ends are held
 
@@ -38,17 +44,29 @@ def effort(identification: Any, motion: Record) -> np.ndarray:
 def friction_force(identification: Any, reference: Record, **changes: str) -> np.ndarray:
     """Return the friction of the best model, with some other parameters, along a desired motion."""
     fed = Feedforward(friction=identification.best.friction.with_values(**changes))
-    return feedforward_effort(fed, reference.position, reference.acceleration, reference.sample_time)
+    return feedforward_effort(
+        fed, reference.position, reference.acceleration, reference.sample_time
+    )
 
 
 def numbers(identification: Any) -> dict[str, float]:
     """Return the parameters of the best model."""
     values = {**identification.best.plant.values, **identification.best.friction.values}
-    sides = {name: [values[f"{name}_{side}"] for side in ("pos", "neg")] for name in ("F_C", "F_S", "sigma_2") if f"{name}_pos" in values}
-    values |= {name: np.mean(pair) for name, pair in sides.items()} | {new: values[old] for old, new in NAMES.items() if old in values}
+    sides = {
+        name: [values[f"{name}_{side}"] for side in ("pos", "neg")]
+        for name in ("F_C", "F_S", "sigma_2")
+        if f"{name}_pos" in values
+    }
+    values |= {name: np.mean(pair) for name, pair in sides.items()} | {
+        new: values[old] for old, new in NAMES.items() if old in values
+    }
     if "k_i" in values:
         values["sigma_0"] = float(np.sum(values["k_i"]))
-    return {name: float(value) for name, value in values.items() if np.ndim(value) == 0 and not isinstance(value, str)}
+    return {
+        name: float(value)
+        for name, value in values.items()
+        if np.ndim(value) == 0 and not isinstance(value, str)
+    }
 
 
 def gains(reference: Record) -> dict[str, Any]:

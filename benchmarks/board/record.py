@@ -41,7 +41,14 @@ class Record:
     robot: str = ""
 
     @classmethod
-    def of(cls, time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, axis: Axis, robot: str = "") -> Record:
+    def of(
+        cls,
+        time: np.ndarray,
+        position: np.ndarray,
+        effort: np.ndarray | None,
+        axis: Axis,
+        robot: str = "",
+    ) -> Record:
         """Return the record of a motion, with its derivatives."""
         dt = (time[-1] - time[0]) / (time.size - 1)
         velocity = np.gradient(smoothed(position, dt, axis), dt, axis=0)
@@ -66,13 +73,19 @@ class Record:
     def joints(self) -> list[Record]:
         """The record of each joint of an arm."""
         columns = (self.position, self.velocity, self.acceleration, self.effort)
-        parts = ([None if column is None else column[:, joint] for column in columns] for joint in range(self.position.shape[1]))
+        parts = (
+            [None if column is None else column[:, joint] for column in columns]
+            for joint in range(self.position.shape[1])
+        )
         return [Record(self.time, *part, self.axis) for part in parts]  # type: ignore[arg-type]
 
     @property
     def edge(self) -> int:
         """Samples at each end that the scores leave out."""
-        return min(round(EDGE / (_cutoff(self.axis, self.sample_time) * self.sample_time)), self.time.size // 4)
+        return min(
+            round(EDGE / (_cutoff(self.axis, self.sample_time) * self.sample_time)),
+            self.time.size // 4,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,4 +117,6 @@ def _cutoff(axis: Axis, dt: float) -> float:
 def log_of(record: Record) -> Log:
     """Return a record as a log, for `bristle.identify` and `bristle.predict`."""
     columns = {"time": record.time, "position": record.position}
-    return Log.from_columns(columns | ({} if record.effort is None else {"effort": record.effort}), axis=record.axis)
+    return Log.from_columns(
+        columns | ({} if record.effort is None else {"effort": record.effort}), axis=record.axis
+    )

@@ -21,7 +21,15 @@ from benchmarks.board.record import Data
 from benchmarks.board.scores import ANSWER_OF, scored
 from benchmarks.board.task import Task, tasks_named
 from bristle.apps.study.run import in_words
-from bristle.core import Abreast, Content, InputError, Progress, content_of, core_count, did_you_mean
+from bristle.core import (
+    Abreast,
+    Content,
+    InputError,
+    Progress,
+    content_of,
+    core_count,
+    did_you_mean,
+)
 from bristle.files import CODE_LIMIT, Growing, as_json
 
 FOLDER = Path(__file__).with_name("competitors")
@@ -55,13 +63,26 @@ def competitors_named(names: Sequence[str]) -> tuple[Competitor, ...]:
     files = [name for name in names if name.endswith(".py")]
     for name in names:
         if name not in COMPETITORS and name not in files:
-            allowed, mend = f"{', '.join(COMPETITORS)}, or a Python file", did_you_mean(name, COMPETITORS)
-            raise InputError("is not a competitor", path="COMPETITOR", value=name, allowed=allowed, mend=mend)
+            allowed, mend = (
+                f"{', '.join(COMPETITORS)}, or a Python file",
+                did_you_mean(name, COMPETITORS),
+            )
+            raise InputError(
+                "is not a competitor", path="COMPETITOR", value=name, allowed=allowed, mend=mend
+            )
     built_in = [name for name in COMPETITORS if name in names or len(files) == len(names)]
-    entered = [_competitor(content_of(file, limit=CODE_LIMIT)) for file in (*files, *(FOLDER / f"{name}.py" for name in built_in))]
+    entered = [
+        _competitor(content_of(file, limit=CODE_LIMIT))
+        for file in (*files, *(FOLDER / f"{name}.py" for name in built_in))
+    ]
     titles = [competitor.name for competitor in entered]
     if twice := next((title for title in titles if titles.count(title) > 1), ""):
-        raise InputError("has the name of another competitor", path="COMPETITOR", value=twice, mend="Rename the file")
+        raise InputError(
+            "has the name of another competitor",
+            path="COMPETITOR",
+            value=twice,
+            mend="Rename the file",
+        )
     return tuple(entered)
 
 
@@ -73,16 +94,45 @@ def _competitor(content: Content) -> Competitor:
     except (SyntaxError, ValueError) as error:
         raise InputError(f"is not Python ({error})", path=path, mend="Correct the file") from None
     assigned = {
-        node.id: part.value for part in tree.body if isinstance(part, ast.Assign) for node in ast.walk(part) if isinstance(node, ast.Name)
+        node.id: part.value
+        for part in tree.body
+        if isinstance(part, ast.Assign)
+        for node in ast.walk(part)
+        if isinstance(node, ast.Name)
     }
-    imported = (alias.asname or alias.name for part in tree.body if isinstance(part, ast.ImportFrom) for alias in part.names)
-    defined = frozenset((*assigned, *imported, *(part.name for part in tree.body if isinstance(part, ast.FunctionDef))))
+    imported = (
+        alias.asname or alias.name
+        for part in tree.body
+        if isinstance(part, ast.ImportFrom)
+        for alias in part.names
+    )
+    defined = frozenset(
+        (
+            *assigned,
+            *imported,
+            *(part.name for part in tree.body if isinstance(part, ast.FunctionDef)),
+        )
+    )
     if "fit" not in defined or defined.isdisjoint({*NEEDED.values(), "fit_arm"}):
         lacking = "predict, feedforward or parameters" if "fit" in defined else "fit"
-        raise InputError(f"defines no function {lacking}", path=path, mend="Write def fit(train), and def predict(fitted, motion)")
-    lacking = [name for name in ast.literal_eval(assigned.get("NEEDS", ast.Tuple([]))) if find_spec(name) is None]
+        raise InputError(
+            f"defines no function {lacking}",
+            path=path,
+            mend="Write def fit(train), and def predict(fitted, motion)",
+        )
+    lacking = [
+        name
+        for name in ast.literal_eval(assigned.get("NEEDS", ast.Tuple([])))
+        if find_spec(name) is None
+    ]
     missing = f"{', '.join(lacking)} is not installed" if lacking else ""
-    return Competitor(content.source.stem, content, defined, (ast.get_docstring(tree) or "").partition("\n")[0], missing)
+    return Competitor(
+        content.source.stem,
+        content,
+        defined,
+        (ast.get_docstring(tree) or "").partition("\n")[0],
+        missing,
+    )
 
 
 class Unit(NamedTuple):
@@ -100,7 +150,11 @@ class Unit(NamedTuple):
     @property
     def made_from(self) -> dict[str, str]:
         """Version and checksums behind a result."""
-        return {"bristle": version("bristle"), "task": self.task.checksum, "competitor": self.competitor.content.checksum}
+        return {
+            "bristle": version("bristle"),
+            "task": self.task.checksum,
+            "competitor": self.competitor.content.checksum,
+        }
 
 
 Results = Generator[tuple[Unit, dict[str, Any]], None, None]
@@ -123,7 +177,12 @@ class Bench:
     def skipped(self) -> dict[str, str]:
         """Tasks and competitors that cannot run here, with the reason."""
         listed = {"task": self.tasks, "competitor": self.competitors}
-        return {f"{word} {part.name}": part.missing for word, parts in listed.items() for part in parts if part.missing}
+        return {
+            f"{word} {part.name}": part.missing
+            for word, parts in listed.items()
+            for part in parts
+            if part.missing
+        }
 
     def entered(self, score: str) -> list[Competitor]:
         """Return the competitors with the function behind a score."""
@@ -139,9 +198,16 @@ class Bench:
         """Results of this run, those of one case together."""
         able = [competitor for competitor in self.competitors if not competitor.missing]
         cases = ((task, case) for task in self.tasks if not task.missing for case in task.cases)
-        return [Unit(*pair, competitor) for pair in cases for competitor in able if any(map(competitor.enters, pair[0].scores))]
+        return [
+            Unit(*pair, competitor)
+            for pair in cases
+            for competitor in able
+            if any(map(competitor.enters, pair[0].scores))
+        ]
 
-    def run(self, folder: Growing, workers: int | None = None, progress: Progress | None = None) -> dict[str, Any]:
+    def run(
+        self, folder: Growing, workers: int | None = None, progress: Progress | None = None
+    ) -> dict[str, Any]:
         """Return the results by file; run only those that the folder lacks."""
         finished, missing = dict[str, Any](), list[Unit]()
         for unit in self.units:
@@ -157,7 +223,12 @@ class Bench:
                 text = as_json(result)
                 folder.write(f"{self.date}/{unit.file}", text)
                 finished[unit.file], spent = json.loads(text), spent + result["seconds"]
-                left = spent / (len(finished) - before) * (before + len(missing) - len(finished)) / threads
+                left = (
+                    spent
+                    / (len(finished) - before)
+                    * (before + len(missing) - len(finished))
+                    / threads
+                )
                 if progress is not None:
                     progress(
                         len(finished) / (before + len(missing)),
@@ -170,7 +241,9 @@ class Bench:
         import time
 
         task, case, competitor = unit
-        functions = tuple(dict.fromkeys(ANSWER_OF[score] for score in task.scores if competitor.enters(score)))
+        functions = tuple(
+            dict.fromkeys(ANSWER_OF[score] for score in task.scores if competitor.enters(score))
+        )
         with _LOCK:
             data = _data(task.name, case, self.seed)
         began = time.monotonic()
@@ -181,11 +254,16 @@ class Bench:
         if any(isinstance(answer, Fault) and answer.status == SLOW for answer in answered.values()):
             slow.add((task.name, competitor.name))
         replies = dict.fromkeys(ANSWER_OF.values(), Fault(ABSENT)) | answered
-        scores = {name: score._asdict() for name, score in scored(task.scores, replies, data, self.seed).items()}
+        scores = {
+            name: score._asdict()
+            for name, score in scored(task.scores, replies, data, self.seed).items()
+        }
         return {"made_from": unit.made_from, "scores": scores, "seconds": time.monotonic() - began}
 
 
-def _results(result_of: Callable[[Unit], dict[str, Any]], units: Sequence[Unit], threads: int) -> Results:
+def _results(
+    result_of: Callable[[Unit], dict[str, Any]], units: Sequence[Unit], threads: int
+) -> Results:
     """Yield each unit with its result, as they finish."""
     if threads == 1:
         yield from ((unit, result_of(unit)) for unit in units)

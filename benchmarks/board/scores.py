@@ -28,10 +28,18 @@ class Score(NamedTuple):
     reason: str = ""
 
 
-ANSWER_OF = {"force": "predict", "reversals": "predict", "loop": "loop", "parameters": "parameters", "compensation": "feedforward"}
+ANSWER_OF = {
+    "force": "predict",
+    "reversals": "predict",
+    "loop": "loop",
+    "parameters": "parameters",
+    "compensation": "feedforward",
+}
 
 
-def scored(scores: Sequence[str], answers: Mapping[str, Any], data: Data, seed: int) -> dict[str, Score]:
+def scored(
+    scores: Sequence[str], answers: Mapping[str, Any], data: Data, seed: int
+) -> dict[str, Score]:
     """Return the scores of the answers of a competitor."""
     results = {}
     for name in scores:
@@ -40,7 +48,11 @@ def scored(scores: Sequence[str], answers: Mapping[str, Any], data: Data, seed: 
             results[name] = Score(status=answer.status, reason=answer.reason)
         else:
             score = SCORING[name](answer, data, np.random.default_rng(seed))
-            results[name] = score if np.isfinite(score.value) else Score(status=NOT_FINITE, reason="the loop diverges")
+            results[name] = (
+                score
+                if np.isfinite(score.value)
+                else Score(status=NOT_FINITE, reason="the loop diverges")
+            )
     return results
 
 
@@ -60,7 +72,9 @@ def _reversals(answer: Sequence[np.ndarray], data: Data, rng: np.random.Generato
         for sample in reversals_of(record) - record.edge:
             part = error[max(sample - half, 0) : max(sample + half + 1, 0)]
             if part.size:
-                windows.append((np.sum(part**2, axis=0), np.full(part.shape[1:], float(part.shape[0]))))
+                windows.append(
+                    (np.sum(part**2, axis=0), np.full(part.shape[1:], float(part.shape[0])))
+                )
     return _ratio([(error, count * np.mean(power)) for error, count in windows], rng)
 
 
@@ -77,16 +91,22 @@ def _loop(answer: np.ndarray, data: Data, rng: np.random.Generator) -> Score:
     assert reference is not None
     assert data.followed is not None
     inner = slice(reference.edge, -reference.edge)
-    free = following_error(lambda motion: data.loop_mass * motion.acceleration, reference, data.loop_mass)
+    free = following_error(
+        lambda motion: data.loop_mass * motion.acceleration, reference, data.loop_mass
+    )
     return _ratio(_blocks((answer - data.followed)[inner], (free - data.followed)[inner]), rng)
 
 
 def _parameters(answer: Mapping[str, float], data: Data, rng: np.random.Generator) -> Score:
-    errors = [min(abs(answer.get(name, np.inf) / value - 1.0), 1.0) for name, value in data.truth.items()]
+    errors = [
+        min(abs(answer.get(name, np.inf) / value - 1.0), 1.0) for name, value in data.truth.items()
+    ]
     return Score(100.0 * float(np.mean([error if np.isfinite(error) else 1.0 for error in errors])))
 
 
-def _compensation(answer: tuple[Model | None, np.ndarray | None], data: Data, rng: np.random.Generator) -> Score:
+def _compensation(
+    answer: tuple[Model | None, np.ndarray | None], data: Data, rng: np.random.Generator
+) -> Score:
     assert data.left is not None
     return Score(100.0 * data.left(*answer))
 
@@ -103,7 +123,10 @@ SCORING: dict[str, Callable[[Any, Data, np.random.Generator], Score]] = {
 def _pair(record: Record, predicted: np.ndarray) -> tuple[Record, np.ndarray, np.ndarray]:
     """Return the error and the measured effort of a record, filtered, without its ends."""
     assert record.effort is not None
-    measured, error = (smoothed(signal, record.sample_time, record.axis) for signal in (record.effort, predicted - record.effort))
+    measured, error = (
+        smoothed(signal, record.sample_time, record.axis)
+        for signal in (record.effort, predicted - record.effort)
+    )
     inner = slice(record.edge, -record.edge)
     return record, error[inner], measured[inner]
 
@@ -111,14 +134,18 @@ def _pair(record: Record, predicted: np.ndarray) -> tuple[Record, np.ndarray, np
 def _blocks(error: np.ndarray, signal: np.ndarray) -> list[tuple[Any, Any]]:
     """Return the sums of squares of an error and its signal by block."""
     parts = (np.array_split(values**2, BLOCKS) for values in (error, signal))
-    return [(np.sum(left, axis=0), np.sum(right, axis=0)) for left, right in zip(*parts, strict=True)]
+    return [
+        (np.sum(left, axis=0), np.sum(right, axis=0)) for left, right in zip(*parts, strict=True)
+    ]
 
 
 def _ratio(sums: Sequence[tuple[Any, Any]], rng: np.random.Generator) -> Score:
     """Return the relative error over blocks [%] with its interval; of an arm the mean over joints."""
     if not sums:
         return Score()
-    error, signal = (np.array(side, dtype=float).reshape(len(sums), -1) for side in zip(*sums, strict=True))
+    error, signal = (
+        np.array(side, dtype=float).reshape(len(sums), -1) for side in zip(*sums, strict=True)
+    )
     drawn = rng.integers(len(sums), size=(DRAWS, len(sums)))
     draws = 100.0 * np.mean(np.sqrt(error[drawn].sum(axis=1) / signal[drawn].sum(axis=1)), axis=1)
     value = 100.0 * float(np.mean(np.sqrt(error.sum(axis=0) / signal.sum(axis=0))))

@@ -61,7 +61,11 @@ class Task:
         folder = os.environ.get(MEASURED)
         if not folder:
             return f"{MEASURED} is not set: set it to the folder with {file}"
-        return "" if (Path(folder) / file).exists() else f"{MEASURED} names {folder}, which has no {file}: name the folder that has it"
+        return (
+            ""
+            if (Path(folder) / file).exists()
+            else f"{MEASURED} names {folder}, which has no {file}: name the folder that has it"
+        )
 
     def data(self, case: str, seed: int) -> Data:
         """Return the data of a case; the seed draws the simulated axes."""
@@ -71,18 +75,30 @@ class Task:
             return simulated(self.table, case, seed)
         axis = read_axis(dict(self.table["axis"]))
         place = Path(os.environ[MEASURED])
-        return _arm(place / self.table["arm"], axis, self.table) if "arm" in self.table else self._measured(place, axis)
+        return (
+            _arm(place / self.table["arm"], axis, self.table)
+            if "arm" in self.table
+            else self._measured(place, axis)
+        )
 
     def _measured(self, folder: Path, axis: Axis) -> Data:
         table, file = self.table, folder / self.table["file"]
         if "train_tables" in table:
-            train, test = ([_recorded(read_log(f"{file}::{name}", axis), axis)[0] for name in table[f"{key}_tables"]] for key in SIDES)
+            train, test = (
+                [
+                    _recorded(read_log(f"{file}::{name}", axis), axis)[0]
+                    for name in table[f"{key}_tables"]
+                ]
+                for key in SIDES
+            )
             return Data(train, test)
         log = read_log(file, axis)
         (train, _), (test, reference) = (_recorded(log, axis, table[key]) for key in SIDES)
         if reference is None:
             return Data([train], [test])
-        return Data([train], [test], reference, reference.position - test.position, table["loop_mass"])
+        return Data(
+            [train], [test], reference, reference.position - test.position, table["loop_mass"]
+        )
 
 
 SIDES = ("train", "test")
@@ -92,7 +108,13 @@ def tasks_named(names: tuple[str, ...] = ()) -> tuple[Task, ...]:
     """Return tasks by name; by default all."""
     for name in names:
         if name not in TASKS:
-            raise InputError("is not a task", path="--task", value=name, allowed=", ".join(TASKS), mend=did_you_mean(name, TASKS))
+            raise InputError(
+                "is not a task",
+                path="--task",
+                value=name,
+                allowed=", ".join(TASKS),
+                mend=did_you_mean(name, TASKS),
+            )
     chosen = []
     for name in TASKS:
         if not names or name in names:
@@ -101,31 +123,51 @@ def tasks_named(names: tuple[str, ...] = ()) -> tuple[Task, ...]:
     return tuple(chosen)
 
 
-def _recorded(log: Any, axis: Axis, span: list[float] | None = None) -> tuple[Record, Record | None]:
+def _recorded(
+    log: Any, axis: Axis, span: list[float] | None = None
+) -> tuple[Record, Record | None]:
     """Return the record of a part of a log, and its desired motion if the log has a reference."""
     time = log.time.values - log.time.values[0]
     part = slice(None) if span is None else slice(*np.searchsorted(time, span))
     plain, time = replace(axis, columns={}, text=b""), time[part] - time[part][0]
     record = Record.of(time, log.position.values[part], log.effort.values[part], plain)
-    return record, None if log.reference is None else Record.of(time, log.reference.values[part], None, plain)
+    return record, None if log.reference is None else Record.of(
+        time, log.reference.values[part], None, plain
+    )
 
 
 def _arm(folder: Path, axis: Axis, table: Mapping[str, Any]) -> Data:
     """Return the records of an arm: angles [rad] and torques [N*m] at its joints."""
     import json
 
-    arrays, joints = np.load(folder / "robot.npz"), json.loads((folder / "geometry.json").read_text(encoding="utf-8"))["joints"]
-    gears, plain, records = np.array([joint["gear"] for joint in joints]), replace(axis, columns={}, text=b""), []
+    arrays, joints = (
+        np.load(folder / "robot.npz"),
+        json.loads((folder / "geometry.json").read_text(encoding="utf-8"))["joints"],
+    )
+    gears, plain, records = (
+        np.array([joint["gear"] for joint in joints]),
+        replace(axis, columns={}, text=b""),
+        [],
+    )
     robot = as_toml(
         {
             "joint": [
-                {"name": f"A{number}", "d": joint["d"], "a": joint["a"], "mass": joint["m"], "reversed": joint.get("flip", False)}
+                {
+                    "name": f"A{number}",
+                    "d": joint["d"],
+                    "a": joint["a"],
+                    "mass": joint["m"],
+                    "reversed": joint.get("flip", False),
+                }
                 | {key: f"{joint[key]} deg" for key in ("alpha", "offset")}
                 for number, joint in enumerate(joints, 1)
             ]
         }
     )
     for part, count in (("train", table["train_samples"]), ("val", None)):
-        position, effort = np.deg2rad(arrays[f"y_{part}"].T[:count]), arrays[f"u_{part}"].T[:count] * gears
+        position, effort = (
+            np.deg2rad(arrays[f"y_{part}"].T[:count]),
+            arrays[f"u_{part}"].T[:count] * gears,
+        )
         records.append(Record.of(0.1 * np.arange(len(position)), position, effort, plain, robot))
     return Data([records[0]], [records[1]])

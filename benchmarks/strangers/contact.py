@@ -13,7 +13,17 @@ from numba import njit
 
 from benchmarks.strangers.truth import Floats, Friction
 
-__all__ = ["CELLS", "LUGRE", "STATIC", "Contact", "contact_of", "dry_level", "memory", "push", "viscous"]
+__all__ = [
+    "CELLS",
+    "LUGRE",
+    "STATIC",
+    "Contact",
+    "contact_of",
+    "dry_level",
+    "memory",
+    "push",
+    "viscous",
+]
 
 STATIC, LUGRE, CELLS = 0, 1, 2
 
@@ -100,7 +110,17 @@ def memory(c: Contact, v: float, w: float, h: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def push(c: Contact, z: Floats, after: Floats, v: float, w: float, w_end: float, dry: float, wet: float, h: float) -> float:
+def push(
+    c: Contact,
+    z: Floats,
+    after: Floats,
+    v: float,
+    w: float,
+    w_end: float,
+    dry: float,
+    wet: float,
+    h: float,
+) -> float:
     """Return the mean friction force over a step of h at the mean velocity v; `after` receives the bristles after it.
 
     The level sees the speed w amid the step, and w_end after it. `dry` and `wet` multiply the level and the viscous

@@ -13,10 +13,14 @@ from benchmarks.strangers.truth import FAMILIES, Axis, Friction, Record, Truth
 __all__ = ["draw", "make"]
 
 UM = 1e-6  # [m] one micrometre of a linear axis
-SCREW = 2.0 * np.pi / 0.01  # [rad/m]: by which a rotary axis takes it, as a screw of 10 mm a turn does
+SCREW = (
+    2.0 * np.pi / 0.01
+)  # [rad/m]: by which a rotary axis takes it, as a screw of 10 mm a turn does
 
 
-def draw(seed: int, family: str = "lugre", motion: str | None = None, linear: bool | None = None) -> Truth:
+def draw(
+    seed: int, family: str = "lugre", motion: str | None = None, linear: bool | None = None
+) -> Truth:
     """Return a truth: the same for the same arguments.
 
     Parameters
@@ -44,7 +48,9 @@ def draw(seed: int, family: str = "lugre", motion: str | None = None, linear: bo
     return draw_loop.drive(rng, seed, family, axis, friction, moves, speed)
 
 
-def make(seed: int, family: str = "lugre", motion: str | None = None, linear: bool | None = None) -> tuple[Truth, Record]:
+def make(
+    seed: int, family: str = "lugre", motion: str | None = None, linear: bool | None = None
+) -> tuple[Truth, Record]:
     """Return a truth and its record."""
     truth = draw(seed, family, motion, linear)
     return truth, record_of(truth, simulate(truth))
@@ -82,14 +88,18 @@ def _axis(rng: np.random.Generator, linear: bool) -> tuple[Axis, float, float, f
     return axis, speed, acceleration, level
 
 
-def _friction(rng: np.random.Generator, family: str, axis: Axis, speed: float, level: float) -> Friction:
+def _friction(
+    rng: np.random.Generator, family: str, axis: Axis, speed: float, level: float
+) -> Friction:
     unequal = float(rng.uniform(0.01, 0.12)) if rng.random() < 0.5 else 0.0
     unequal *= float(rng.choice([-1.0, 1.0]))
     drag = level * float(rng.uniform(0.2, 1.2)) / speed
     drags = (drag * (1.0 + 0.7 * unequal), drag * (1.0 - 0.7 * unequal))
     F_C = (level * (1.0 + unequal), level * (1.0 - unequal))
     over = float(rng.uniform(1.1, 1.7))
-    distance = float(np.exp(rng.uniform(np.log(1.0), np.log(50.0)))) * UM * (1.0 if axis.linear else SCREW)
+    distance = (
+        float(np.exp(rng.uniform(np.log(1.0), np.log(50.0)))) * UM * (1.0 if axis.linear else SCREW)
+    )
     stiffness = over * level / distance
     damping = 2.0 * float(rng.uniform(0.15, 0.7)) * np.sqrt(stiffness * axis.mass)
     # More would give forces beyond F_S whenever a bristle is bent fast.
@@ -115,7 +125,9 @@ def _friction(rng: np.random.Generator, family: str, axis: Axis, speed: float, l
         return replace(f, lag=float(rng.uniform(5e-3, 20e-3)))
     if family == "ripple":
         period = axis.turn * float(rng.choice([1.0, 1.0, 0.5]))
-        return replace(f, ripple=0.1, ripple_period=period, ripple_phase=float(rng.uniform(0.0, 2.0 * np.pi)))
+        return replace(
+            f, ripple=0.1, ripple_period=period, ripple_phase=float(rng.uniform(0.0, 2.0 * np.pi))
+        )
     if family == "root_viscous":
         small = (0.1 * drags[0], 0.1 * drags[1])
         return replace(f, F_v=small, F_root=drag * np.sqrt(speed), root_floor=1e-4 * speed)
@@ -131,7 +143,11 @@ def _friction(rng: np.random.Generator, family: str, axis: Axis, speed: float, l
 def _cells(rng: np.random.Generator, f: Friction, highest: float) -> Friction:
     """Seven to ten cells, which give way at distances spread over a factor of thirty, the last at `break_away`."""
     count = int(rng.integers(7, 11))
-    distances = f.break_away * np.geomspace(1.0 / 30.0, 1.0, count) * np.exp(0.1 * rng.standard_normal(count))
+    distances = (
+        f.break_away
+        * np.geomspace(1.0 / 30.0, 1.0, count)
+        * np.exp(0.1 * rng.standard_normal(count))
+    )
     share = rng.uniform(0.5, 1.5, count)
     share /= share.sum()
     stiffness = share * highest / distances
@@ -152,4 +168,10 @@ def _play(rng: np.random.Generator, axis: Axis) -> Axis:
     half = float(rng.uniform(2.0, 20.0)) * UM * (1.0 if axis.linear else SCREW)
     reduced = axis.mass * share * (1.0 - share)
     wave = 2.0 * np.pi * float(rng.uniform(150.0, 400.0))  # [rad/s]: a closed contact rings there
-    return replace(axis, half_play=half, load_share=share, contact_stiffness=reduced * wave**2, contact_damping=2.0 * 0.15 * reduced * wave)
+    return replace(
+        axis,
+        half_play=half,
+        load_share=share,
+        contact_stiffness=reduced * wave**2,
+        contact_damping=2.0 * 0.15 * reduced * wave,
+    )

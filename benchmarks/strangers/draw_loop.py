@@ -7,12 +7,29 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.strangers.motion import reference
-from benchmarks.strangers.truth import Axis, Encoder, Friction, Loop, Motion, Motor, Recording, Truth
+from benchmarks.strangers.truth import (
+    Axis,
+    Encoder,
+    Friction,
+    Loop,
+    Motion,
+    Motor,
+    Recording,
+    Truth,
+)
 
 __all__ = ["drive"]
 
 
-def drive(rng: np.random.Generator, seed: int, family: str, axis: Axis, friction: Friction, motion: Motion, speed: float) -> Truth:
+def drive(
+    rng: np.random.Generator,
+    seed: int,
+    family: str,
+    axis: Axis,
+    friction: Friction,
+    motion: Motion,
+    speed: float,
+) -> Truth:
     """Return the truth of an axis in its drive."""
     level = max(friction.F_C)
     rates, often = [500.0, 1000.0, 2000.0, 4000.0], [0.1, 0.3, 0.35, 0.25]
@@ -27,10 +44,27 @@ def drive(rng: np.random.Generator, seed: int, family: str, axis: Axis, friction
     elif motion.dwell > 0.0 and loop.feed_velocity == 0.0:
         # Without velocity feedforward the axis trails: whoever runs such a cycle waits until it is in position.
         motion = replace(motion, dwell=max(motion.dwell, 4.0 / loop.kp))
-    return Truth(seed, family, axis, friction, motor, loop, encoder, motion, _trace(rng, axis, motor, loop, motion))
+    return Truth(
+        seed,
+        family,
+        axis,
+        friction,
+        motor,
+        loop,
+        encoder,
+        motion,
+        _trace(rng, axis, motor, loop, motion),
+    )
 
 
-def _motor(rng: np.random.Generator, axis: Axis, friction: Friction, motion: Motion, speed: float, level: float) -> Motor:
+def _motor(
+    rng: np.random.Generator,
+    axis: Axis,
+    friction: Friction,
+    motion: Motion,
+    speed: float,
+    level: float,
+) -> Motor:
     """A motor whose peak force carries the motion with some reserve; three times what it is rated for."""
     acceleration = float(np.abs(reference(motion, 2e-3)[2]).max())
     drag = max(friction.F_v) * speed + friction.F_root * np.sqrt(speed)
@@ -60,13 +94,23 @@ def _encoder(rng: np.random.Generator, axis: Axis, motion: Motion) -> Encoder:
         counts = float(np.clip(counts, min(40.0 * period / motion.amplitudes[0], 1e6), None))
     counts = round(counts)
     several = rng.random() < 0.4
-    sizes = rng.uniform(0.0, 0.3, 3) * (float(np.exp(rng.uniform(0.0, np.log(10.0)))) if several else 1.0)
+    sizes = rng.uniform(0.0, 0.3, 3) * (
+        float(np.exp(rng.uniform(0.0, np.log(10.0)))) if several else 1.0
+    )
     sizes *= np.array([1.0, 0.7, 0.4])
     phases = rng.uniform(0.0, 2.0 * np.pi, 3)
     return Encoder(period / counts, period, tuple(sizes.tolist()), tuple(phases.tolist()))
 
 
-def _loop(rng: np.random.Generator, axis: Axis, motor: Motor, encoder: Encoder, period: float, level: float, small: bool) -> Loop:
+def _loop(
+    rng: np.random.Generator,
+    axis: Axis,
+    motor: Motor,
+    encoder: Encoder,
+    period: float,
+    level: float,
+    small: bool,
+) -> Loop:
     """A crossover that leaves the delays their phase, and does not shake the motor with single counts.
 
     Who is after `small` motions has a fast drive, and tunes it as stiff as it goes.
@@ -92,11 +136,17 @@ def _loop(rng: np.random.Generator, axis: Axis, motor: Motor, encoder: Encoder, 
         c = 0.8 * cross
         gains = (mass * c**2 / 3.0, mass * c, mass * c**3 / 25.0)
         return Loop("pid", period, delay, *gains, smooth, 1.0, feed_mass)
-    gains = (cross / float(rng.uniform(4.0, 7.0)), mass * cross, mass * cross**2 / float(rng.uniform(5.0, 9.0)))
+    gains = (
+        cross / float(rng.uniform(4.0, 7.0)),
+        mass * cross,
+        mass * cross**2 / float(rng.uniform(5.0, 9.0)),
+    )
     return Loop("cascade", period, delay, *gains, smooth, 1.0 if feed else 0.0, feed_mass)
 
 
-def _paced(rng: np.random.Generator, loop: Loop, motion: Motion, stiffness: float) -> tuple[Loop, Motion]:
+def _paced(
+    rng: np.random.Generator, loop: Loop, motion: Motion, stiffness: float
+) -> tuple[Loop, Motion]:
     """Return loop and triangles that fit each other in pre-sliding, where the axis is a stiff spring to its loop.
 
     The loop follows there by its integral alone, at `pace` [rad/s]. A loop too slow gets up to six times the integral,
@@ -106,16 +156,22 @@ def _paced(rng: np.random.Generator, loop: Loop, motion: Motion, stiffness: floa
     pace = loop.ki * path / stiffness
     more = float(np.clip(6.0 / pace, 1.0, 6.0))
     loop = replace(loop, ki=more * loop.ki)
-    rate = np.clip(more * pace / (2.0 * np.pi) * rng.uniform(0.15, 0.4, len(motion.frequencies)), 0.05, 1.5)
+    rate = np.clip(
+        more * pace / (2.0 * np.pi) * rng.uniform(0.15, 0.4, len(motion.frequencies)), 0.05, 1.5
+    )
     dwell = min(1.0, max(motion.dwell, 2.0 / (more * pace)))
     # The largest triangles, as many as the record has time for.
     times = np.cumsum((2.0 / rate + dwell)[::-1])
     count = max(1, int(np.sum(times < motion.duration)))
     sizes = motion.amplitudes[-count:]
-    return loop, replace(motion, frequencies=tuple(rate[-count:].tolist()), amplitudes=sizes, dwell=dwell)
+    return loop, replace(
+        motion, frequencies=tuple(rate[-count:].tolist()), amplitudes=sizes, dwell=dwell
+    )
 
 
-def _trace(rng: np.random.Generator, axis: Axis, motor: Motor, loop: Loop, motion: Motion) -> Recording:
+def _trace(
+    rng: np.random.Generator, axis: Axis, motor: Motor, loop: Loop, motion: Motion
+) -> Recording:
     per_tick = 2 if loop.period >= 0.5e-3 and rng.random() < 0.1 else 1
     trace = loop.period / per_tick
     allowed = [1] if per_tick == 2 else [n for n in (1, 2, 4) if n * trace <= 2.001e-3]
@@ -139,7 +195,9 @@ def _trace(rng: np.random.Generator, axis: Axis, motor: Motor, loop: Loop, motio
         late,
         slow[0],
         slow[1],
-        effort_noise=motor.rated * float(np.exp(rng.uniform(np.log(5e-4), np.log(5e-3)))) if source == "acted" else 0.0,
+        effort_noise=motor.rated * float(np.exp(rng.uniform(np.log(5e-4), np.log(5e-3))))
+        if source == "acted"
+        else 0.0,
         force_per_effort=force,
         effort_unit=unit,
         reference=bool(rng.random() < 0.7),

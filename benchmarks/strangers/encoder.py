@@ -26,7 +26,9 @@ class Scale(NamedTuple):
 
 
 def scale_of(encoder: Encoder) -> Scale:
-    return Scale(encoder.resolution, 2.0 * np.pi / encoder.period, *encoder.amplitudes, *encoder.phases)
+    return Scale(
+        encoder.resolution, 2.0 * np.pi / encoder.period, *encoder.amplitudes, *encoder.phases
+    )
 
 
 @njit(cache=True)

@@ -20,7 +20,17 @@ __all__ = ["COLUMNS", "Controller", "Drive", "Inputs", "controller_of", "drive_o
 
 # What `run` returns, a row per instant of the trace. Forces are means since the row before; `motor` is what a current
 # sensor could see, `force` what reaches the axis, with the ripple of the torque.
-COLUMNS = ("q", "v", "command", "motor", "force", "friction", "position_force", "measured_velocity", "load")
+COLUMNS = (
+    "q",
+    "v",
+    "command",
+    "motor",
+    "force",
+    "friction",
+    "position_force",
+    "measured_velocity",
+    "load",
+)
 
 
 class Controller(NamedTuple):
@@ -61,7 +71,17 @@ class Inputs(NamedTuple):
 
 def controller_of(loop: Loop) -> Controller:
     keep = float(np.exp(-loop.period / loop.velocity_filter)) if loop.velocity_filter > 0.0 else 0.0
-    return Controller(loop.kind == "pid", loop.period, loop.delay, loop.kp, loop.kv, loop.ki, keep, loop.feed_velocity, loop.feed_mass)
+    return Controller(
+        loop.kind == "pid",
+        loop.period,
+        loop.delay,
+        loop.kp,
+        loop.kv,
+        loop.ki,
+        keep,
+        loop.feed_velocity,
+        loop.feed_mass,
+    )
 
 
 def drive_of(motor: Motor, turn: float) -> Drive:
@@ -70,7 +90,9 @@ def drive_of(motor: Motor, turn: float) -> Drive:
 
 
 @njit(cache=True)
-def _control(k: Controller, y: float, r: float, r_v: float, r_a: float, s: Floats, limit: float) -> float:
+def _control(
+    k: Controller, y: float, r: float, r_v: float, r_a: float, s: Floats, limit: float
+) -> float:
     """Return the command. `s` is position last tick, filtered velocity, integral."""
     s[1] = k.keep * s[1] + (1.0 - k.keep) * (y - s[0]) / k.period
     s[0] = y
@@ -106,7 +128,9 @@ def _turned(q: float, m: Floats, travel: float, last: int) -> None:
 
 
 @njit(cache=True)
-def run(c: Contact, b: Body, d: Drive, k: Controller, enc: Scale, x: Inputs, per_tick: int, fine: int) -> Floats:
+def run(
+    c: Contact, b: Body, d: Drive, k: Controller, enc: Scale, x: Inputs, per_tick: int, fine: int
+) -> Floats:
     """Return the rows named in `COLUMNS`, `per_tick` of them a tick, with `fine` steps between rows."""
     h = k.period / (per_tick * fine)
     fade = np.exp(-h / d.lag) if d.lag > 0.0 else 0.0
@@ -131,7 +155,13 @@ def run(c: Contact, b: Body, d: Drive, k: Controller, enc: Scale, x: Inputs, per
         wet = x.heat[i]
         for j in range(per_tick):
             row = out[i * per_tick + j]
-            row[0], row[1], row[2], row[7], row[8] = q[0], v[0], u, state[1], q[1] if b.load_share > 0.0 else q[0]
+            row[0], row[1], row[2], row[7], row[8] = (
+                q[0],
+                v[0],
+                u,
+                state[1],
+                q[1] if b.load_share > 0.0 else q[0],
+            )
             row[3:7] = sums / fine
             sums[:] = 0.0
             for _ in range(fine):
@@ -147,11 +177,15 @@ def run(c: Contact, b: Body, d: Drive, k: Controller, enc: Scale, x: Inputs, per
                     f0, f1 = play_step(c, b, force - place, q, v, z, after, dry, wet, h)
                     z[:], f = after, f0 + f1
                 elif c.law == STATIC:
-                    v[0], f, travel = static_step(c, b.mass, force - place - b.gravity, v[0], dry, wet, h)
+                    v[0], f, travel = static_step(
+                        c, b.mass, force - place - b.gravity, v[0], dry, wet, h
+                    )
                     q[0] += travel
                 else:
                     old, pull = v[0], force - place - b.gravity
-                    v[0], f, w = bristle_step(c, b.mass, pull, old, old + guess, z, after, w, dry, wet, h)
+                    v[0], f, w = bristle_step(
+                        c, b.mass, pull, old, old + guess, z, after, w, dry, wet, h
+                    )
                     guess, z[:] = v[0] - old, after
                     q[0] += 0.5 * h * (v[0] + old)
                 _turned(q[0], turns, c.reversal_travel, x.scatter.size - 1)

@@ -37,7 +37,9 @@ def picture(truth: Truth, record: Record, path: Path) -> None:
     axes[1, 0].plot(v[few], force[few] / F, ".", ms=0.8)
     s = np.linspace(v[few].min(), v[few].max(), 801)
     axes[1, 0].plot(s, (truth.steady(s) + truth.axis.gravity) / F, "r", lw=0.8)
-    axes[1, 0].set(title="effort / F_C over velocity; red: true steady friction", xlabel=f"velocity [{unit}/s]")
+    axes[1, 0].set(
+        title="effort / F_C over velocity; red: true steady friction", xlabel=f"velocity [{unit}/s]"
+    )
     axes[1, 1].plot(q, force / F, lw=0.3)
     axes[1, 1].set(title="effort / F_C over position", xlabel=f"position [{unit}]")
     middle = (t > 0.3 * t[-1]) & (t < 0.3 * t[-1] + 1.5)

@@ -15,7 +15,9 @@ from benchmarks.strangers.truth import Floats, Friction, Record, Truth
 
 __all__ = ["Run", "fine_steps", "low_pass", "make_record", "plain", "record_of", "simulate"]
 
-STEP = 0.04  # [rad]: of the fastest bristle, per fine step; a contact that opens and closes takes less
+STEP = (
+    0.04  # [rad]: of the fastest bristle, per fine step; a contact that opens and closes takes less
+)
 REVERSALS = 20_000  # more than any record holds
 
 
@@ -71,7 +73,15 @@ def simulate(truth: Truth, finer: int = 1) -> Run:
     t = loop.period * np.arange(r.size, dtype=float) - motion.lead
     noise = truth.motor.noise * _generator(truth, 1).standard_normal(r.size)
     scatter = truth.friction.scatter * _generator(truth, 2).standard_normal(REVERSALS)
-    inputs = Inputs(r, r_v, r_a, noise, _heat(truth.friction, t, motion.duration), np.clip(scatter, -0.5, 0.5), truth.axis.gravity)
+    inputs = Inputs(
+        r,
+        r_v,
+        r_a,
+        noise,
+        _heat(truth.friction, t, motion.duration),
+        np.clip(scatter, -0.5, 0.5),
+        truth.axis.gravity,
+    )
     rows = run(
         contact_of(truth.friction),
         body_of(truth.axis),
@@ -112,7 +122,9 @@ def record_of(truth: Truth, made: Run) -> Record:
     rec, period = truth.recording, truth.recording.trace_period
     shown = made.command if rec.source == "command" else made.motor
     shown = shown + rec.effort_noise * _generator(truth, 3).standard_normal(shown.size)
-    shown = _late(low_pass(shown, rec.effort_filter, period), rec.effort_late) / rec.force_per_effort
+    shown = (
+        _late(low_pass(shown, rec.effort_filter, period), rec.effort_late) / rec.force_per_effort
+    )
     position = low_pass(read_out(made.q, scale_of(truth.encoder)), rec.position_filter, period)
     kept = np.arange(0, made.t.size, rec.every)
     here = np.ones(kept.size, dtype=bool)

@@ -33,7 +33,17 @@ class Body(NamedTuple):
 
 def body_of(a: Axis) -> Body:
     wave = 2.0 * np.pi * a.cogging_per_turn / a.turn
-    return Body(a.mass, a.gravity, a.cogging, wave, a.cogging_phase, a.half_play, a.load_share, a.contact_stiffness, a.contact_damping)
+    return Body(
+        a.mass,
+        a.gravity,
+        a.cogging,
+        wave,
+        a.cogging_phase,
+        a.half_play,
+        a.load_share,
+        a.contact_stiffness,
+        a.contact_damping,
+    )
 
 
 @njit(cache=True)
@@ -47,7 +57,9 @@ def _from_rest(c: Contact, mass: float, pull: float, dry: float, h: float) -> tu
 
 
 @njit(cache=True)
-def static_step(c: Contact, mass: float, pull: float, v: float, dry: float, wet: float, h: float) -> tuple[float, float, float]:
+def static_step(
+    c: Contact, mass: float, pull: float, v: float, dry: float, wet: float, h: float
+) -> tuple[float, float, float]:
     """Return velocity after a step, mean friction force and travel, where friction jumps at zero; linear viscous part.
 
     A step in which the velocity passes through zero is split there.
@@ -71,7 +83,17 @@ def static_step(c: Contact, mass: float, pull: float, v: float, dry: float, wet:
 
 @njit(cache=True)
 def bristle_step(
-    c: Contact, mass: float, pull: float, v: float, guess: float, z: Floats, after: Floats, w: float, dry: float, wet: float, h: float
+    c: Contact,
+    mass: float,
+    pull: float,
+    v: float,
+    guess: float,
+    z: Floats,
+    after: Floats,
+    w: float,
+    dry: float,
+    wet: float,
+    h: float,
 ) -> tuple[float, float, float]:
     """Return velocity after a step, mean friction force and lagged speed. `guess` is a first velocity after it."""
     tiny = 1e-13 * (abs(v) + abs(guess)) + 1e-300
@@ -96,7 +118,16 @@ def bristle_step(
 
 @njit(cache=True)
 def play_step(
-    c: Contact, b: Body, pull: float, q: Floats, v: Floats, z: Floats, after: Floats, dry: float, wet: float, h: float
+    c: Contact,
+    b: Body,
+    pull: float,
+    q: Floats,
+    v: Floats,
+    z: Floats,
+    after: Floats,
+    dry: float,
+    wet: float,
+    h: float,
 ) -> tuple[float, float]:
     """Step motor and load, and return both friction forces. Positions q and bristles are those of motor, load.
 

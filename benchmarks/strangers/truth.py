@@ -8,11 +8,34 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FAMILIES", "MOTIONS", "Axis", "Encoder", "Friction", "Loop", "Motion", "Motor", "Record", "Recording", "Truth"]
+__all__ = [
+    "FAMILIES",
+    "MOTIONS",
+    "Axis",
+    "Encoder",
+    "Friction",
+    "Loop",
+    "Motion",
+    "Motor",
+    "Record",
+    "Recording",
+    "Truth",
+]
 
 Floats = NDArray[np.float64]
 
-FAMILIES = ("coulomb", "lugre", "maxwell", "lag", "ripple", "root_viscous", "stribeck_half", "stribeck_cubic", "backlash", "heat")
+FAMILIES = (
+    "coulomb",
+    "lugre",
+    "maxwell",
+    "lag",
+    "ripple",
+    "root_viscous",
+    "stribeck_half",
+    "stribeck_cubic",
+    "backlash",
+    "heat",
+)
 MOTIONS = ("strokes", "multisine", "sine", "presliding", "cycle", "one_speed", "one_direction")
 
 
@@ -59,7 +82,9 @@ class Friction:
     sigma_1: float = 0.0  # [N*s/m]
     cell_stiffness: tuple[float, ...] = ()  # [N/m]
     cell_share: tuple[float, ...] = ()  # of the level, together 1
-    cell_damping: float = 0.0  # [s]: force of a cell = stiffness * (deflection + cell_damping * its rate)
+    cell_damping: float = (
+        0.0  # [s]: force of a cell = stiffness * (deflection + cell_damping * its rate)
+    )
     lag: float = 0.0  # [s]
     ripple: float = 0.0
     ripple_period: float = 1.0  # [m or rad]
@@ -153,7 +178,9 @@ class Recording:
     reference: bool
     velocity: bool
     jitter: float = 0.0  # [s] rms of the stamps
-    lost: tuple[tuple[int, int], ...] = ()  # (first row, count) dropped before the rest was stamped again
+    lost: tuple[
+        tuple[int, int], ...
+    ] = ()  # (first row, count) dropped before the rest was stamped again
 
 
 @dataclass(frozen=True)
@@ -186,7 +213,9 @@ class Truth:
 
         Hold, lags and filters are counted with their mean delay, as a slow signal sees them.
         """
-        late = self.recording.effort_late * self.recording.trace_period + self._filter_delay(self.recording.effort_filter)
+        late = self.recording.effort_late * self.recording.trace_period + self._filter_delay(
+            self.recording.effort_filter
+        )
         if self.recording.source == "command":
             tick = self.loop.period
             # Seen at the ticks, a held command is half a tick late; rows between ticks repeat the last one.

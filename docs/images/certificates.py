@@ -29,7 +29,9 @@ LOOP = (3e-6, 1.5e-6)
 
 def composite(transition: str, **values: float) -> Model:
     """Return the Preisach-LuGre model with one of its transitions."""
-    return br.friction.preisach_lugre(s=STIFFNESS, f_p=F_P, transition=transition, **SLIDING, **DAMPING, **values)
+    return br.friction.preisach_lugre(
+        s=STIFFNESS, f_p=F_P, transition=transition, **SLIDING, **DAMPING, **values
+    )
 
 
 MODELS = {
@@ -43,7 +45,9 @@ MODELS = {
 OTHERS = {
     "Dahl": br.friction.dahl(sigma_0=STIFFNESS, F_C=F_S),
     "Bouc-Wen, n = 2": br.friction.bouc_wen(s=STIFFNESS, F_C=F_S),
-    "elastoplastic": br.friction.elastoplastic(sigma_0=STIFFNESS, z_ba=0.9 * F_C / STIFFNESS, **SLIDING, **DAMPING),
+    "elastoplastic": br.friction.elastoplastic(
+        sigma_0=STIFFNESS, z_ba=0.9 * F_C / STIFFNESS, **SLIDING, **DAMPING
+    ),
     "Maxwell slip": br.friction.maxwell_slip(F_C=F_S, k_i=SHARES * F_S / REACHES, nu_i=SHARES),
     "Coulomb": br.friction.coulomb(F_C=F_C),
 }
@@ -51,7 +55,10 @@ OTHERS = {
 
 def certificates() -> dict[str, dict[str, Certificate]]:
     """Return the certificates of every model."""
-    return {name: br.check(one, force_ripple=RIPPLE, loop=LOOP) for name, one in (MODELS | OTHERS).items()}
+    return {
+        name: br.check(one, force_ripple=RIPPLE, loop=LOOP)
+        for name, one in (MODELS | OTHERS).items()
+    }
 
 
 def table(found: dict[str, dict[str, Certificate]]) -> str:
@@ -92,22 +99,34 @@ def drift(found: dict[str, dict[str, Certificate]]) -> Figure:
 
 def closure(found: dict[str, dict[str, Certificate]]) -> Figure:
     """Return the picture of closure."""
-    traces = {name: traced(model, Path.to_position, [*LOOP, LOOP[0]]) for name, model in MODELS.items()}
+    traces = {
+        name: traced(model, Path.to_position, [*LOOP, LOOP[0]]) for name, model in MODELS.items()
+    }
     return figures.closure(traces, {name: found[name]["closure"].value or 0.0 for name in MODELS})
 
 
 def loops() -> Figure:
     """Return the picture of a large loop with smaller ones inside."""
     turns = [5e-6, -5e-6, 1e-6, -2e-6, 1e-6, 3e-6, 0.5e-6, 3e-6, 5e-6, -5e-6, 5e-6]
-    return figures.minor_loops({name: traced(model, Path.to_position, turns) for name, model in MODELS.items()})
+    return figures.minor_loops(
+        {name: traced(model, Path.to_position, turns) for name, model in MODELS.items()}
+    )
 
 
 def main() -> None:
     """Write every picture beside this file, and print the table."""
     found = certificates()
-    pictures = {"certificates-drift": drift(found), "certificates-closure": closure(found), "certificates-loops": loops()}
+    pictures = {
+        "certificates-drift": drift(found),
+        "certificates-closure": closure(found),
+        "certificates-loops": loops(),
+    }
     for name, picture in pictures.items():
-        picture.savefig(pathlib.Path(__file__).with_name(f"{name}.svg"), facecolor="white", metadata={"Date": None})
+        picture.savefig(
+            pathlib.Path(__file__).with_name(f"{name}.svg"),
+            facecolor="white",
+            metadata={"Date": None},
+        )
     print(table(found))
 
 

@@ -34,7 +34,9 @@ def block_of(page: str, info: str) -> Path:
     """Write the first block of a kind in a page into a file."""
     file = Path("block.toml")
     text = (HOW_TO / page).read_text(encoding="utf-8")
-    file.write_text(re.search(rf"```{info}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)[1], encoding="utf-8")
+    file.write_text(
+        re.search(rf"```{info}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)[1], encoding="utf-8"
+    )
     return file
 
 
@@ -67,12 +69,26 @@ def study() -> Path:
 
 def design() -> Path:
     """Draw margins and poles of the loop of the source paper."""
-    return ran("design", str(ROOT / "src/bristle/apps/paper/experiments/set_a.toml"), "--variant", "paper", figure="margins")
+    return ran(
+        "design",
+        str(ROOT / "src/bristle/apps/paper/experiments/set_a.toml"),
+        "--variant",
+        "paper",
+        figure="margins",
+    )
 
 
 def own_figure() -> Path:
     """Draw the figure of the example, from the log of the demonstration."""
-    return ran("identify", *demo(), "--draws", "0", "--figure", str(EXAMPLES / "own_figure.py"), figure="residual_over_position")
+    return ran(
+        "identify",
+        *demo(),
+        "--draws",
+        "0",
+        "--figure",
+        str(EXAMPLES / "own_figure.py"),
+        figure="residual_over_position",
+    )
 
 
 def export() -> Path:
@@ -83,7 +99,11 @@ def export() -> Path:
 
 def compare() -> Path:
     """Draw the comparison of the example of its page."""
-    session = re.search(r"```python\n(.*?)^```", (HOW_TO / "did-it-help.md").read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)[1]
+    session = re.search(
+        r"```python\n(.*?)^```",
+        (HOW_TO / "did-it-help.md").read_text(encoding="utf-8"),
+        re.DOTALL | re.MULTILINE,
+    )[1]
     lines = [line[4:] for line in session.splitlines() if line.startswith((">>> ", "... "))]
     names: dict = {}
     exec("\n".join(lines), names)
@@ -120,7 +140,9 @@ def axis() -> Path:
     for left, width, name, keys in PARTS:
         axes.add_patch(Rectangle((left, -0.5), width, 1.0, facecolor="0.92", edgecolor="0.2"))
         axes.text(left + width / 2, 0.0, name, ha="center", va="center")
-        axes.text(left + width / 2, -0.7, keys, ha="center", va="top", family="monospace", fontsize=8)
+        axes.text(
+            left + width / 2, -0.7, keys, ha="center", va="top", family="monospace", fontsize=8
+        )
     return saved(figure)
 
 
@@ -140,6 +162,8 @@ for name in sys.argv[1:] or PICTURES:
     with tempfile.TemporaryDirectory() as place:
         os.chdir(place)
         picture = Image.open(PICTURES[name]()).convert("RGB")
-        picture = picture.resize((1080, round(picture.height * 1080 / picture.width)), Image.Resampling.LANCZOS)
+        picture = picture.resize(
+            (1080, round(picture.height * 1080 / picture.width)), Image.Resampling.LANCZOS
+        )
         picture.quantize(COLOURS).save(HERE / f"{name}.png", optimize=True)
         os.chdir(HERE)

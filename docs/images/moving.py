@@ -58,5 +58,7 @@ with tempfile.TemporaryDirectory() as place:
     with browser(Path(place) / "second", width=1000, height=900) as tab:
         tab.open(page.as_uri())
         state = {name: widget.get_state()[name] for name in ("_values", "_described", "_problem")}
-        tab.run(f"{STUB} window.esm = {json.dumps(widget._esm)}; window.state = {json.dumps(state)}; 0")
+        tab.run(
+            f"{STUB} window.esm = {json.dumps(widget._esm)}; window.state = {json.dumps(state)}; 0"
+        )
         taken(tab, *tab.run(MOUNTED), Path(__file__).with_name("widget.png"), 1000)

@@ -53,9 +53,17 @@ with tempfile.TemporaryDirectory() as name, served() as server:
         time.sleep(1.0)
         height = tab.run("document.documentElement.scrollHeight")
         # A frame beyond the window is not drawn.
-        tab.call("Emulation.setDeviceMetricsOverride", width=WIDTH, height=height, deviceScaleFactor=1, mobile=False)
+        tab.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=WIDTH,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
         time.sleep(4.0)
         clip = {"x": 0, "y": 0, "width": WIDTH, "height": height, "scale": 1}
-        shot = tab.call("Page.captureScreenshot", format="png", captureBeyondViewport=True, clip=clip)
+        shot = tab.call(
+            "Page.captureScreenshot", format="png", captureBeyondViewport=True, clip=clip
+        )
     picture = Image.open(BytesIO(base64.b64decode(shot["data"]))).convert("RGB").quantize(COLOURS)
     picture.save(Path(__file__).with_suffix(".png"), optimize=True)

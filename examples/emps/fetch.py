@@ -33,14 +33,20 @@ def main() -> int:
     wanted = chosen.to / FILE
     with tempfile.TemporaryDirectory() as folder:
         try:
-            arrived = Path(pooch.retrieve(chosen.url, known_hash=None, fname="arrived", path=folder))
+            arrived = Path(
+                pooch.retrieve(chosen.url, known_hash=None, fname="arrived", path=folder)
+            )
         except (RequestException, OSError, ValueError) as error:
-            return refuse(f"{chosen.url}: the download failed ({type(error).__name__}).\n{PUBLISHED}")
+            return refuse(
+                f"{chosen.url}: the download failed ({type(error).__name__}).\n{PUBLISHED}"
+            )
         data = content(arrived)
         found = Path(folder) / FILE
         found.write_bytes(data)
         if pooch.file_hash(str(found)) != SHA256:
-            return refuse(f"{chosen.url}: does not contain the expected {FILE} (its checksum differs).\n{PUBLISHED}")
+            return refuse(
+                f"{chosen.url}: does not contain the expected {FILE} (its checksum differs).\n{PUBLISHED}"
+            )
     wanted.write_bytes(data)
     print(f"{wanted}: {len(data)} bytes, checksum as expected")
     return 0

@@ -33,12 +33,18 @@ def main() -> None:
             continue
         for row in errors_of(chosen.file, tests, models):
             told = "  ".join(f"{one} {row[one] / row['std']:.3f}" for one in models)
-            print(f"{group:15} {row['frequency']:5g} Hz  {row['test'].split('__')[-1]:32} {told}", flush=True)
+            print(
+                f"{group:15} {row['frequency']:5g} Hz  {row['test'].split('__')[-1]:32} {told}",
+                flush=True,
+            )
             found.append({"group": group} | row)
     for name, rows in parts(found).items():
         pooled = {one: float(np.sqrt(np.mean([row[one] ** 2 for row in rows]))) for one in models}
         ratios = {one: [row[models[0]] / row[one] for row in rows] for one in models[1:]}
-        print(f"{name}, {len(rows)} tests: pooled error", {one: f"{value:.4g} N" for one, value in pooled.items()})
+        print(
+            f"{name}, {len(rows)} tests: pooled error",
+            {one: f"{value:.4g} N" for one, value in pooled.items()},
+        )
         for one, ratio in ratios.items():
             pooled_ratio = pooled[models[0]] / pooled[one]
             spread = f"median {np.median(ratio):.2f}, smallest {min(ratio):.2f}"
@@ -73,7 +79,9 @@ def errors_of(file: Path, tests: list[tuple[str, float]], models: list[str]) -> 
                 row[fit.name] = 0.01 * percent * float(np.sqrt(np.mean(effort**2)))
             else:
                 predicted = br.predict(fit.plant, fit.friction, logs[name], axis)
-                row[fit.name] = float(np.sqrt(np.mean((predicted.effort - predicted.effort_predicted) ** 2)))
+                row[fit.name] = float(
+                    np.sqrt(np.mean((predicted.effort - predicted.effort_predicted) ** 2))
+                )
         rows.append(row)
     return rows
 
@@ -81,7 +89,9 @@ def errors_of(file: Path, tests: list[tuple[str, float]], models: list[str]) -> 
 def parts(found: list[dict]) -> dict[str, list[dict]]:
     """Return the tests of each kind: slow tests with a tight band, tests with a loose band, and fast tests."""
     kinds = {
-        "20 lb and more, up to 1 Hz": lambda row: not row["group"].endswith(" 0 lb") and row["frequency"] < FAST,
+        "20 lb and more, up to 1 Hz": lambda row: (
+            not row["group"].endswith(" 0 lb") and row["frequency"] < FAST
+        ),
         "0 lb": lambda row: row["group"].endswith(" 0 lb"),
         "2 Hz": lambda row: row["frequency"] >= FAST,
     }

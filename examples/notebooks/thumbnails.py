@@ -36,7 +36,9 @@ def main() -> None:
         with contextlib.redirect_stdout(io.StringIO()):
             figure = next(value for value in values_of(notebook) if isinstance(value, Figure))
         file = notebook.with_suffix(".png")
-        figure.savefig(file, dpi=WIDTH / figure.get_figwidth(), facecolor="white", metadata={"Software": None})
+        figure.savefig(
+            file, dpi=WIDTH / figure.get_figwidth(), facecolor="white", metadata={"Software": None}
+        )
         print(file.name, file.stat().st_size)
 
 

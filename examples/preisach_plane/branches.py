@@ -52,7 +52,11 @@ def main(rig="paper/set_a_rig.toml"):
     ends = zip(turns[:-1].tolist(), turns[1:].tolist(), strict=True)
     strokes = [np.column_stack(stroke(x[a : b + 1], force[a : b + 1])).tolist() for a, b in ends]
     write("record.csv", ["x", "F"], [row for one in strokes for row in one])
-    write("branches.csv", ["branch", "x", "F"], [(k, *row) for k, one in enumerate(strokes[4::2], 1) for row in one])
+    write(
+        "branches.csv",
+        ["branch", "x", "F"],
+        [(k, *row) for k, one in enumerate(strokes[4::2], 1) for row in one],
+    )
 
 
 if __name__ == "__main__":

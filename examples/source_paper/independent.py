@@ -46,7 +46,11 @@ OMEGA = 2.0 * math.pi * 0.25
 def reference(t):
     """Return r, r', r'' of r = A(t) sin(omega t), with A monotone between its values (the motion of sets A and C)."""
     amplitude = PchipInterpolator(4.0 * np.arange(AMPLITUDES.size), AMPLITUDES)
-    (a, da, dda), s, c = (amplitude(t, order) for order in range(3)), np.sin(OMEGA * t), np.cos(OMEGA * t)
+    (a, da, dda), s, c = (
+        (amplitude(t, order) for order in range(3)),
+        np.sin(OMEGA * t),
+        np.cos(OMEGA * t),
+    )
     return a * s, da * s + a * OMEGA * c, (dda - a * OMEGA**2) * s + 2.0 * da * OMEGA * c
 
 
@@ -86,7 +90,9 @@ def move(corner, count, last, x):
         if (last - before) * toward < 0.0:  # last was a turning point
             corner[count] = last
             count += 1
-        while count > 1 and (x - corner[count - 2]) * toward >= 0.0:  # passed the last but one: the loop is closed
+        while (
+            count > 1 and (x - corner[count - 2]) * toward >= 0.0
+        ):  # passed the last but one: the loop is closed
             count -= 2
         if count > 0 and abs(x) >= abs(corner[0]):  # beyond all history: first loading again
             count = 0
@@ -137,7 +143,9 @@ def compensation(name, fine=10):
     if name == "printed":
         step = SAMPLE / fine
         return printed_model(reference(step * np.arange(len(TIME) * fine))[1], fine, step)
-    if name == "position":  # CHOICE: the two halves are scaled first, the offset is added afterwards
+    if (
+        name == "position"
+    ):  # CHOICE: the two halves are scaled first, the offset is added afterwards
         f = 0.64 * hysteresis_of(reference(TIME)[0])
         return np.where(f > 0.0, 1.15, 0.85) * f + 3.1416
     return np.zeros(len(TIME))
@@ -164,7 +172,11 @@ def closed_loop(r, dr, ddr, f_hat, control, share, stiffness, noise, gammas, sub
         v_hat += filter_gain * ((q - q_last) / SAMPLE - v_hat)
         q_last, rate_error = q, dr[n] - v_hat
         surface = rate_error + lam * (r[n] - q)
-        effort = MASS * (ddr[n] + lam * rate_error + k1 * surface + k2 * min(1.0, max(-1.0, surface / phi))) + f_hat[n]
+        effort = (
+            MASS
+            * (ddr[n] + lam * rate_error + k1 * surface + k2 * min(1.0, max(-1.0, surface / phi)))
+            + f_hat[n]
+        )
         q_log[n], u_log[n] = q, effort
         for _ in range(substeps):
             applied += lag_gain * (previous_effort - applied)
@@ -197,7 +209,18 @@ def one_run(set_name, compensator, seed, substeps=25, two_sided=True):
     """Peak to peak and rms of r - q (micrometres) and rms of the effort (N), all over t >= 2 s."""
     r, dr, ddr = reference(TIME)
     noise, gammas = np.random.default_rng(seed).standard_normal((2, len(TIME)))
-    q, u = closed_loop(r, dr, ddr, compensation(compensator), CONTROLLERS[set_name], *rig_elements(), noise, gammas, substeps, two_sided)
+    q, u = closed_loop(
+        r,
+        dr,
+        ddr,
+        compensation(compensator),
+        CONTROLLERS[set_name],
+        *rig_elements(),
+        noise,
+        gammas,
+        substeps,
+        two_sided,
+    )
     e, u = 1e6 * (r - q)[SCORED], u[SCORED]
     return np.ptp(e), math.sqrt(np.mean(e**2)), math.sqrt(np.mean(u**2))
 
@@ -211,7 +234,9 @@ def peak_to_peak(set_name, compensator, seeds=range(6), substeps=25, two_sided=T
 def results(seeds=range(6), substeps=25, two_sided=True):
     """{(set, compensator): {quantity: (mean, standard deviation)}} for all pairs."""
     table = {}
-    for key in [(set_name, compensator) for set_name in CONTROLLERS for compensator in COMPENSATORS]:
+    for key in [
+        (set_name, compensator) for set_name in CONTROLLERS for compensator in COMPENSATORS
+    ]:
         runs = np.array([one_run(*key, seed, substeps, two_sided) for seed in seeds])
         pairs = [(float(column.mean()), float(column.std(ddof=1))) for column in runs.T]
         table[key] = dict(zip(("peak_to_peak_um", "rms_um", "effort_rms_N"), pairs, strict=True))
@@ -219,8 +244,15 @@ def results(seeds=range(6), substeps=25, two_sided=True):
 
 
 if __name__ == "__main__":
-    tables = {"25 substeps": {}, "50 substeps": {"substeps": 50}, "bounds of the present direction": {"two_sided": False}}
+    tables = {
+        "25 substeps": {},
+        "50 substeps": {"substeps": 50},
+        "bounds of the present direction": {"two_sided": False},
+    }
     for title, changes in tables.items():
         print(f"\n{title:<32}  peak to peak [µm]   rms [µm]           effort rms [N]")
         for (name, compensator), row in results(**changes).items():
-            print(f"{name} {compensator:<30}", *(f"{mean:7.3f} ± {spread:5.3f}   " for mean, spread in row.values()))
+            print(
+                f"{name} {compensator:<30}",
+                *(f"{mean:7.3f} ± {spread:5.3f}   " for mean, spread in row.values()),
+            )

@@ -15,7 +15,10 @@ import bristle as br
 from bristle.core.errors import InputWarning
 
 HERE = Path(__file__).parent
-RIGS = {"direct drive, gms": HERE / "direct_drive.toml", "linear motor, lugre": HERE / "linear_motor.toml"}
+RIGS = {
+    "direct drive, gms": HERE / "direct_drive.toml",
+    "linear motor, lugre": HERE / "linear_motor.toml",
+}
 PRINTED, IDENTIFIED = "(5)–(7) as printed", "identified"
 
 
@@ -36,7 +39,9 @@ def compensators(experiment, axis):
     with warnings.catch_warnings():
         # On the linear motor, which has no loops over the position, the fit ends next to the bound f_p > F_S of (9).
         warnings.simplefilter("ignore", InputWarning)
-        printed = br.identify(log, "preisach_lugre", axis=axis, blocks=0, draws=0).best.friction.with_values(transition="paper")
+        printed = br.identify(
+            log, "preisach_lugre", axis=axis, blocks=0, draws=0
+        ).best.friction.with_values(transition="paper")
     ranked = br.identify(log, "maxwell_slip,lugre,dahl", axis=axis, draws=0)
     return {PRINTED: printed, IDENTIFIED: ranked.best.friction}
 
@@ -45,11 +50,22 @@ def compensated(file):
     """Return the following error peak to peak [m or rad] of each loop of a rig, the effort rms, and the names of the models."""
     experiment = br.read_experiment(file)
     none = next(one for one in experiment.variants if one.name == "none")
-    axis = br.Axis(kind=experiment.kind, mass=none.plant.values["M"], held=True, resolution=none.sensor.values["resolution"])
+    axis = br.Axis(
+        kind=experiment.kind,
+        mass=none.plant.values["M"],
+        held=True,
+        resolution=none.sensor.values["resolution"],
+    )
     models = compensators(experiment, axis)
-    loops = [none] + [replace(none, name=name, feedforward=replace(none.feedforward, friction=model)) for name, model in models.items()]
+    loops = [none] + [
+        replace(none, name=name, feedforward=replace(none.feedforward, friction=model))
+        for name, model in models.items()
+    ]
     result = br.simulate(replace(experiment, variants=tuple(loops)))
-    errors = {name: (one.following_error.peak_to_peak, one.effort_rms) for name, one in result.variants.items()}
+    errors = {
+        name: (one.following_error.peak_to_peak, one.effort_rms)
+        for name, one in result.variants.items()
+    }
     return errors, {name: model.name for name, model in models.items()}
 
 

@@ -10,5 +10,7 @@ FOLDER = Path(__file__).parent
 SHOWN = ("none", "identified", "observer_feedforward")
 
 whole = read_experiment(FOLDER / "compensated.toml")
-result = simulate(replace(whole, variants=tuple(one for one in whole.variants if one.name in SHOWN)))
+result = simulate(
+    replace(whole, variants=tuple(one for one in whole.variants if one.name in SHOWN))
+)
 figures.following_error(result).savefig(FOLDER / "following_error.png", dpi=100, facecolor="white")

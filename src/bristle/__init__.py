@@ -23,7 +23,16 @@ if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.engine import response
     from bristle.exports import export
-    from bristle.files import load_code, propose_axis, read_axis, read_curves, read_experiment, read_log, read_model, write_model
+    from bristle.files import (
+        load_code,
+        propose_axis,
+        read_axis,
+        read_curves,
+        read_experiment,
+        read_log,
+        read_model,
+        write_model,
+    )
     from bristle.identification.hysteresis import identify_operator
     from bristle.logs.log import Log
     from bristle.models import controllers, friction, hysteresis, plants, references, sensors

@@ -29,13 +29,24 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "bristle"
 FILE = Path(__file__).with_suffix(".toml")
-COMPILED = {"kernel", "njit", "jit", "register_jitable", "vectorize", "guvectorize", "intrinsic", "overload"}
+COMPILED = {
+    "kernel",
+    "njit",
+    "jit",
+    "register_jitable",
+    "vectorize",
+    "guvectorize",
+    "intrinsic",
+    "overload",
+}
 BODIES = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 TEMPLATES = {
     *(".html", ".js", ".mjs", ".css", ".c", ".cc", ".cpp", ".cu", ".h", ".comp", ".hal", ".st"),
     *(".jinja", ".json", ".xml", ".yaml", ".txt"),
 }
-PREDICATE = re.compile(r"_?(?:is|has|are|any|all|isinstance|issubclass|hasattr|callable|bool)(?:_|$)")
+PREDICATE = re.compile(
+    r"_?(?:is|has|are|any|all|isinstance|issubclass|hasattr|callable|bool)(?:_|$)"
+)
 SMALL_NUMBERS = {-1, 0, 1, 2}
 SILENCED = re.compile(r"#\s*(?:type:\s*ignore|pyright:\s*ignore)")
 # Lines of a string that look like code of another language.
@@ -56,7 +67,11 @@ def is_docstring(body: ast.AST) -> bool:
     """Return whether a module, class or function begins with a docstring."""
     statements = getattr(body, "body", [])
     first = statements[0] if statements else None
-    return isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant) and isinstance(first.value.value, str)
+    return (
+        isinstance(first, ast.Expr)
+        and isinstance(first.value, ast.Constant)
+        and isinstance(first.value.value, str)
+    )
 
 
 def statements(nodes: Sequence[ast.AST]) -> int:
@@ -83,7 +98,11 @@ def tested(nodes: Iterable[ast.AST]) -> set[int]:
     """Return `and` and `or` in conditions of branches, loops, comprehensions and assertions: they select no value."""
     found: set[int] = set()
     for node in nodes:
-        tests = [node.test] if isinstance(node, (ast.If, ast.While, ast.IfExp, ast.Assert)) else getattr(node, "ifs", [])
+        tests = (
+            [node.test]
+            if isinstance(node, (ast.If, ast.While, ast.IfExp, ast.Assert))
+            else getattr(node, "ifs", [])
+        )
         for test in tests:
             found.update(id(part) for part in ast.walk(test) if isinstance(part, ast.BoolOp))
     return found
@@ -113,16 +132,28 @@ def is_truth(node: ast.AST) -> bool:
 
 def compiled_nodes(nodes: Iterable[ast.AST]) -> set[int]:
     """Return the nodes within compiled functions."""
-    functions = [node for node in nodes if isinstance(node, ast.FunctionDef) and node.decorator_list]
-    compiled = [function for function in functions if COMPILED & {described(entry) for entry in function.decorator_list}]
+    functions = [
+        node for node in nodes if isinstance(node, ast.FunctionDef) and node.decorator_list
+    ]
+    compiled = [
+        function
+        for function in functions
+        if COMPILED & {described(entry) for entry in function.decorator_list}
+    ]
     return {id(node) for function in compiled for node in ast.walk(function)}
 
 
 def code_in_strings(nodes: Sequence[ast.AST]) -> int:
     """Return the lines of strings that hold code of another language."""
-    docstrings = {id(node.body[0].value) for node in nodes if isinstance(node, BODIES) and is_docstring(node)}
-    texts = [node for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)]
-    lines = [line for node in texts if id(node) not in docstrings for line in node.value.splitlines()]
+    docstrings = {
+        id(node.body[0].value) for node in nodes if isinstance(node, BODIES) and is_docstring(node)
+    }
+    texts = [
+        node for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    ]
+    lines = [
+        line for node in texts if id(node) not in docstrings for line in node.value.splitlines()
+    ]
     return sum(bool(FOREIGN.search(line)) for line in lines)
 
 
@@ -194,13 +225,21 @@ def summed(paths: Iterable[Path]) -> Sums:
 
 def template_lines(folder: Path) -> int:
     """Return the lines of the templates of a folder."""
-    files = [path for path in folder.rglob("*") if path.suffix in TEMPLATES and "headers" not in path.parts]
+    files = [
+        path
+        for path in folder.rglob("*")
+        if path.suffix in TEMPLATES and "headers" not in path.parts
+    ]
     return sum(path.read_text(encoding="utf-8").count("\n") for path in files)
 
 
 def folders(root: Path) -> list[Path]:
     """Return the folders that hold modules, and each app in place of the folder of apps."""
-    found = [path for path in [*root.iterdir(), *root.glob("apps/*")] if path.is_dir() and any(path.rglob("*.py"))]
+    found = [
+        path
+        for path in [*root.iterdir(), *root.glob("apps/*")]
+        if path.is_dir() and any(path.rglob("*.py"))
+    ]
     return sorted(path for path in found if path != root / "apps")
 
 
@@ -212,7 +251,12 @@ def row_of(folder: Path) -> dict[str, float]:
 
 def statements_of(paths: Iterable[Path]) -> dict[str, float]:
     """Return the row of a folder of tests."""
-    return {"statements": sum(statements(list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))) for path in paths)}
+    return {
+        "statements": sum(
+            statements(list(ast.walk(ast.parse(path.read_text(encoding="utf-8")))))
+            for path in paths
+        )
+    }
 
 
 def options() -> list[list[str]]:
@@ -224,7 +268,11 @@ def options() -> list[list[str]]:
     command = typer.main.get_command(application())
     found = []
     for sub in [command, *command.commands.values()]:
-        found += [[*entry.opts, *entry.secondary_opts] for entry in sub.params if entry.param_type_name == "option"]
+        found += [
+            [*entry.opts, *entry.secondary_opts]
+            for entry in sub.params
+            if entry.param_type_name == "option"
+        ]
     return found
 
 
@@ -236,12 +284,21 @@ def interface() -> dict[str, float]:
     spelled = options()
     short = [names for names in spelled if any(len(name) == 2 for name in names)]
     thresholds = len(Settings.described())
-    return {"options": len(spelled), "short_options": len(short), "codes": len(SENTENCES), "thresholds": thresholds}
+    return {
+        "options": len(spelled),
+        "short_options": len(short),
+        "codes": len(SENTENCES),
+        "thresholds": thresholds,
+    }
 
 
 def beside() -> dict[str, float]:
     """Return the sizes of what stands beside the package."""
-    pages = [path for path in (ROOT / "docs").rglob("*.md") if "<!-- Written by" not in path.read_text(encoding="utf-8")[:200]]
+    pages = [
+        path
+        for path in (ROOT / "docs").rglob("*.md")
+        if "<!-- Written by" not in path.read_text(encoding="utf-8")[:200]
+    ]
     return {
         "benchmarks": summed((ROOT / "benchmarks").rglob("*.py")).weight,
         "examples": summed((ROOT / "examples").rglob("*.py")).weight,
@@ -252,7 +309,11 @@ def beside() -> dict[str, float]:
 def slow_minutes() -> dict[str, float]:
     """Return the minutes of the slow parts, and those of the mutants among them."""
     parts = tomllib.loads((ROOT / ".ci" / "parts.toml").read_text(encoding="utf-8"))
-    mutants = sum(part["minutes"] * part.get("shares", 1) for name, part in parts.items() if name.startswith("mutants"))
+    mutants = sum(
+        part["minutes"] * part.get("shares", 1)
+        for name, part in parts.items()
+        if name.startswith("mutants")
+    )
     total = sum(part["minutes"] * part.get("shares", 1) for part in parts.values())
     return {"slow": total - mutants, "mutants": mutants}
 
@@ -269,7 +330,9 @@ def rows() -> dict[tuple[str, str], Callable[[], dict[str, float]]]:
     for folder in folders(PACKAGE):
         found["package", folder.relative_to(PACKAGE).as_posix()] = partial(row_of, folder)
     for folder in folders(ROOT / "tests"):
-        found["tests", folder.relative_to(ROOT / "tests").as_posix()] = partial(statements_of, sorted(folder.rglob("*.py")))
+        found["tests", folder.relative_to(ROOT / "tests").as_posix()] = partial(
+            statements_of, sorted(folder.rglob("*.py"))
+        )
     return found
 
 
@@ -321,7 +384,9 @@ def lowered(values: dict, limits: dict | None) -> dict[str, dict[str, dict[str, 
     limited: dict[str, dict[str, dict[str, float]]] = {}
     for place, value in flat(values).items():
         table, row, column = place
-        limited.setdefault(table, {}).setdefault(row, {})[column] = min(with_spare(value), former.get(place, math.inf))
+        limited.setdefault(table, {}).setdefault(row, {})[column] = min(
+            with_spare(value), former.get(place, math.inf)
+        )
     return limited
 
 
@@ -340,13 +405,19 @@ def written(tables: dict[str, dict[str, dict[str, float]]]) -> str:
 
 def git(*arguments: str) -> str:
     """Return the output of git."""
-    return subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    return subprocess.run(
+        ["git", *arguments], cwd=ROOT, capture_output=True, text=True, check=True
+    ).stdout
 
 
 def raised(former: str, text: str) -> list[str]:
     """Return the rows of a former file that a text raises. A row that is new is none of them."""
     before, after = flat(ceilings(former)), flat(ceilings(text))
-    return [".".join(place) for place, value in after.items() if place in before and value > before[place]]
+    return [
+        ".".join(place)
+        for place, value in after.items()
+        if place in before and value > before[place]
+    ]
 
 
 def raised_beside(base: str) -> list[str]:
@@ -358,7 +429,11 @@ def raised_beside(base: str) -> list[str]:
     lines = []
     for commit in git("rev-list", "--no-merges", f"{base}..HEAD", "--", path).split():
         changed = git("show", "--format=", "--name-only", commit).split()
-        rows = [row for row in raised(git("show", f"{commit}~1:{path}"), git("show", f"{commit}:{path}")) if row in in_all]
+        rows = [
+            row
+            for row in raised(git("show", f"{commit}~1:{path}"), git("show", f"{commit}:{path}"))
+            if row in in_all
+        ]
         if rows and changed != [path]:
             lines.append(f"{commit[:9]} raises {', '.join(rows)} beside other changes")
     return lines
@@ -372,7 +447,9 @@ def main(words: list[str]) -> int:
         return 1 if lines else 0
     values = measured()
     if words == ["lower"]:
-        FILE.write_text(written(lowered(values, ceilings() if FILE.exists() else None)), encoding="utf-8")
+        FILE.write_text(
+            written(lowered(values, ceilings() if FILE.exists() else None)), encoding="utf-8"
+        )
         return 0
     limits = flat(ceilings())
     for place, value in flat(values).items():

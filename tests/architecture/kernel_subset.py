@@ -92,7 +92,9 @@ def violations_of(function: Callable[..., Any]) -> list[str]:
     tree = ast.parse(source)
     definition = tree.body[0]
     if not isinstance(definition, ast.FunctionDef):
-        return [f"{function.__module__}.{function.__name__}: a kernel is a function with a name, defined by def"]
+        return [
+            f"{function.__module__}.{function.__name__}: a kernel is a function with a name, defined by def"
+        ]
     definition.decorator_list.clear()
     return [
         f"{function.__module__}.{function.__name__}, line {getattr(node, 'lineno', 1)}: {reason}"
@@ -110,7 +112,11 @@ def reachable_kernels(*functions: Callable[..., Any]) -> list[Callable[..., Any]
         if function in reached:
             continue
         reached.append(function)
-        waiting += [value for value in inspect.getclosurevars(function).globals.values() if value in kernels()]
+        waiting += [
+            value
+            for value in inspect.getclosurevars(function).globals.values()
+            if value in kernels()
+        ]
     return reached
 
 
@@ -135,7 +141,9 @@ def _reason(node: ast.AST, function: Callable[..., Any]) -> str:
 
 
 def _is_range(node: ast.expr) -> bool:
-    return isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+    return (
+        isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+    )
 
 
 def _call_reason(node: ast.Call, function: Callable[..., Any]) -> str:
@@ -150,7 +158,10 @@ def _call_reason(node: ast.Call, function: Callable[..., Any]) -> str:
         return ""
     if not isinstance(target, ast.Name):
         return "a call to something that is not a name"
-    if target.id in BUILTINS or target.id in function.__code__.co_varnames[: function.__code__.co_argcount]:
+    if (
+        target.id in BUILTINS
+        or target.id in function.__code__.co_varnames[: function.__code__.co_argcount]
+    ):
         return ""  # what is handed in is a kernel too: the caller is looked at as well
     value = _value(target.id, function)
     is_tuple = isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")

@@ -21,7 +21,14 @@ from bristle.core.kernel import kernels
 from bristle.core.variable import variables_of
 
 ROOT = Path(bristle.__file__).parent
-MODULES = sorted({name for _, name, _ in pkgutil.walk_packages([str(ROOT)], "bristle.") if not name.endswith("__main__")} - {*MISSING})
+MODULES = sorted(
+    {
+        name
+        for _, name, _ in pkgutil.walk_packages([str(ROOT)], "bristle.")
+        if not name.endswith("__main__")
+    }
+    - {*MISSING}
+)
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib")
 MOST_ARGUMENTS = 12
 FAMILIES = ("hysteresis", "friction", "plants", "controllers", "sensors", "references")
@@ -35,7 +42,11 @@ def read(path):
 
 def loaded_after(code):
     out = subprocess.run(
-        [sys.executable, "-c", f"import sys\n{code}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"],
+        [
+            sys.executable,
+            "-c",
+            f"import sys\n{code}\nprint(*{{name.partition('.')[0] for name in sys.modules}})",
+        ],
         capture_output=True,
         text=True,
         check=True,
@@ -54,7 +65,13 @@ def test_the_help_loads_no_heavy_module():
 
 
 def test_defining_models_loads_no_compiler():
-    assert loaded_after("import bristle.models.friction, bristle.models.plants, bristle.models.controllers") & set(HEAVY) == set()
+    assert (
+        loaded_after(
+            "import bristle.models.friction, bristle.models.plants, bristle.models.controllers"
+        )
+        & set(HEAVY)
+        == set()
+    )
 
 
 @pytest.mark.slow
@@ -73,7 +90,10 @@ def test_public_face_is_small_and_known():
     assert set(bristle.__all__) <= set(dir(bristle))
 
 
-@pytest.mark.parametrize("package", ["bristle.core", "bristle.engine", "bristle.exports", "bristle.simulation", "bristle.contract"])
+@pytest.mark.parametrize(
+    "package",
+    ["bristle.core", "bristle.engine", "bristle.exports", "bristle.simulation", "bristle.contract"],
+)
 def test_names_that_are_loaded_when_asked_for_are_completed(package):
     module = importlib.import_module(package)
     assert set(module.__all__) <= set(dir(module))
@@ -122,7 +142,11 @@ def test_code_outside_the_subset_is_found(body, tmp_path, monkeypatch):
 def public_imports(package):
     """Return the names that a package imports from modules of its own under the same name, in order."""
     nodes = ast.parse(inspect.getsource(package)).body
-    imports = [node for node in nodes if isinstance(node, ast.ImportFrom) and node.module.startswith(f"{package.__name__}.")]
+    imports = [
+        node
+        for node in nodes
+        if isinstance(node, ast.ImportFrom) and node.module.startswith(f"{package.__name__}.")
+    ]
     return [alias.name for node in imports for alias in node.names if alias.name == alias.asname]
 
 
@@ -141,9 +165,13 @@ def test_every_component_is_bound_in_its_family_and_complete():
     files = {}
     for family, name, model, package in result:
         first = files.setdefault((family, model.name), model.module)
-        assert first == model.module, f"{model.module} has the name of {first}, {model.name!r}: write another name"
+        assert first == model.module, (
+            f"{model.module} has the name of {first}, {model.name!r}: write another name"
+        )
         line = f"from bristle.models.{family}.{model.name} import {model.name} as {model.name}"  # type checkers take it for public
-        assert model.name in public_imports(package), f"bristle/models/{family}/__init__.py lacks `{line}`"
+        assert model.name in public_imports(package), (
+            f"bristle/models/{family}/__init__.py lacks `{line}`"
+        )
         assert getattr(package, model.name) is model
         assert model.description
         variables_of(model.Parameters)
@@ -151,11 +179,21 @@ def test_every_component_is_bound_in_its_family_and_complete():
         doc = importlib.import_module(model.module).__doc__ or ""
         assert len(doc) > 40, f"{family}/{name} does not say what it is"
         if family == "friction":
-            assert model.reference.startswith("doi:"), f'MODEL of {family}/{name}.py has no reference="doi:..."'
-            assert model.reference.removeprefix("doi:") in doc, f"the docstring of {family}/{name}.py lacks the DOI of MODEL"
+            assert model.reference.startswith("doi:"), (
+                f'MODEL of {family}/{name}.py has no reference="doi:..."'
+            )
+            assert model.reference.removeprefix("doi:") in doc, (
+                f"the docstring of {family}/{name}.py lacks the DOI of MODEL"
+            )
 
 
-TABLES = dict(zip(FAMILIES, ("OPERATORS", "MODELS", "PLANTS", "CONTROLLERS", "SENSORS", "REFERENCES"), strict=True))
+TABLES = dict(
+    zip(
+        FAMILIES,
+        ("OPERATORS", "MODELS", "PLANTS", "CONTROLLERS", "SENSORS", "REFERENCES"),
+        strict=True,
+    )
+)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -167,7 +205,9 @@ def test_components_are_listed_in_the_order_of_their_imports(family):
 
 
 def functions(tree):
-    return [node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+    return [
+        node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -182,9 +222,15 @@ def test_modules_and_functions_are_short(modules):
     for path, text, module in modules:
         lengths[path] = text.count("\n")
         for function in functions(module):
-            body = function.body[1:] if ast.get_docstring(function) and len(function.body) > 1 else function.body
+            body = (
+                function.body[1:]
+                if ast.get_docstring(function) and len(function.body) > 1
+                else function.body
+            )
             length = function.end_lineno - body[0].lineno + 1
-            assert length <= 101, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} has {length} lines"
+            assert length <= 101, (
+                f"{path.relative_to(ROOT)}:{function.lineno} {function.name} has {length} lines"
+            )
     assert max(lengths.values()) <= 800, max(lengths, key=lengths.get)
 
 
@@ -193,7 +239,9 @@ def test_no_function_takes_more_than_a_few_arguments_by_their_place(modules):
     for path, _, module in modules:
         for function in functions(module):
             taken = len(function.args.posonlyargs) + len(function.args.args)
-            assert taken <= MOST_ARGUMENTS, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} takes {taken}"
+            assert taken <= MOST_ARGUMENTS, (
+                f"{path.relative_to(ROOT)}:{function.lineno} {function.name} takes {taken}"
+            )
 
 
 @pytest.mark.slow
@@ -201,7 +249,9 @@ def test_exceptions_are_not_swallowed_and_no_todo_remains(modules):
     for path, text, module in modules:
         for node in ast.walk(module):
             if isinstance(node, ast.ExceptHandler):
-                assert not (len(node.body) == 1 and isinstance(node.body[0], ast.Pass)), f"{path}:{node.lineno}"
+                assert not (len(node.body) == 1 and isinstance(node.body[0], ast.Pass)), (
+                    f"{path}:{node.lineno}"
+                )
         assert not re.search(r"TODO|FIXME|XXX|NotImplementedError", text), path
 
 
@@ -209,7 +259,9 @@ def test_public_functions_document_every_argument():
     missing = []
     for name in MODULES:
         module = importlib.import_module(name)
-        for key in getattr(module, "__all__", [key for key in vars(module) if not key.startswith("_")]):
+        for key in getattr(
+            module, "__all__", [key for key in vars(module) if not key.startswith("_")]
+        ):
             try:
                 value = getattr(module, key)
             except MissingExtraError:  # a class of a module that is MISSING
@@ -220,7 +272,9 @@ def test_public_functions_document_every_argument():
             if "Parameters\n----------" not in doc:
                 continue
             for argument in inspect.signature(value).parameters:
-                if argument not in ("self", "args", "kwargs", "values") and not re.search(rf"\b{argument}\b", doc):
+                if argument not in ("self", "args", "kwargs", "values") and not re.search(
+                    rf"\b{argument}\b", doc
+                ):
                     missing.append(f"{name}.{key}: {argument}")
     assert missing == []
 
@@ -229,14 +283,25 @@ def test_the_package_knows_no_machine_and_no_working_paper():
     for path in ROOT.rglob("*"):
         if path.suffix in (".py", ".toml", ".html", ".css", ".md") and path.is_file():
             text = path.read_text()
-            assert not re.search(r"/(root|work|farm)/|\.\./shared|theory\.md|design\.md|[Ii]ssue \d", text), path
+            assert not re.search(
+                r"/(root|work|farm)/|\.\./shared|theory\.md|design\.md|[Ii]ssue \d", text
+            ), path
 
 
 def test_each_room_and_each_app_has_its_layer():
-    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8"))
-    contracts = {contract["name"].partition(":")[0]: contract for contract in project["tool"]["importlinter"]["contracts"]}
+    project = tomllib.loads(
+        (Path(__file__).parents[2] / "pyproject.toml").read_text(encoding="utf-8")
+    )
+    contracts = {
+        contract["name"].partition(":")[0]: contract
+        for contract in project["tool"]["importlinter"]["contracts"]
+    }
     rooms = [name for layer in contracts["Rooms"]["layers"] for name in layer.split(" | ")]
-    assert sorted(rooms) == sorted(f"bristle.{file.parent.name}" for file in ROOT.glob("*/__init__.py"))
+    assert sorted(rooms) == sorted(
+        f"bristle.{file.parent.name}" for file in ROOT.glob("*/__init__.py")
+    )
     assert len(rooms) == 13
     apps = contracts["Apps"]["modules"]
-    assert sorted(apps) == sorted(f"bristle.apps.{file.parent.name}" for file in ROOT.glob("apps/*/__init__.py"))
+    assert sorted(apps) == sorted(
+        f"bristle.apps.{file.parent.name}" for file in ROOT.glob("apps/*/__init__.py")
+    )

@@ -12,13 +12,21 @@ import bristle
 ROOT = Path(bristle.__file__).parent
 PROJECT = Path(__file__).parents[2]
 MOST_NAMES = 293
-OPEN = ("bristle.core.loading", "bristle.core.palette", "bristle.models")  # lazy loading, colours and families, for every package
+OPEN = (
+    "bristle.core.loading",
+    "bristle.core.palette",
+    "bristle.models",
+)  # lazy loading, colours and families, for every package
 
 
 def storeys():
     """Return the rooms of the library, and what stands above them: report, command line and apps."""
     project = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))
-    (contract,) = (single for single in project["tool"]["importlinter"]["contracts"] if single["name"].startswith("Rooms:"))
+    (contract,) = (
+        single
+        for single in project["tool"]["importlinter"]["contracts"]
+        if single["name"].startswith("Rooms:")
+    )
     rooms = [name for layer in contract["layers"] for name in layer.split(" | ")]
     above = rooms.index("bristle.report") + 1
     return rooms[above:], rooms[:above]
@@ -30,13 +38,19 @@ def taken(tree):
         if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "bristle":
             yield from ((node.module, alias.name) for alias in node.names)
         elif isinstance(node, ast.Import):
-            yield from ((alias.name, None) for alias in node.names if alias.name.partition(".")[0] == "bristle")
+            yield from (
+                (alias.name, None)
+                for alias in node.names
+                if alias.name.partition(".")[0] == "bristle"
+            )
 
 
 def offered(package, root=ROOT.parent):
     """Return what the `__init__.py` of a package names."""
     names = set()
-    for node in ast.walk(ast.parse(root.joinpath(*package.split("."), "__init__.py").read_text(encoding="utf-8"))):
+    for node in ast.walk(
+        ast.parse(root.joinpath(*package.split("."), "__init__.py").read_text(encoding="utf-8"))
+    ):
         if isinstance(node, ast.ImportFrom):
             names |= {alias.asname or alias.name for alias in node.names}
         elif isinstance(node, (ast.FunctionDef, ast.ClassDef)):
@@ -53,10 +67,18 @@ def border():
     result = {}
     for room in applications:
         for path in sorted(ROOT.joinpath(room.removeprefix("bristle.")).rglob("*.py")):
-            if ROOT / "apps" / "targets" in path.parents:  # it continues the exports, and knows how they are made
+            if (
+                ROOT / "apps" / "targets" in path.parents
+            ):  # it continues the exports, and knows how they are made
                 continue
-            imports = [pair for pair in taken(ast.parse(path.read_text(encoding="utf-8"))) if pair[0] not in OPEN]
-            result[path.relative_to(ROOT).as_posix()] = [pair for pair in imports if _room(pair[0]) in library]
+            imports = [
+                pair
+                for pair in taken(ast.parse(path.read_text(encoding="utf-8")))
+                if pair[0] not in OPEN
+            ]
+            result[path.relative_to(ROOT).as_posix()] = [
+                pair for pair in imports if _room(pair[0]) in library
+            ]
     return result
 
 
@@ -66,10 +88,16 @@ def _room(module):
 
 def test_applications_import_names_that_packages_of_the_library_offer(border):
     folders = {
-        module for result in border.values() for module, _ in result if ROOT.parent.joinpath(*module.split("."), "__init__.py").is_file()
+        module
+        for result in border.values()
+        for module, _ in result
+        if ROOT.parent.joinpath(*module.split("."), "__init__.py").is_file()
     }
     names = {package: offered(package) for package in folders}
-    modules = {file: [(module, name) for module, name in result if name not in names.get(module, ())] for file, result in border.items()}
+    modules = {
+        file: [(module, name) for module, name in result if name not in names.get(module, ())]
+        for file, result in border.items()
+    }
     assert {file: result for file, result in modules.items() if result} == {}
 
 
@@ -78,10 +106,16 @@ def test_there_are_few_names(border):
 
 
 def test_the_reference_lists_exactly_these_names(border):
-    text = (PROJECT / "docs" / "reference" / "python.md").read_text(encoding="utf-8").partition("## What applications use")[2]
+    text = (
+        (PROJECT / "docs" / "reference" / "python.md")
+        .read_text(encoding="utf-8")
+        .partition("## What applications use")[2]
+    )
     listed = {
         (heading, name)
-        for heading, table in re.findall(r"### (bristle\.[\w.]+)\n(.*?)(?=\n### |\Z)", text, re.DOTALL)
+        for heading, table in re.findall(
+            r"### (bristle\.[\w.]+)\n(.*?)(?=\n### |\Z)", text, re.DOTALL
+        )
         for name in re.findall(r"^\| `(\w+)` \| \S.* \|$", table, re.MULTILINE)
     }
     assert listed == {pair for result in border.values() for pair in result}
@@ -90,7 +124,11 @@ def test_the_reference_lists_exactly_these_names(border):
 def test_no_late_name_is_that_of_a_module():
     # Once that module is loaded, the package has it under this name, and is not asked.
     for path in ROOT.glob("*/__init__.py"):
-        blocks = (node for node in ast.parse(path.read_text(encoding="utf-8")).body if isinstance(node, ast.If))
+        blocks = (
+            node
+            for node in ast.parse(path.read_text(encoding="utf-8")).body
+            if isinstance(node, ast.If)
+        )
         names = {
             alias.asname or alias.name
             for node in blocks
@@ -98,4 +136,7 @@ def test_no_late_name_is_that_of_a_module():
             if isinstance(part, ast.ImportFrom)
             for alias in part.names
         }
-        assert not names & ({file.stem for file in path.parent.glob("*.py")} | {folder.name for folder in path.parent.iterdir()}), path
+        assert not names & (
+            {file.stem for file in path.parent.glob("*.py")}
+            | {folder.name for folder in path.parent.iterdir()}
+        ), path

@@ -19,7 +19,10 @@ def longer(a, b):
 '''
 CASES = {
     "plain": (PLAIN, {"weight": 4, "conditions": 0.0, "further_names": 0.0}),
-    "a conditional expression": ("x = 1 if y else 3", {"weight": 3, "conditions": 1000.0, "literals": 1}),
+    "a conditional expression": (
+        "x = 1 if y else 3",
+        {"weight": 3, "conditions": 1000.0, "literals": 1},
+    ),
     "further names": ("a, b, c = 5, y, z", {"weight": 3, "further_names": 2000.0}),
     "a swap of a call is none": ("a, b = f()", {"weight": 1, "further_names": 0.0}),
     "or whose value is used": ("x = y or 'default'", {"conditions": 1000.0}),
@@ -28,7 +31,10 @@ CASES = {
     "a product by a condition": ("x = 's' * (n != 1)", {"conditions": 1000.0}),
     "an index by a condition": ("x = ('a', 'b')[n > 1]", {"conditions": 1000.0}),
     "an assignment inside": ("f(y := 1)", {"conditions": 1000.0}),
-    "a compiled function": ("@kernel\ndef f(a):\n    return 1.0 if a else 0.0\nx = 1", {"weight": 5, "conditions": 0.0}),
+    "a compiled function": (
+        "@kernel\ndef f(a):\n    return 1.0 if a else 0.0\nx = 1",
+        {"weight": 5, "conditions": 0.0},
+    ),
     "any": ("x: Any = f(y)  # type: ignore[misc]", {"any": 1, "ignores": 1}),
     "code in a string": ("x = '''\nfor (;;) {\n  y = 1;\n}\n'''", {"text_lines": 3}),
 }
@@ -48,14 +54,20 @@ def test_a_row_counts(name):
 def test_no_value_is_above_its_ceiling(table, row):
     values = {table: {row: ceilings.rows()[table, row]()}}
     lines = ceilings.above(values, ceilings.ceilings())
-    assert not lines, "\n".join([*lines, "Make it smaller; python -m tests.architecture.ceilings shows all rows."])
+    assert not lines, "\n".join(
+        [*lines, "Make it smaller; python -m tests.architecture.ceilings shows all rows."]
+    )
 
 
 def test_a_value_above_its_ceiling_is_found():
     limits = {"package": {"core": {"weight": 100}}}
-    assert ceilings.above({"package": {"core": {"weight": 101}}}, limits) == ["package.core.weight: 101, ceiling 100"]
+    assert ceilings.above({"package": {"core": {"weight": 101}}}, limits) == [
+        "package.core.weight: 101, ceiling 100"
+    ]
     assert not ceilings.above({"package": {"core": {"weight": 100}}}, limits)
-    assert ceilings.above({"package": {"rooms": {"weight": 1}}}, limits) == ["package.rooms.weight: 1 has no ceiling"]
+    assert ceilings.above({"package": {"rooms": {"weight": 1}}}, limits) == [
+        "package.rooms.weight: 1 has no ceiling"
+    ]
 
 
 def test_lowering_leaves_one_percent_and_never_raises():
@@ -102,13 +114,20 @@ def test_a_raised_ceiling_is_found_in_the_history(tmp_path, monkeypatch):
 def test_the_file_is_readable_and_covers_each_folder():
     limits = tomllib.loads(ceilings.FILE.read_text(encoding="utf-8"))
     folders = ceilings.folders(ceilings.PACKAGE)
-    assert set(limits["package"]) == {".", *(folder.relative_to(ceilings.PACKAGE).as_posix() for folder in folders)}
+    assert set(limits["package"]) == {
+        ".",
+        *(folder.relative_to(ceilings.PACKAGE).as_posix() for folder in folders),
+    }
     assert len(limits["tests"]) > 25
 
 
 @pytest.mark.slow
 def test_the_command_shows_all_rows():
     ended = subprocess.run(
-        [sys.executable, "-m", "tests.architecture.ceilings"], cwd=ceilings.ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-m", "tests.architecture.ceilings"],
+        cwd=ceilings.ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     assert "package.identification.weight" in ended.stdout

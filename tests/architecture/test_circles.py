@@ -19,7 +19,10 @@ ALLOWED: dict[frozenset[str], str] = {}
 def is_for_types(node):
     """Whether a statement is ``if TYPE_CHECKING:``, which nothing runs."""
     test = getattr(node, "test", None)
-    return isinstance(node, ast.If) and "TYPE_CHECKING" in (getattr(test, "id", ""), getattr(test, "attr", ""))
+    return isinstance(node, ast.If) and "TYPE_CHECKING" in (
+        getattr(test, "id", ""),
+        getattr(test, "attr", ""),
+    )
 
 
 def imports(node):
@@ -28,14 +31,26 @@ def imports(node):
         if isinstance(child, (ast.Import, ast.ImportFrom)):
             yield child
         elif isinstance(child, ast.Call) and ast.unparse(child.func).endswith("import_module"):
-            yield from (ast.Import([ast.alias(text.value)]) for text in child.args if isinstance(text, ast.Constant))
+            yield from (
+                ast.Import([ast.alias(text.value)])
+                for text in child.args
+                if isinstance(text, ast.Constant)
+            )
         yield from imports(child)
 
 
 def late_names(name, tree):
     """Return the modules of the names that a package loads when they are asked for, which it imports for types alone."""
-    imported = [node for block in tree.body if is_for_types(block) for node in block.body if isinstance(node, ast.ImportFrom)]
-    return {(name, alias.asname or alias.name): node.module for node in imported for alias in node.names}
+    imported = [
+        node
+        for block in tree.body
+        if is_for_types(block)
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+    ]
+    return {
+        (name, alias.asname or alias.name): node.module for node in imported for alias in node.names
+    }
 
 
 def targets(node, folder, modules, late=()):
@@ -69,7 +84,11 @@ def graph(root=ROOT):
     arrows = {}
     for name, path in files.items():
         folder = name if path.name == "__init__.py" else name.rpartition(".")[0]
-        loaded = {target for node in imports(tree_of(path)) for target in targets(node, folder, files, late)}
+        loaded = {
+            target
+            for node in imports(tree_of(path))
+            for target in targets(node, folder, files, late)
+        }
         arrows[name] = sorted(loaded & files.keys() - {name})
     return arrows
 
@@ -115,7 +134,9 @@ def test_all_files_are_looked_at(arrows):
     assert len(arrows) == len(list(ROOT.rglob("*.py")))
     assert "bristle.logs.assembly" in arrows["bristle.logs.log"]
     assert "bristle.files.user_model" in arrows["bristle.files.model"]  # inside a function
-    assert "bristle.files.axis" in arrows["bristle.report.model_in_hand"]  # by the package that offers the name
+    assert (
+        "bristle.files.axis" in arrows["bristle.report.model_in_hand"]
+    )  # by the package that offers the name
 
 
 @pytest.mark.parametrize(
@@ -123,15 +144,34 @@ def test_all_files_are_looked_at(arrows):
     [
         ({"a": "import p.b", "b": "import p.a"}, {"p.a", "p.b"}),
         ({"a": "from p.b import f", "b": "def g():\n    from p.a import h"}, {"p.a", "p.b"}),
-        ({"a": "from p import b", "b": "from p import c", "c": "from p.a import f"}, {"p.a", "p.b", "p.c"}),
-        ({"a": "from . import b", "b": "class C:\n    def f(self):\n        from .a import g"}, {"p.a", "p.b"}),
+        (
+            {"a": "from p import b", "b": "from p import c", "c": "from p.a import f"},
+            {"p.a", "p.b", "p.c"},
+        ),
+        (
+            {"a": "from . import b", "b": "class C:\n    def f(self):\n        from .a import g"},
+            {"p.a", "p.b"},
+        ),
         ({"a": "import p.b", "b": "import_module('p.a')"}, {"p.a", "p.b"}),
-        ({"a": "if b:\n    import p.b", "b": "try:\n    import p.a\nfinally:\n    pass"}, {"p.a", "p.b"}),
+        (
+            {"a": "if b:\n    import p.b", "b": "try:\n    import p.a\nfinally:\n    pass"},
+            {"p.a", "p.b"},
+        ),
         ({"__init__": "from p.a import f", "a": "from p import f"}, {"p", "p.a"}),
-        ({"a": "if TYPE_CHECKING:\n    import p.b\nelse:\n    import p.b", "b": "import p.a"}, {"p.a", "p.b"}),
+        (
+            {"a": "if TYPE_CHECKING:\n    import p.b\nelse:\n    import p.b", "b": "import p.a"},
+            {"p.a", "p.b"},
+        ),
         ({"a": "if TYPE_CHECKING:\n    import p.b", "b": "import p.a"}, None),
         ({"a": "if typing.TYPE_CHECKING:\n    from p import b", "b": "import p.a"}, None),
-        ({"__init__": "if TYPE_CHECKING:\n    from p.a import f", "a": "import p.b", "b": "from p import f"}, {"p.a", "p.b"}),
+        (
+            {
+                "__init__": "if TYPE_CHECKING:\n    from p.a import f",
+                "a": "import p.b",
+                "b": "from p import f",
+            },
+            {"p.a", "p.b"},
+        ),
         ({"a": "import p.b, p.c", "b": "import p.c", "c": "import os"}, None),
     ],
 )

@@ -42,14 +42,25 @@ ENTRIES = {  # called by a name that is put together at run time, or by hand
     "bristle.exports.*.*law_files": "of a target that holds a control law",
     "bristle.exports.*.reads": "of a target whose files a drive computes from",
     "bristle.models.friction.channels.*.SLOT": "a slot over a channel of a log, in the file that has its name",
-    **{f"{draw.__module__}.{draw.__name__}": "a figure, by its name in `on_reports`" for draw in DRAWN},
+    **{
+        f"{draw.__module__}.{draw.__name__}": "a figure, by its name in `on_reports`"
+        for draw in DRAWN
+    },
     "bristle.*.*.MODEL": "a component, bound in its family by name",
     "bristle.apps.paper.rig.write_models": "makes the models beside the experiments of the paper again",
     "bristle.apps.paper.surface.sampled_bound": "the erratum of (21) in sampled time, held against simulation by its test",
     "bristle.apps.targets.page.switches.all_walks": "makes the walks of models with slots that lab keeps again",
     "bristle.apps.targets.page.described.walks_of": "makes the walks that lab keeps again",
 }
-ACCESS = {"property", "cached_property", "staticmethod", "classmethod", "abstractmethod", "contextmanager", "guarded"}
+ACCESS = {
+    "property",
+    "cached_property",
+    "staticmethod",
+    "classmethod",
+    "abstractmethod",
+    "contextmanager",
+    "guarded",
+}
 DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 
 
@@ -67,20 +78,36 @@ class Module:
             if isinstance(node, DEFINITIONS):
                 self.definitions[node.name].append(node)
                 # A decorator that belongs to an object of this file keeps what it decorates: a command, a callback.
-                kept = [item for item in node.decorator_list if ast.unparse(item).partition(".")[0] in self.definitions]
+                kept = [
+                    item
+                    for item in node.decorator_list
+                    if ast.unparse(item).partition(".")[0] in self.definitions
+                ]
                 self.run += [ast.Name(node.name, ast.Load())] if kept else []
             elif isinstance(node, (ast.Import, ast.ImportFrom)):
                 self.imports |= imported(node, self.folder)
                 # By convention `import NAME as NAME` hands a name on.
-                self.run += [ast.Name(alias.name, ast.Load()) for alias in node.names if alias.asname == alias.name]
+                self.run += [
+                    ast.Name(alias.name, ast.Load())
+                    for alias in node.names
+                    if alias.asname == alias.name
+                ]
             elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-                names = [item.id for item in ast.walk(node) if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store)]
+                names = [
+                    item.id
+                    for item in ast.walk(node)
+                    if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store)
+                ]
                 for name in names:
                     self.definitions[name].append(node)
                 self.run += [] if names else [node]
             elif isinstance(node, (ast.If, ast.Try, ast.With)):
-                self.read([*node.body, *getattr(node, "orelse", []), *getattr(node, "finalbody", [])])
-                self.read([child for handler in getattr(node, "handlers", []) for child in handler.body])
+                self.read(
+                    [*node.body, *getattr(node, "orelse", []), *getattr(node, "finalbody", [])]
+                )
+                self.read(
+                    [child for handler in getattr(node, "handlers", []) for child in handler.body]
+                )
                 self.run += [node.test] if isinstance(node, ast.If) else []
             else:
                 self.run.append(node)
@@ -90,7 +117,13 @@ def imported(node, folder):
     """Return what an import binds: by alias the module and, of it, the name."""
     if isinstance(node, ast.Import):
         first = {alias.name: alias.name.partition(".")[0] for alias in node.names}
-        return {alias.asname or first[alias.name]: (alias.name if alias.asname else first[alias.name], None) for alias in node.names}
+        return {
+            alias.asname or first[alias.name]: (
+                alias.name if alias.asname else first[alias.name],
+                None,
+            )
+            for alias in node.names
+        }
     above = folder.split(".")
     start = ".".join(above[: len(above) + 1 - node.level]) if node.level else ""
     base = ".".join(filter(None, (start, node.module)))
@@ -106,7 +139,12 @@ class Package:
             parts = (root.name, *path.relative_to(root).with_suffix("").parts)
             name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
             self.modules[name] = Module(name, path)
-        self.live, self.waiting, self.as_values, self.attributes = set(), [], set(), {"exec_module"}  # Python calls it at an import
+        self.live, self.waiting, self.as_values, self.attributes = (
+            set(),
+            [],
+            set(),
+            {"exec_module"},
+        )  # Python calls it at an import
 
     def home(self, module, name):
         """Return where a name of a module is defined: module and name; name is None for a module."""
@@ -159,7 +197,9 @@ class Package:
                 self.mark(result, is_value=False)
                 place = result[0] if result and result[1] is None else None
         if is_code:
-            self.attributes |= set(re.findall(r"\w+", text)) if re.fullmatch(r"[\w.:]+", text) else set()
+            self.attributes |= (
+                set(re.findall(r"\w+", text)) if re.fullmatch(r"[\w.:]+", text) else set()
+            )
             for stem, name in re.findall(r"\b(\w+)'?\)?\.(\w+)\(", text):
                 for module in self.modules:
                     if module.endswith(f".{stem}"):
@@ -183,14 +223,20 @@ class Package:
                 module, name = self.waiting.pop()
                 for node in self.modules[module].definitions[name]:
                     self.take(node, module)
-            for module in self.as_values & self.modules.keys():  # handed on: any attribute may be one of its names
+            for module in (
+                self.as_values & self.modules.keys()
+            ):  # handed on: any attribute may be one of its names
                 for name in self.modules[module].definitions.keys() & self.attributes:
                     self.mark((module, name), is_value=False)
 
 
 def pages():
     """Yield the code of pages that people wrote, and what else they name in it."""
-    for path in (*PROJECT.glob("*.md"), *(PROJECT / "docs").rglob("*.md"), *(PROJECT / "examples").rglob("*.md")):
+    for path in (
+        *PROJECT.glob("*.md"),
+        *(PROJECT / "docs").rglob("*.md"),
+        *(PROJECT / "examples").rglob("*.md"),
+    ):
         text = path.read_text(encoding="utf-8")
         if "<!-- Written by docs/generate.py" not in text:
             yield from re.findall(r"```\w* ?\w*\n(.*?)```", text, re.DOTALL)
@@ -208,7 +254,9 @@ def walked(root=ROOT, entries=tuple(ENTRIES), pages=pages):
             package.take(node, module.name)
         for name in module.definitions:
             is_entry = any(fnmatch(f"{module.name}.{name}", entry) for entry in entries)
-            is_command = COMMANDS.get(name) == module.name or (module.folder == f"{root.name}.cli" and module.name.endswith(f".{name}"))
+            is_command = COMMANDS.get(name) == module.name or (
+                module.folder == f"{root.name}.cli" and module.name.endswith(f".{name}")
+            )
             if is_entry or is_command or (name.startswith("__") and name != "__all__"):
                 package.mark((module.name, name), is_value=False)
     for name in getattr(bristle, "__all__", ()):
@@ -236,13 +284,22 @@ def dead_names(package):
     """Return the public names of files that nothing reaches, and the public members of classes that nothing spells."""
     result = []
     for module in package.modules.values():
-        reached = {id(node) for name in module.definitions if (module.name, name) in package.live for node in module.definitions[name]}
+        reached = {
+            id(node)
+            for name in module.definitions
+            if (module.name, name) in package.live
+            for node in module.definitions[name]
+        }
         for name, nodes in module.definitions.items():
             # Names that are numbered together stand or fall together.
             if not name.startswith("_") and not reached & set(map(id, nodes)):
                 result.append(f"{module.name}.{name}")
-            for member in (item for node in nodes if isinstance(node, ast.ClassDef) for item in node.body):
-                if isinstance(member, DEFINITIONS) and is_dead_member(member, package, module.name, name):
+            for member in (
+                item for node in nodes if isinstance(node, ast.ClassDef) for item in node.body
+            ):
+                if isinstance(member, DEFINITIONS) and is_dead_member(
+                    member, package, module.name, name
+                ):
                     result.append(f"{module.name}.{name}.{member.name}")
     return sorted(result)
 
@@ -250,11 +307,18 @@ def dead_names(package):
 def is_dead_member(member, package, module, name):
     """Whether nothing spells a public member, and no class outside the package, that its own inherits, calls it."""
     kept = {ast.unparse(item).partition("(")[0] for item in member.decorator_list} - ACCESS
-    if name.startswith("_") or member.name.startswith("_") or member.name in package.attributes or kept:
+    if (
+        name.startswith("_")
+        or member.name.startswith("_")
+        or member.name in package.attributes
+        or kept
+    ):
         return False
     classes = getattr(importlib.import_module(module), name).__mro__
     root = module.partition(".")[0]
-    return not any(member.name in vars(item) for item in classes if item.__module__.partition(".")[0] != root)
+    return not any(
+        member.name in vars(item) for item in classes if item.__module__.partition(".")[0] != root
+    )
 
 
 @pytest.mark.slow
@@ -264,7 +328,11 @@ def test_every_public_name_is_used():
 
 @pytest.mark.slow
 def test_every_entry_is_needed():
-    names = {f"{module.name}.{name}" for module in walked().modules.values() for name in module.definitions}
+    names = {
+        f"{module.name}.{name}"
+        for module in walked().modules.values()
+        for name in module.definitions
+    }
     assert [entry for entry in ENTRIES if not any(fnmatch(name, entry) for name in names)] == []
 
 

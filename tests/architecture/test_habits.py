@@ -29,7 +29,9 @@ def slow():
 
 
 def lines_of(readme):
-    return subprocess.run([BASH, ROOT / ".ci" / "readme", readme], capture_output=True, text=True, check=True).stdout.splitlines()
+    return subprocess.run(
+        [BASH, ROOT / ".ci" / "readme", readme], capture_output=True, text=True, check=True
+    ).stdout.splitlines()
 
 
 @needs_shell
@@ -41,9 +43,14 @@ def test_ci_runs_the_lines_of_the_readme_letter_by_letter(tmp_path):
     assert "pytest" in lines[1]
     changed = tmp_path / "README.md"
     changed.write_text(text.replace("pytest -n auto", "pytest -n 4 --maxfail=1"), encoding="utf-8")
-    assert lines_of(changed) == [lines[0], lines[1].replace("pytest -n auto", "pytest -n 4 --maxfail=1")]
+    assert lines_of(changed) == [
+        lines[0],
+        lines[1].replace("pytest -n auto", "pytest -n 4 --maxfail=1"),
+    ]
     script = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
-    assert re.findall(r"^[^#\n]*pytest .*", script, flags=re.MULTILINE) == ["python -m pytest --quiet -m slow tests/architecture"]
+    assert re.findall(r"^[^#\n]*pytest .*", script, flags=re.MULTILINE) == [
+        "python -m pytest --quiet -m slow tests/architecture"
+    ]
 
 
 def test_each_slow_part_takes_ten_minutes_at_most_and_runs_at_night(slow):
@@ -53,16 +60,29 @@ def test_each_slow_part_takes_ten_minutes_at_most_and_runs_at_night(slow):
 
 
 def test_slow_parts_cover_each_folder_of_tests_once(slow):
-    commands = [part.command for part in slow.parts() if part.command.startswith("pytest") and "--share" not in part.command]
-    commands += [part.command for part in slow.parts() if " --share 1/" in part.command and part.command.startswith("pytest")]
+    commands = [
+        part.command
+        for part in slow.parts()
+        if part.command.startswith("pytest") and "--share" not in part.command
+    ]
+    commands += [
+        part.command
+        for part in slow.parts()
+        if " --share 1/" in part.command and part.command.startswith("pytest")
+    ]
     named = [word for command in commands for word in command.split() if word.startswith("tests/")]
     assert len(named) == len(set(named))
     folders = {path for path in named if not path.endswith(".py")}
-    assert not [path for path in folders if folders & {parent.as_posix() for parent in Path(path).parents}]
+    assert not [
+        path for path in folders if folders & {parent.as_posix() for parent in Path(path).parents}
+    ]
     for file in (ROOT / "tests").rglob("test_*.py"):
         if "slow" in file.read_text(encoding="utf-8"):
             path = file.relative_to(ROOT)
-            assert set(named) & {path.as_posix(), *(parent.as_posix() for parent in path.parents)}, path
+            assert set(named) & {
+                path.as_posix(),
+                *(parent.as_posix() for parent in path.parents),
+            }, path
 
 
 def test_what_a_change_touches_comes_first_and_the_rest_takes_turns(slow):
@@ -79,20 +99,34 @@ def test_what_a_change_touches_comes_first_and_the_rest_takes_turns(slow):
 
 def test_each_run_of_ci_has_the_browser_and_a_site_without_broken_links(slow):
     (command,) = [part.command for part in slow.parts() if part.is_constant]
-    assert {"--ci", "tests/apps/lab/test_browser.py"} < set(command.split())  # a missing browser fails the part
-    (options,) = re.findall(r"mkdocs.*? build (.*)", (ROOT / ".ci" / "run").read_text(encoding="utf-8"))
-    assert ("--strict" in options, "--quiet" in options) == (True, False)  # quiet, it counts no warnings
+    assert {"--ci", "tests/apps/lab/test_browser.py"} < set(
+        command.split()
+    )  # a missing browser fails the part
+    (options,) = re.findall(
+        r"mkdocs.*? build (.*)", (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    )
+    assert ("--strict" in options, "--quiet" in options) == (
+        True,
+        False,
+    )  # quiet, it counts no warnings
 
 
 def test_each_path_that_makes_a_part_due_exists():
     parts = tomllib.loads((ROOT / ".ci" / "parts.toml").read_text(encoding="utf-8"))
-    missing = [path for part in parts.values() for path in part["touches"] if not (ROOT / path).exists()]
+    missing = [
+        path for part in parts.values() for path in part["touches"] if not (ROOT / path).exists()
+    ]
     assert not missing
 
 
 @needs_shell
 def test_an_unknown_part_is_refused():
-    ended = subprocess.run([sys.executable, ROOT / ".ci" / "slow", "nonsense"], check=False, capture_output=True, text=True)
+    ended = subprocess.run(
+        [sys.executable, ROOT / ".ci" / "slow", "nonsense"],
+        check=False,
+        capture_output=True,
+        text=True,
+    )
     assert ended.returncode == 2
     assert "nonsense" in ended.stderr
 
@@ -127,7 +161,9 @@ def test_growth_judges_subjects_and_raised_ceilings(tmp_path, ceiling, other, su
         (tmp_path / "module.py").write_text(other, encoding="utf-8")
     git(tmp_path, "add", "-A")
     git(tmp_path, "commit", "-q", "--allow-empty", "-m", subject)
-    judged = subprocess.run([BASH, tmp_path / ".ci" / "growth", "HEAD~1"], check=False, capture_output=True, text=True)
+    judged = subprocess.run(
+        [BASH, tmp_path / ".ci" / "growth", "HEAD~1"], check=False, capture_output=True, text=True
+    )
     assert judged.returncode == (1 if fault else 0), judged.stderr
     assert fault in judged.stderr
 

@@ -15,10 +15,28 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 GENERATED = "<!-- Written by docs/generate.py"
-PREPOSITIONS = ("in", "on", "at", "of", "by", "to", "for", "from", "with", "over", "after", "under", "into", "upon", "along", "during")
+PREPOSITIONS = (
+    "in",
+    "on",
+    "at",
+    "of",
+    "by",
+    "to",
+    "for",
+    "from",
+    "with",
+    "over",
+    "after",
+    "under",
+    "into",
+    "upon",
+    "along",
+    "during",
+)
 IDIOMS = {
     "what as a noun": r"\bwhat(?:ever)?\b",
-    "which as a noun": "".join(rf"(?<!\b{word})" for word in PREPOSITIONS) + r"(?<![,;(])\s\bwhich\b",
+    "which as a noun": "".join(rf"(?<!\b{word})" for word in PREPOSITIONS)
+    + r"(?<![,;(])\s\bwhich\b",
     "none, nothing": r"\b(?:(?-i:none)|(?-i:None) (?:of|is|are|that)|nothing|nobody|nowhere)\b",
     "a pronoun for a thing": r"\b(?:one's|(?:that|this|such a|is|are|as) one|the ones?|one of both|of (?:its|one's|their) own)\b",
     "is told, is said": r"\b(?:told|tells?|telling|said|says?)\b",
@@ -60,7 +78,9 @@ def prose_of_python(text: str) -> Iterator[str]:
 def names_of_tests(text: str) -> Iterator[str]:
     """The names of test functions, as words."""
     for node in ast.walk(ast.parse(text)):
-        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.name.startswith("test_"):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)) and node.name.startswith(
+            "test_"
+        ):
             yield node.name.removeprefix("test_").replace("_", " ")
 
 
@@ -71,26 +91,47 @@ def idioms_in(text: str) -> Counter[str]:
 
 def files(root: Path, ending: str) -> Iterator[Path]:
     """The files of a project, without those of an environment in a hidden folder."""
-    return (path for path in root.rglob(ending) if not any(part.startswith(".") for part in path.relative_to(root).parts))
+    return (
+        path
+        for path in root.rglob(ending)
+        if not any(part.startswith(".") for part in path.relative_to(root).parts)
+    )
 
 
 def pages(root: Path) -> dict[str, list[str]]:
     """The hand-written pages of a project."""
-    paths = [path for ending in ("*.md", "*.rst") for path in files(root, ending) if "build" not in path.parts]
+    paths = [
+        path
+        for ending in ("*.md", "*.rst")
+        for path in files(root, ending)
+        if "build" not in path.parts
+    ]
     texts = {str(path.relative_to(root)): path.read_text(encoding="utf-8") for path in paths}
-    return {path: [prose_of_markdown(text)] for path, text in texts.items() if GENERATED not in text}
+    return {
+        path: [prose_of_markdown(text)] for path, text in texts.items() if GENERATED not in text
+    }
 
 
 def strings(root: Path) -> dict[str, list[str]]:
     """Docstrings and texts of the code of a project, without its tests."""
-    paths = (path for path in files(root, "*.py") if not {"tests", "test", "benchmarks", "build"} & set(path.relative_to(root).parts))
-    return {str(path.relative_to(root)): list(prose_of_python(path.read_text(encoding="utf-8"))) for path in paths}
+    paths = (
+        path
+        for path in files(root, "*.py")
+        if not {"tests", "test", "benchmarks", "build"} & set(path.relative_to(root).parts)
+    )
+    return {
+        str(path.relative_to(root)): list(prose_of_python(path.read_text(encoding="utf-8")))
+        for path in paths
+    }
 
 
 def names(root: Path) -> dict[str, list[str]]:
     """The names of the tests of a project."""
     paths = files(root, "test_*.py")
-    return {str(path.relative_to(root)): list(names_of_tests(path.read_text(encoding="utf-8"))) for path in paths}
+    return {
+        str(path.relative_to(root)): list(names_of_tests(path.read_text(encoding="utf-8")))
+        for path in paths
+    }
 
 
 def rate(texts: Iterable[str]) -> tuple[float, Counter[str], int]:
@@ -101,7 +142,14 @@ def rate(texts: Iterable[str]) -> tuple[float, Counter[str], int]:
     return 1000.0 * counts.total() / max(words, 1), counts, words
 
 
-@pytest.mark.parametrize("kind", [pages, pytest.param(strings, marks=pytest.mark.slow), pytest.param(names, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        pages,
+        pytest.param(strings, marks=pytest.mark.slow),
+        pytest.param(names, marks=pytest.mark.slow),
+    ],
+)
 def test_prose_has_at_most_three_times_the_idioms_of_the_anchors(kind):
     value, counts, words = rate(text for page in kind(ROOT).values() for text in page)
     assert words > 20_000
@@ -147,9 +195,15 @@ def test_plain_english_is_not_counted(text):
 
 
 def test_code_addresses_and_formulas_are_not_prose():
-    assert idioms_in(prose_of_markdown("`what` [a](what.md) $what$\n```sh\nwhat\n```\n")).total() == 0
-    assert list(prose_of_python('x = "what is told"\ny = "what is told by none of it"\n')) == ["what is told by none of it"]
-    assert list(names_of_tests("def test_what_is_told(): pass\ndef other(): pass\n")) == ["what is told"]
+    assert (
+        idioms_in(prose_of_markdown("`what` [a](what.md) $what$\n```sh\nwhat\n```\n")).total() == 0
+    )
+    assert list(prose_of_python('x = "what is told"\ny = "what is told by none of it"\n')) == [
+        "what is told by none of it"
+    ]
+    assert list(names_of_tests("def test_what_is_told(): pass\ndef other(): pass\n")) == [
+        "what is told"
+    ]
 
 
 def main(*arguments: str) -> None:
@@ -158,7 +212,9 @@ def main(*arguments: str) -> None:
     for label, kind in (("pages", pages), ("strings", strings), ("tests", names)):
         texts = kind(Path(folder))
         value, counts, words = rate(text for page in texts.values() for text in page)
-        print(f"{label:8s} {words:7d} words, {value:5.2f} idioms in 1000", dict(counts.most_common()))
+        print(
+            f"{label:8s} {words:7d} words, {value:5.2f} idioms in 1000", dict(counts.most_common())
+        )
         for path, page in sorted(texts.items()) if "--lines" in options else ():
             for text in page:
                 for line in text.splitlines():

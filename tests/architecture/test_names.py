@@ -22,7 +22,9 @@ sight workbench twin room thing things whole
 """  # in prose they point at what was named before; a name has nothing before it
 VAGUE = frozenset(WORDS.split())
 RATE = 3.0  # per 1000 identifiers
-CEILINGS: dict[str, int] = {}  # of folders that still wait for better names: these numbers only fall
+CEILINGS: dict[
+    str, int
+] = {}  # of folders that still wait for better names: these numbers only fall
 
 
 def is_vague(name):
@@ -68,13 +70,17 @@ def test_a_folder_names_no_more_things_by_a_pronoun_than_it_may(package):
     totals, vague = package
     for folder, names in vague.items():
         allowed = CEILINGS.get(folder, RATE * totals[folder] / 1000.0)
-        assert names.total() <= allowed, f"{folder}: {names.total()} of {totals[folder]}: {names.most_common(8)}"
+        assert names.total() <= allowed, (
+            f"{folder}: {names.total()} of {totals[folder]}: {names.most_common(8)}"
+        )
 
 
 def test_the_package_without_the_folders_that_wait_holds_the_rate(package):
     totals, vague = package
     done = [folder for folder in totals if folder not in CEILINGS]
-    assert sum(vague[folder].total() for folder in done) < RATE / 1000.0 * sum(totals[folder] for folder in done)
+    assert sum(vague[folder].total() for folder in done) < RATE / 1000.0 * sum(
+        totals[folder] for folder in done
+    )
 
 
 @pytest.mark.parametrize(
@@ -110,6 +116,8 @@ if __name__ == "__main__":
     for folder, total in sorted(totals.items()):
         count = vague[folder].total()
         most = vague[folder].most_common(6)
-        print(f"{folder or '.':16s} {count:5d} of {total:6d}  {1000.0 * count / total:6.1f}  {most}")
+        print(
+            f"{folder or '.':16s} {count:5d} of {total:6d}  {1000.0 * count / total:6.1f}  {most}"
+        )
     count = sum(names.total() for names in vague.values())
     print(f"{'all':16s} {count:5d} of {totals.total():6d}  {1000.0 * count / totals.total():6.1f}")

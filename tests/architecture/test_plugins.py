@@ -38,14 +38,20 @@ def test_a_fast_test_has_two_seconds_of_processor_time(monkeypatch, seconds, own
     if not fails:
         budget.judge(Taken(seconds, own), budget.TEST, "a test")
         return
-    with pytest.raises(pytest.fail.Exception, match=r"a test takes 3\.0 s of processor time, allowed are 2\.0 s"):
+    with pytest.raises(
+        pytest.fail.Exception, match=r"a test takes 3\.0 s of processor time, allowed are 2\.0 s"
+    ):
         budget.judge(Taken(seconds, own), budget.TEST, "a test")
 
 
 def test_a_meter_leaves_out_compilation_and_what_is_shared(monkeypatch):
     now = SimpleNamespace(own=10.0, children=4.0)
     with monkeypatch.context() as patched:  # this test is measured, too
-        patched.setattr(budget.process, "seconds", lambda *, children=True: now.own + (now.children if children else 0.0))
+        patched.setattr(
+            budget.process,
+            "seconds",
+            lambda *, children=True: now.own + (now.children if children else 0.0),
+        )
         patched.setattr(budget.kernels.Clock, "seconds", 1.0)
         patched.setattr(budget.Spent, "shared", 2.0)
         patched.setattr(budget, "compiled_since", lambda begun: True)
@@ -114,7 +120,8 @@ def shares(items, number):
     kept = []
     for position in range(1, number + 1):
         config = SimpleNamespace(
-            getoption=lambda name, share=(position, number): share, hook=SimpleNamespace(pytest_deselected=lambda items: None)
+            getoption=lambda name, share=(position, number): share,
+            hook=SimpleNamespace(pytest_deselected=lambda items: None),
         )
         share = list(items)
         order.keep_share(config, share)
@@ -124,7 +131,9 @@ def shares(items, number):
 
 def test_shares_hold_each_slow_test_once_and_split_no_file():
     slow = SimpleNamespace(name="slow")
-    items = [Item(f"tests/room{k % 2}/test_{k}.py::test_{n}", slow) for k in range(7) for n in range(2)]
+    items = [
+        Item(f"tests/room{k % 2}/test_{k}.py::test_{n}", slow) for k in range(7) for n in range(2)
+    ]
     kept = shares([*items, Item("tests/room1/test_fast.py::test_fast")], 3)
     assert sorted(name for share in kept for name in share) == sorted(item.nodeid for item in items)
     assert max(map(len, kept)) - min(map(len, kept)) <= 2
@@ -134,14 +143,21 @@ def test_shares_hold_each_slow_test_once_and_split_no_file():
 
 
 def test_the_first_cases_are_fast():
-    cases = [Item(f"tests/a.py::test[{k}]", SimpleNamespace(name="fast_cases", args=[2])) for k in range(4)]
+    cases = [
+        Item(f"tests/a.py::test[{k}]", SimpleNamespace(name="fast_cases", args=[2]))
+        for k in range(4)
+    ]
     order.mark_further_cases(cases)
     assert [budget.is_slow(case) for case in cases] == [False, False, True, True]
 
 
 def test_folders_that_share_a_fixture_stay_in_one_process():
-    assert order.scope_of("tests/apps/paper/test_a.py::test_x") == order.scope_of("tests/apps/paper/test_b.py::test_y")
-    assert order.scope_of("tests/core/test_a.py::test_x") != order.scope_of("tests/core/test_b.py::test_y")
+    assert order.scope_of("tests/apps/paper/test_a.py::test_x") == order.scope_of(
+        "tests/apps/paper/test_b.py::test_y"
+    )
+    assert order.scope_of("tests/core/test_a.py::test_x") != order.scope_of(
+        "tests/core/test_b.py::test_y"
+    )
 
 
 @pytest.mark.parametrize(
@@ -164,7 +180,9 @@ def test_few_reasons_of_skips_are_allowed(reason, is_allowed):
 
 def test_a_file_that_is_skipped_as_a_whole_needs_an_allowed_reason_too(monkeypatch):
     monkeypatch.setattr(skips, "REASONS", Counter({"needs a C compiler": 2, "needs casadi": 1}))
-    monkeypatch.setattr(skips, "FILES", Counter({"could not import 'pandas'": 1, "could not import 'torch'": 1}))
+    monkeypatch.setattr(
+        skips, "FILES", Counter({"could not import 'pandas'": 1, "could not import 'torch'": 1})
+    )
     assert sorted(skips.refused()) == ["could not import 'pandas'", "needs a C compiler"]
 
 
@@ -201,20 +219,49 @@ pytest.importorskip("bristle_is_not_this")
     ("tests", "options", "status", "says"),
     [
         (COSTLY, (), 1, ["1 failed, 1 passed", "this fast test takes"]),
-        (SKIPPED, ("--ci",), 1, ["1 tests and 0 files skipped, by reason", "NOT ALLOWED: needs chromium"]),
+        (
+            SKIPPED,
+            ("--ci",),
+            1,
+            ["1 tests and 0 files skipped, by reason", "NOT ALLOWED: needs chromium"],
+        ),
         (SKIPPED, (), 0, ["1 tests and 0 files skipped, by reason"]),
-        (LIBRARY + SKIPPED.replace("chromium", "casadi"), ("--ci",), 1, ["0 tests and 1 files skipped", "NOT ALLOWED: could not import"]),
+        (
+            LIBRARY + SKIPPED.replace("chromium", "casadi"),
+            ("--ci",),
+            1,
+            ["0 tests and 1 files skipped", "NOT ALLOWED: could not import"],
+        ),
     ],
     ids=["costly", "skipped", "skipped, no CI", "library"],
 )
 @pytest.mark.parametrize("workers", ["0", "2"])
-def test_a_run_fails_for_what_costs_too_much_and_for_what_is_skipped(tmp_path, tests, options, status, says, workers):
+def test_a_run_fails_for_what_costs_too_much_and_for_what_is_skipped(
+    tmp_path, tests, options, status, says, workers
+):
     (tmp_path / "test_x.py").write_text(textwrap.dedent(tests), encoding="utf-8")
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers =\n  slow: x\n", encoding="utf-8")
-    plugins = [word for name in ("kernels", "budget", "order", "skips") for word in ("-p", f"tests.plugins.{name}")]
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-n", workers, *plugins, *options, "."]
+    plugins = [
+        word
+        for name in ("kernels", "budget", "order", "skips")
+        for word in ("-p", f"tests.plugins.{name}")
+    ]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "no:cacheprovider",
+        "-n",
+        workers,
+        *plugins,
+        *options,
+        ".",
+    ]
     environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTEST_ADDOPTS": ""}
-    ended = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    ended = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+    )
     assert ended.returncode == status, ended.stdout
     for text in says:
         assert text in ended.stdout

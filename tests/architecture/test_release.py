@@ -32,15 +32,23 @@ def test_the_version_is_the_same_everywhere():
 
 def test_the_recipe_has_the_dependencies_of_the_package():
     run = RECIPE.partition("  run:\n")[2].partition("\n\n")[0].splitlines()
-    requested = {tuple(line.strip("- ").split(" ", 1)) for line in run if not line.strip().startswith("- python ")}
-    assert {NAMES.get(name, name) + limits for name, limits in requested} == set(PROJECT["dependencies"])
+    requested = {
+        tuple(line.strip("- ").split(" ", 1))
+        for line in run
+        if not line.strip().startswith("- python ")
+    }
+    assert {NAMES.get(name, name) + limits for name, limits in requested} == set(
+        PROJECT["dependencies"]
+    )
     assert f"- python {PROJECT['requires-python']}" in RECIPE
 
 
 @pytest.fixture
 def check():
     """The check of what is released."""
-    spec = importlib.util.spec_from_file_location("packaging_check", ROOT / "packaging" / "check.py")
+    spec = importlib.util.spec_from_file_location(
+        "packaging_check", ROOT / "packaging" / "check.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -48,7 +56,13 @@ def check():
 
 @pytest.mark.parametrize(
     ("licence", "refused"),
-    [("MIT", False), ("GNU LGPL v3", False), ("GPL-3.0-only", True), ("LGPL-2.1 AND GPL-2.0", True), ("unknown", True)],
+    [
+        ("MIT", False),
+        ("GNU LGPL v3", False),
+        ("GPL-3.0-only", True),
+        ("LGPL-2.1 AND GPL-2.0", True),
+        ("unknown", True),
+    ],
 )
 def test_a_licence_that_does_not_fit_ends_the_check(check, monkeypatch, licence, refused):
     monkeypatch.setattr(check, "run", lambda *_: json.dumps({"some-library": ["1.0", licence]}))
@@ -57,7 +71,11 @@ def test_a_licence_that_does_not_fit_ends_the_check(check, monkeypatch, licence,
 
 
 def test_a_wheel_that_lacks_a_template_or_holds_a_binary_is_refused(check, tmp_path):
-    files = [file for file in (ROOT / "src" / "bristle").rglob("*") if file.is_file() and "__pycache__" not in file.parts]
+    files = [
+        file
+        for file in (ROOT / "src" / "bristle").rglob("*")
+        if file.is_file() and "__pycache__" not in file.parts
+    ]
     names = [file.relative_to(ROOT / "src").as_posix() for file in files]
 
     def looked(inside, hidden=()):
@@ -66,7 +84,14 @@ def test_a_wheel_that_lacks_a_template_or_holds_a_binary_is_refused(check, tmp_p
             for name in inside:
                 archive.writestr(name, "")
         with tarfile.open(sdist, "w:gz") as archive:
-            for name in ("LICENSE", "README.md", "CHANGELOG.md", "CITATION.cff", "pyproject.toml", *hidden):
+            for name in (
+                "LICENSE",
+                "README.md",
+                "CHANGELOG.md",
+                "CITATION.cff",
+                "pyproject.toml",
+                *hidden,
+            ):
                 archive.addfile(tarfile.TarInfo(f"bristle-1/{name}"))
         check.looked_inside(wheel, sdist)
 

@@ -36,7 +36,11 @@ def names_of_models_and_parameters():
 
 
 def literals_of(path):
-    return {node.value for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    return {
+        node.value
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
 
 
 def test_identification_names_no_model_and_no_parameter():

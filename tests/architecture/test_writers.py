@@ -8,13 +8,24 @@ import pytest
 import bristle
 
 ROOT = Path(bristle.__file__).parent
-OWNERS = {"files/folder.py", "files/owned.py", "files/growing.py", "files/results.py", "files/single.py"}
+OWNERS = {
+    "files/folder.py",
+    "files/owned.py",
+    "files/growing.py",
+    "files/results.py",
+    "files/single.py",
+}
 OTHERS = {
     "engine/compilation.py": {"os.replace", "os.unlink", "unlink", "open"},  # the cache of kernels
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
     "apps/lab/server/cases.py": {"shutil.rmtree", "open", "unlink"},
     "apps/lab/server/gate.py": {"os.open", "unlink"},  # a file in the folder of a server
-    "apps/lab/server/run.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},  # that of this server, of dead ones
+    "apps/lab/server/run.py": {
+        "os.open",
+        "os.unlink",
+        "os.rmdir",
+        "shutil.rmtree",
+    },  # that of this server, of dead ones
     "apps/lab/server/routes.py": {"shutil.rmtree", "unlink"},
     "apps/lab/server/worker.py": {"write_text", "open"},
     "exports/c.py": {"write_text"},  # temporary folders, gone when they are left
@@ -29,7 +40,19 @@ OTHERS = {
     "contract/readers.py": {"savez"},  # into a buffer
 }
 FUNCTIONS = {
-    "os": {"replace", "rename", "renames", "unlink", "remove", "rmdir", "removedirs", "link", "symlink", "truncate", "open"},
+    "os": {
+        "replace",
+        "rename",
+        "renames",
+        "unlink",
+        "remove",
+        "rmdir",
+        "removedirs",
+        "link",
+        "symlink",
+        "truncate",
+        "open",
+    },
     "shutil": {"move", "copy", "copy2", "copyfile", "copytree", "rmtree"},
 }
 METHODS = {
@@ -58,14 +81,20 @@ def name_of(call):
         return function.id
     if not isinstance(function, ast.Attribute):
         return ""
-    if isinstance(function.value, ast.Name) and function.attr in FUNCTIONS.get(function.value.id, ()):
+    if isinstance(function.value, ast.Name) and function.attr in FUNCTIONS.get(
+        function.value.id, ()
+    ):
         return f"{function.value.id}.{function.attr}"
     return function.attr
 
 
 def modes_of(call):
     texts = [*call.args[:2], *(keyword.value for keyword in call.keywords if keyword.arg == "mode")]
-    return [text.value for text in texts if isinstance(text, ast.Constant) and isinstance(text.value, str)]
+    return [
+        text.value
+        for text in texts
+        if isinstance(text, ast.Constant) and isinstance(text.value, str)
+    ]
 
 
 def writes(call):
@@ -74,12 +103,28 @@ def writes(call):
     if name == "open":
         is_method = isinstance(call.func, ast.Attribute)
         modes = [text for text in modes_of(call) if len(text) <= 3 and set(text) <= set("rwxabt+")]
-        return name if any(set(mode) & set("wxa+") for mode in modes) and (is_method or call.args) else ""
+        return (
+            name
+            if any(set(mode) & set("wxa+") for mode in modes) and (is_method or call.args)
+            else ""
+        )
     if name == "os.open":
-        return name if any(getattr(part, "attr", "").startswith(("O_WR", "O_RDWR", "O_CREAT")) for part in ast.walk(call)) else ""
+        return (
+            name
+            if any(
+                getattr(part, "attr", "").startswith(("O_WR", "O_RDWR", "O_CREAT"))
+                for part in ast.walk(call)
+            )
+            else ""
+        )
     if name.startswith(("os.", "shutil.")) or name in METHODS:
         return name
-    if name == "replace" and len(call.args) == 1 and not call.keywords and isinstance(call.func, ast.Attribute):
+    if (
+        name == "replace"
+        and len(call.args) == 1
+        and not call.keywords
+        and isinstance(call.func, ast.Attribute)
+    ):
         return ""  # of texts and data classes; Path.replace is looked for by its owners' tests
     if name in IN_MEMORY and isinstance(call.func, ast.Attribute):
         targets = [ast.unparse(part) for part in call.args]
@@ -94,10 +139,18 @@ def test_each_call_that_changes_a_file_is_in_an_owner_or_listed():
         module = path.relative_to(ROOT).as_posix()
         if module in OWNERS:
             continue
-        calls = {writes(node) for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.Call)} - {""}
+        calls = {
+            writes(node)
+            for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.Call)
+        } - {""}
         if calls:
             result[module] = calls
-    assert {name: calls - OTHERS.get(name, set()) for name, calls in result.items() if calls - OTHERS.get(name, set())} == {}
+    assert {
+        name: calls - OTHERS.get(name, set())
+        for name, calls in result.items()
+        if calls - OTHERS.get(name, set())
+    } == {}
     assert {name for name in OTHERS if name not in result} == set()
 
 
@@ -110,4 +163,6 @@ os.open(path, os.O_WRONLY | os.O_CREAT); parquet.write_table(table, path); h5py.
     assert len(calls) == 10
     assert all(calls)
     unseen = 'open(path); path.open("rb"); text.replace("a", "b"); parquet.write_table(table, sink); os.open(p, os.O_RDONLY)'
-    assert not any(writes(node) for node in ast.walk(ast.parse(unseen)) if isinstance(node, ast.Call))
+    assert not any(
+        writes(node) for node in ast.walk(ast.parse(unseen)) if isinstance(node, ast.Call)
+    )

@@ -36,7 +36,17 @@ faulthandler.register(signal.SIGUSR1)
 """
 RUN = START + "from bristle.cli.main import main\nsys.exit(main())"
 WORK = {
-    "identify": ["identify", "log.csv", "--axis", "axis.toml", "--model", "lugre", "--out", "results", "--force"],
+    "identify": [
+        "identify",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        "--model",
+        "lugre",
+        "--out",
+        "results",
+        "--force",
+    ],
     "run": ["run", "experiment.toml", "--out", "results", "--force", "--log"],
     "paper": ["paper", "--figure", "3", "--out", "results", "--force"],
     "demo": ["demo", "--out", "results", "--force"],
@@ -97,7 +107,11 @@ def unfinished_in(folder: Path) -> set[str]:
 
 def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-c", RUN, *arguments], cwd=folder, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        [sys.executable, "-c", RUN, *arguments],
+        cwd=folder,
+        text=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
     )
 
 
@@ -116,7 +130,14 @@ def begun(arguments: list[str], folder: Path) -> tuple[int, float]:
     return process.returncode, time.monotonic() - began
 
 
-def wrongs(what: str, code: int, errors: str, number: signal.Signals, folder: Path, mine: dict[str, tuple[int, str]]) -> Iterator[str]:
+def wrongs(
+    what: str,
+    code: int,
+    errors: str,
+    number: signal.Signals,
+    folder: Path,
+    mine: dict[str, tuple[int, str]],
+) -> Iterator[str]:
     # Before anything is imported the interpreter answers a signal as it does without any program.
     if code not in (0, -number, 128 + number) and not (code == 1 and "KeyboardInterrupt" in errors):
         yield f"{what}: exit code {code}, {errors[:200]!r}"
@@ -127,9 +148,15 @@ def wrongs(what: str, code: int, errors: str, number: signal.Signals, folder: Pa
         return
     with Folder(folder / "results") as results:
         note = note_in(results)
-        if note is None or strangers_in(results, note) != ([], []) or set(note.files) - set(results.names()):
+        if (
+            note is None
+            or strangers_in(results, note) != ([], [])
+            or set(note.files) - set(results.names())
+        ):
             yield f"{what}: the results are not whole"
-    rest = {item: fixed for item, fixed in state_of(folder).items() if not item.startswith("bristle-")}
+    rest = {
+        item: fixed for item, fixed in state_of(folder).items() if not item.startswith("bristle-")
+    }
     if rest != mine:
         yield f"{what}: touched {set(rest) ^ set(mine)}"
 
@@ -138,7 +165,11 @@ def values(chance: random.Random, pace: Pace) -> Iterator[str]:
     """Yield which hostile value in which place of a file got through."""
     from tests.attack.test_attack import COMMANDS
 
-    places = {name: list(places_in(tomllib.loads(text))) for name, text in FILES.items() if name.endswith(".toml")}
+    places = {
+        name: list(places_in(tomllib.loads(text)))
+        for name, text in FILES.items()
+        if name.endswith(".toml")
+    }
     with tempfile.TemporaryDirectory() as place:
         built = Path(place) / "built"
         built.mkdir()
@@ -168,14 +199,23 @@ def flips(chance: random.Random, pace: Pace) -> Iterator[str]:
     """Yield which flipped file of which kind got through."""
     with tempfile.TemporaryDirectory() as place:
         whole = {
-            kind: write(Path(place) / f"log.{kind}", log_of(60 if kind != "tdms" else 1200)).read_bytes() for kind, write in WRITERS.items()
+            kind: write(
+                Path(place) / f"log.{kind}", log_of(60 if kind != "tdms" else 1200)
+            ).read_bytes()
+            for kind, write in WRITERS.items()
         }
-    attacks = [(kind, count) for kind in whole for count in range(FLIPS if kind in ("h5", "parquet", "tdms") else 10 * FLIPS)]
+    attacks = [
+        (kind, count)
+        for kind in whole
+        for count in range(FLIPS if kind in ("h5", "parquet", "tdms") else 10 * FLIPS)
+    ]
     chance.shuffle(attacks)
     for kind, count in pace.of(attacks):
         spoiled = bytearray(whole[kind])
         for _ in range(chance.choice([1, 1, 1, 2, 5, 30])):
-            spoiled[chance.randrange(len(spoiled) if chance.random() < 0.5 else min(2000, len(spoiled)))] = chance.randrange(256)
+            spoiled[
+                chance.randrange(len(spoiled) if chance.random() < 0.5 else min(2000, len(spoiled)))
+            ] = chance.randrange(256)
         began = time.monotonic()
         try:
             read_table(bytes(spoiled))
@@ -188,7 +228,11 @@ def flips(chance: random.Random, pace: Pace) -> Iterator[str]:
             yield f"{kind} {count}: takes {time.monotonic() - began:.0f} s"
 
 
-SIEGES: dict[str, Callable[[random.Random, Pace], Iterator[str]]] = {"kills": kills, "values": values, "flips": flips}
+SIEGES: dict[str, Callable[[random.Random, Pace], Iterator[str]]] = {
+    "kills": kills,
+    "values": values,
+    "flips": flips,
+}
 
 
 def main(arguments: list[str]) -> int:
@@ -206,7 +250,10 @@ def main(arguments: list[str]) -> int:
         for wrong in SIEGES[name](random.Random(chosen.seed), pace):
             count += 1
             print(f"  {wrong}", flush=True)
-        print(f"{name}: {pace.done} attacks of seed {chosen.seed}, {count} got through, {time.monotonic() - began:.0f} s", flush=True)
+        print(
+            f"{name}: {pace.done} attacks of seed {chosen.seed}, {count} got through, {time.monotonic() - began:.0f} s",
+            flush=True,
+        )
         through += count
     return 1 if through else 0
 

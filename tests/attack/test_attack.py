@@ -25,7 +25,10 @@ COMMANDS = {
         ["excite", "axis.toml", "--duration", "15 s", "--json"],
         ["predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json"],
     ],
-    "experiment.toml": [["run", "experiment.toml", "--json"], ["design", "experiment.toml", "--json"]],
+    "experiment.toml": [
+        ["run", "experiment.toml", "--json"],
+        ["design", "experiment.toml", "--json"],
+    ],
     "model.toml": [
         ["predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json"],
         ["check", "model.toml", "--json"],
@@ -35,7 +38,10 @@ COMMANDS = {
         ["identify", "log.csv", "--axis", "curves.toml", "--json"],
         ["predict", "operator.toml", "log.csv", "--axis", "curves.toml", "--json"],
     ],
-    "operator.toml": [["check", "operator.toml", "--json"], ["predict", "operator.toml", "log.csv", "--axis", "curves.toml", "--json"]],
+    "operator.toml": [
+        ["check", "operator.toml", "--json"],
+        ["predict", "operator.toml", "log.csv", "--axis", "curves.toml", "--json"],
+    ],
     "fig_01.toml": [["paper", "--figure", "1", "--from", ".", "--out", "paper", "--json"]],
 }
 
@@ -73,15 +79,28 @@ def test_good_files_are_no_attack(yard, arguments):
 
 def drawn(count: int, seed: int) -> list[tuple[str, tuple, object, list[str]]]:
     chance = random.Random(seed)
-    places = {name: list(places_in(tomllib.loads(text))) for name, text in FILES.items() if name.endswith(".toml")}
+    places = {
+        name: list(places_in(tomllib.loads(text)))
+        for name, text in FILES.items()
+        if name.endswith(".toml")
+    }
     result = []
     for name in (chance.choice(list(places)) for _ in range(count)):
-        result.append((name, chance.choice(places[name]), chance.choice(HOSTILE), chance.choice(COMMANDS[name])))
+        result.append(
+            (
+                name,
+                chance.choice(places[name]),
+                chance.choice(HOSTILE),
+                chance.choice(COMMANDS[name]),
+            )
+        )
     return result
 
 
 @pytest.mark.fast_cases(29)
-@pytest.mark.parametrize("case", drawn(90, 2026), ids=lambda case: f"{case[0]}:{'.'.join(map(str, case[1]))}")
+@pytest.mark.parametrize(
+    "case", drawn(90, 2026), ids=lambda case: f"{case[0]}:{'.'.join(map(str, case[1]))}"
+)
 def test_any_value_in_any_place_of_a_file(yard, case):
     name, path, value, arguments = case
     (yard / name).write_text(replaced(FILES[name], path, value), encoding="utf-8")
@@ -97,23 +116,35 @@ TEXTS = {
     "blanks": ("axis.toml", " \n\t\n" * 1000),
     "a BOM and CRLF": ("axis.toml", "\ufeff" + FILES["axis.toml"].replace("\n", "\r\n")),
     "UTF-16": ("axis.toml", FILES["axis.toml"].encode("utf-16")),
-    "a file that names itself": ("experiment.toml", FILES["experiment.toml"] + '[axis]\nfile = "experiment.toml"\n'),
+    "a file that names itself": (
+        "experiment.toml",
+        FILES["experiment.toml"] + '[axis]\nfile = "experiment.toml"\n',
+    ),
     "a model that names itself": (
         "experiment.toml",
-        FILES["experiment.toml"].replace('model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', 'file = "experiment.toml"', 1),
+        FILES["experiment.toml"].replace(
+            'model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"',
+            'file = "experiment.toml"',
+            1,
+        ),
     ),
     "a model in a folder": (
         "experiment.toml",
-        FILES["experiment.toml"].replace('model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', 'file = "thesis"', 1),
+        FILES["experiment.toml"].replace(
+            'model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', 'file = "thesis"', 1
+        ),
     ),
     "a thousand variants": (
         "experiment.toml",
-        FILES["experiment.toml"].replace('"6 s"', '"6 ms"').replace('settle = "2 s"', 'settle = "0 s"')
+        FILES["experiment.toml"]
+        .replace('"6 s"', '"6 ms"')
+        .replace('settle = "2 s"', 'settle = "0 s"')
         + "".join(f"[compare.v{i}.run]\ndelay = {i % 3}\n" for i in range(60)),
     ),
     "variants of odd names": (
         "experiment.toml",
-        FILES["experiment.toml"] + '[compare."../x".run]\ndelay = 1\n[compare."\u202e".run]\ndelay = 1\n',
+        FILES["experiment.toml"]
+        + '[compare."../x".run]\ndelay = 1\n[compare."\u202e".run]\ndelay = 1\n',
     ),
 }
 
@@ -123,7 +154,9 @@ TEXTS = {
 def test_odd_files_of_settings(yard, name):
     file, text = TEXTS[name]
     (yard / file).write_bytes(text if isinstance(text, bytes) else text.encode())
-    arguments = IDENTIFY if file == "axis.toml" else ["run", file, "--out", "results", "--log", "--json"]
+    arguments = (
+        IDENTIFY if file == "axis.toml" else ["run", file, "--out", "results", "--log", "--json"]
+    )
     assault(arguments, yard)
 
 
@@ -201,7 +234,10 @@ LINES = {
     "no rows but blank ones": lambda lines: [lines[0], *[""] * 500],
     "one name for all": lambda lines: ["q,q,q,q", *lines[1:]],
     "names of control characters": lambda lines: ["t\x1b[2J,q\x07,\u202er,u\x7f", *lines[1:]],
-    "names of brackets": lambda lines: ["t [" + " " * 4000 + "],q ((((,r ]]],u [m*9**9**9**9]", *lines[1:]],
+    "names of brackets": lambda lines: [
+        "t [" + " " * 4000 + "],q ((((,r ]]],u [m*9**9**9**9]",
+        *lines[1:],
+    ],
     "a name without end": lambda lines: ["t," + "q" * 60_000 + ",r,u", *lines[1:]],
     "names of formulas": lambda lines: ["t,=cmd|' /C calc'!A0,$a$b$^_{,\\frac{1}{0}", *lines[1:]],
     "names of markup": lambda lines: ["t,<script>alert(1)</script>,{{7*7}},]]>", *lines[1:]],
@@ -212,15 +248,25 @@ LINES = {
     "reversed": lambda lines: [lines[0], *lines[:0:-1]],
     "all the same": lambda lines: [lines[0], *[lines[1]] * 800],
     "each row twice": lambda lines: [lines[0], *[line for line in lines[1:] for _ in (0, 1)]],
-    "comments between all": lambda lines: [lines[0], *[text for line in lines[1:] for text in ("# note, note", line)]],
+    "comments between all": lambda lines: [
+        lines[0],
+        *[text for line in lines[1:] for text in ("# note, note", line)],
+    ],
     "a preamble of hundreds of lines": lambda lines: [*["key;value;x"] * 395, *lines],
     "a preamble without end": lambda lines: [*["key;value"] * 5000, *lines],
-    "separators of all kinds": lambda lines: [line.replace(",", ";\t,|"[i % 4]) for i, line in enumerate(lines)],
+    "separators of all kinds": lambda lines: [
+        line.replace(",", ";\t,|"[i % 4]) for i, line in enumerate(lines)
+    ],
     "a quote that never ends": lambda lines: [*lines[:300], '"' + lines[300], *lines[301:]],
-    "quotes in quotes": lambda lines: [",".join(f'"{cell}"' for cell in line.split(",")) for line in lines],
+    "quotes in quotes": lambda lines: [
+        ",".join(f'"{cell}"' for cell in line.split(",")) for line in lines
+    ],
     "huge numbers": lambda lines: [lines[0], *[",".join(["1e300"] * 4)] * 300],
     "tiny numbers": lambda lines: [lines[0], *[f"{i},1e-310,1e-310,1e-310" for i in range(300)]],
-    "numbers of both ends": lambda lines: [lines[0], *[f"{i},{10.0 ** (i % 600 - 300)},1,1" for i in range(1200)]],
+    "numbers of both ends": lambda lines: [
+        lines[0],
+        *[f"{i},{10.0 ** (i % 600 - 300)},1,1" for i in range(1200)],
+    ],
     "time in years": lambda lines: timed(lines, 3e7),
     "steps of nothing": lambda lines: timed(lines, 1e-300),
 }
@@ -231,7 +277,9 @@ BODIES = {
     "UTF-16 cut": lambda data: data.decode().encode("utf-16")[:-1],
     "UTF-32": lambda data: data.decode().encode("utf-32"),
     "line ends of old": lambda data: data.replace(b"\n", b"\r"),
-    "line ends of all kinds": lambda data: data.replace(b"\n", b"\r\n", 300).replace(b"\r\n", b"\r", 100),
+    "line ends of all kinds": lambda data: data.replace(b"\n", b"\r\n", 300).replace(
+        b"\r\n", b"\r", 100
+    ),
     "one line": lambda data: data.replace(b"\n", b","),
     "no line end": lambda data: data[:-1],
     "cut in a row": lambda data: data[: len(data) // 2],
@@ -245,7 +293,9 @@ BODIES = {
     "letters": lambda data: b"the quick brown fox\n" * 500,
 }
 TEXT_LOGS = {f"a cell {text[:12]!r}": cell(text) for text in CELLS}
-TEXT_LOGS |= {name: rows(change) for name, change in LINES.items()} | {n: body(change) for n, change in BODIES.items()}
+TEXT_LOGS |= {name: rows(change) for name, change in LINES.items()} | {
+    n: body(change) for n, change in BODIES.items()
+}
 
 
 @pytest.mark.fast_cases(6)
@@ -253,7 +303,9 @@ TEXT_LOGS |= {name: rows(change) for name, change in LINES.items()} | {n: body(c
 def test_odd_logs_of_text(yard, name):
     TEXT_LOGS[name](yard)
     choice = random.Random(name)
-    arguments = choice.choice([IDENTIFY, LOG, ["log", "log.csv"], ["log", "log.csv", "--out", "results", "--json"]])
+    arguments = choice.choice(
+        [IDENTIFY, LOG, ["log", "log.csv"], ["log", "log.csv", "--out", "results", "--json"]]
+    )
     assault(arguments, yard)
 
 
@@ -265,7 +317,9 @@ SPOILED = {
     "flipped": lambda data, chance: flipped(data, chance, 1),
     "flipped often": lambda data, chance: flipped(data, chance, 40),
     "twice": lambda data, chance: data * 2,
-    "first half zero": lambda data, chance: data[:16] + bytes(len(data) // 2) + data[len(data) // 2 + 16 :],
+    "first half zero": lambda data, chance: (
+        data[:16] + bytes(len(data) // 2) + data[len(data) // 2 + 16 :]
+    ),
     "as it is, called a table": lambda data, chance: data,
 }
 
@@ -363,7 +417,9 @@ ARGUMENTS = [
 
 
 @pytest.mark.fast_cases(31)
-@pytest.mark.parametrize("arguments", ARGUMENTS, ids=lambda arguments: ascii(" ".join(arguments))[:60])
+@pytest.mark.parametrize(
+    "arguments", ARGUMENTS, ids=lambda arguments: ascii(" ".join(arguments))[:60]
+)
 def test_odd_command_lines(yard, arguments):
     assault(arguments, yard)
 
@@ -400,7 +456,9 @@ def test_odd_places_for_results(yard, name):
     (yard / f"bristle-{'0' * 32}.partial").mkdir()
     (yard / f"bristle-{'0' * 32}.partial" / "mine.txt").write_text("mine")
     for force in ((), ("--force",)):
-        assault(["log", "log.csv", "--axis", "axis.toml", "--out", PLACES[name], *force, "--json"], yard)
+        assault(
+            ["log", "log.csv", "--axis", "axis.toml", "--out", PLACES[name], *force, "--json"], yard
+        )
 
 
 # Models of a person's own.
@@ -408,11 +466,23 @@ def test_odd_places_for_results(yard, name):
 OWN = {
     "stops": ("    return p.F_0", "    raise ZeroDivisionError\n    return p.F_0"),
     "ends": ("    return p.F_0", "    raise SystemExit(0)\n    return p.F_0"),
-    "raises what nobody catches": ("    return p.F_0", "    raise BaseException('odd')\n    return p.F_0"),
-    "calls itself": ("    return p.F_0", "    return trial(state, memory, motion, dt, p)\n    return p.F_0"),
+    "raises what nobody catches": (
+        "    return p.F_0",
+        "    raise BaseException('odd')\n    return p.F_0",
+    ),
+    "calls itself": (
+        "    return p.F_0",
+        "    return trial(state, memory, motion, dt, p)\n    return p.F_0",
+    ),
     "returns nothing": ("    return p.F_0 * direction(motion.v), Move()", "    return None"),
-    "returns no number": ("    return p.F_0 * direction(motion.v)", "    return float('nan') * p.F_0 * direction(motion.v)"),
-    "returns infinity": ("    return p.F_0 * direction(motion.v)", "    return 1e308 * 10.0 * direction(motion.v)"),
+    "returns no number": (
+        "    return p.F_0 * direction(motion.v)",
+        "    return float('nan') * p.F_0 * direction(motion.v)",
+    ),
+    "returns infinity": (
+        "    return p.F_0 * direction(motion.v)",
+        "    return 1e308 * 10.0 * direction(motion.v)",
+    ),
     "returns text": ("    return p.F_0 * direction(motion.v)", "    return 'force'"),
     "returns an array": ("    return p.F_0 * direction(motion.v)", "    return [p.F_0]"),
     "takes other arguments": ("def trial(state, memory, motion, dt, p)", "def trial(state)"),
@@ -420,10 +490,16 @@ OWN = {
     "has no name": ('name="own"', 'name=""'),
     "has a quantity that is none": ('"force", "force', '"furlong", "force'),
     "has bounds that are none": ("min=0.0", "min=float('nan')"),
-    "has an example that is none": ("commit=commit\n)", "commit=commit, example={'F_0': 'x', 'y': 1}\n)"),
+    "has an example that is none": (
+        "commit=commit\n)",
+        "commit=commit, example={'F_0': 'x', 'y': 1}\n)",
+    ),
     "takes away what is built in": ("MODEL =", "import builtins\nheld = builtins.print\nMODEL ="),
     "writes much": ("MODEL =", "print('x' * 100_000)\nMODEL ="),
-    "closes the output": ("MODEL =", "import io, sys\nsys.stdout = io.StringIO()\nsys.stdout.close()\nMODEL ="),
+    "closes the output": (
+        "MODEL =",
+        "import io, sys\nsys.stdout = io.StringIO()\nsys.stdout.close()\nMODEL =",
+    ),
 }
 
 
@@ -435,4 +511,6 @@ def test_models_of_a_persons_own(yard, how):
     (yard / "own.py").write_text(text.replace(old, new, 1))
     chatter = "x" * 100_000 + "\n"
     if assault(["check", "own.py", "--json"], yard, chatter)[0]:
-        assault([*IDENTIFY, "--model", "own.py"], yard, chatter)  # one that meets the contract is compiled elsewhere
+        assault(
+            [*IDENTIFY, "--model", "own.py"], yard, chatter
+        )  # one that meets the contract is compiled elsewhere

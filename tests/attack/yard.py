@@ -144,7 +144,12 @@ def log_of(count: int = 1200) -> dict[str, np.ndarray]:
     r = 0.02 * np.sin(9.0 * t) + 0.01 * np.sin(23.0 * t)
     v, a = np.gradient(r, 1e-3), np.gradient(np.gradient(r, 1e-3), 1e-3)
     noise = np.random.default_rng(4).standard_normal(count)
-    return {"t": t, "q": np.round(r, 7), "r": r, "u": 20.0 * a + 8.0 * np.tanh(1e3 * v) + 40.0 * v + 0.05 * noise}
+    return {
+        "t": t,
+        "q": np.round(r, 7),
+        "r": r,
+        "u": 20.0 * a + 8.0 * np.tanh(1e3 * v) + 40.0 * v + 0.05 * noise,
+    }
 
 
 def build(folder: Path) -> None:
@@ -154,7 +159,9 @@ def build(folder: Path) -> None:
     (folder / "set_a_rig.toml").write_bytes((EXPERIMENTS / "set_a_rig.toml").read_bytes())
     log = log_of()
     rows = np.column_stack(list(log.values()))
-    np.savetxt(folder / "log.csv", rows, delimiter=",", header=",".join(log), comments="", fmt="%.9g")
+    np.savetxt(
+        folder / "log.csv", rows, delimiter=",", header=",".join(log), comments="", fmt="%.9g"
+    )
     (folder / "thesis").mkdir()
     (folder / "thesis" / "years.tex").write_text("years of work")
     (folder / "results.old-20261120").mkdir()
@@ -188,7 +195,9 @@ def state_of(folder: Path) -> dict[str, tuple[int, str]]:
         for name in (*folders, *names):
             path = Path(place, name)
             info = path.lstat()
-            fixed = hashlib.sha256(path.read_bytes()).hexdigest() if stat.S_ISREG(info.st_mode) else ""
+            fixed = (
+                hashlib.sha256(path.read_bytes()).hexdigest() if stat.S_ISREG(info.st_mode) else ""
+            )
             if path.is_symlink():
                 fixed = os.readlink(path)
             result[str(path.relative_to(folder))] = (stat.S_IFMT(info.st_mode), fixed)
@@ -213,7 +222,12 @@ def assault(arguments: list[str], folder: Path, chatter: str = "") -> tuple[int,
         Exit code, standard output, standard error.
     """
     before, out, errors = state_of(folder), io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors), contextlib.chdir(folder), compiling() as of_compiler:
+    with (
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(errors),
+        contextlib.chdir(folder),
+        compiling() as of_compiler,
+    ):
         began = clocks()
         code = main(arguments)
         took, spent = clocks() - began - of_compiler
@@ -225,7 +239,9 @@ def assault(arguments: list[str], folder: Path, chatter: str = "") -> tuple[int,
     assert "fault of bristle" not in text
     assert "Traceback" not in text + message
     lines = text.splitlines()
-    assert all(line.startswith("bristle: ") and line.isprintable() and len(line) < 2500 for line in lines), text
+    assert all(
+        line.startswith("bristle: ") and line.isprintable() and len(line) < 2500 for line in lines
+    ), text
     if code == 2:
         assert message == ""
         assert lines

@@ -33,7 +33,9 @@ def record(frequency, secret=0.0):
     """A mass of 3 kg with 5 N of dry and 20 N*s/m of viscous friction."""
     position = 0.02 * np.sin(2.0 * np.pi * frequency * TIME)
     moved = Record.of(TIME, position, None, AXIS)
-    effort = 3.0 * moved.acceleration + 5.0 * np.sign(moved.velocity) + 20.0 * moved.velocity + secret
+    effort = (
+        3.0 * moved.acceleration + 5.0 * np.sign(moved.velocity) + 20.0 * moved.velocity + secret
+    )
     return Record.of(TIME, position, effort, AXIS)
 
 
@@ -63,24 +65,35 @@ LEAST = "import numpy as np\ndef fit(train): return None\ndef predict(fitted, mo
 def test_a_competitor_receives_no_effort_of_a_test(tmp_path):
     secret = 123456.789
     data = Data([record(1.0)], [record(1.3, secret)], record(1.3).motion, np.full(4000, secret))
-    sent = pickle.dumps(Orders.of(content_of(competitor(tmp_path, LEAST)), ("predict", "loop"), data))
+    sent = pickle.dumps(
+        Orders.of(content_of(competitor(tmp_path, LEAST)), ("predict", "loop"), data)
+    )
     assert data.test[0].effort.tobytes() not in sent
     assert data.followed.tobytes() not in sent
     assert data.train[0].effort.tobytes() in sent
 
 
-def test_a_competitor_finds_the_board_and_does_not_learn_the_folder_of_the_logs(tmp_path, monkeypatch, data):
+def test_a_competitor_finds_the_board_and_does_not_learn_the_folder_of_the_logs(
+    tmp_path, monkeypatch, data
+):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BRISTLE_DATA", str(tmp_path))
     text = "import os\nfrom benchmarks.board import log_of\ndef fit(train): return None\n"
-    text += "def predict(fitted, motion): raise ValueError(os.environ.get('BRISTLE_DATA', 'absent'))"
+    text += (
+        "def predict(fitted, motion): raise ValueError(os.environ.get('BRISTLE_DATA', 'absent'))"
+    )
     orders = Orders.of(content_of(competitor(tmp_path, text)), ("predict",), data)
     assert answers(orders, 60.0)["predict"].reason == "line 4: ValueError: absent"
 
 
 @pytest.mark.parametrize(
     ("result", "status"),
-    [("1 / 0", "raised"), ("np.full(motion.time.size, np.nan)", "not finite"), ("np.zeros(3)", "wrong shape"), ("'force'", "raised")],
+    [
+        ("1 / 0", "raised"),
+        ("np.full(motion.time.size, np.nan)", "not finite"),
+        ("np.zeros(3)", "wrong shape"),
+        ("'force'", "raised"),
+    ],
 )
 def test_a_faulty_answer_becomes_a_status(tmp_path, data, result, status):
     fault = replies(tmp_path, LEAST.format(result), data)["predict"]
@@ -93,14 +106,21 @@ def test_a_fault_names_the_line_in_which_it_arises(tmp_path, data):
 
 
 def test_a_failed_fit_is_the_answer_to_all(tmp_path, data):
-    assert replies(tmp_path, "def fit(train): raise RuntimeError('no')", data)["fit"].reason == "line 1: RuntimeError: no"
+    assert (
+        replies(tmp_path, "def fit(train): raise RuntimeError('no')", data)["fit"].reason
+        == "line 1: RuntimeError: no"
+    )
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("body", "status"), [("import os; os._exit(3)", "crashed"), ("while True: pass", "too slow")])
+@pytest.mark.parametrize(
+    ("body", "status"), [("import os; os._exit(3)", "crashed"), ("while True: pass", "too slow")]
+)
 def test_a_slow_or_crashing_process_becomes_a_status(tmp_path, data, body, status):
     text = f"def fit(train): return None\ndef parameters(fitted): return {{'M': 3.0}}\ndef predict(fitted, motion):\n    {body}"
-    found = answers(Orders.of(content_of(competitor(tmp_path, text)), ("parameters", "predict"), data), 0.5)
+    found = answers(
+        Orders.of(content_of(competitor(tmp_path, text)), ("parameters", "predict"), data), 0.5
+    )
     assert found["parameters"] == {"M": 3.0}  # the answers before it are kept
     assert found["predict"].status == status
 
@@ -127,7 +147,8 @@ def test_an_error_at_reversals_alone_weighs_more_there(data):
 
 def test_a_missing_parameter_counts_as_wrong(data):
     values = [
-        scored(["parameters"], {"parameters": answer}, data, 1)["parameters"].value for answer in ({"M": 3.0, "F_C": 5.5}, {"M": 3.0})
+        scored(["parameters"], {"parameters": answer}, data, 1)["parameters"].value
+        for answer in ({"M": 3.0, "F_C": 5.5}, {"M": 3.0})
     ]
     assert values == pytest.approx([5.0, 50.0])
 
@@ -145,10 +166,19 @@ def test_the_loop_of_the_true_axis_follows_as_simulated():
     axis = Axis(kind="translational", cutoff=200.0, controller=law)
     reference = Record.of(TIME, 0.02 * np.sin(2.0 * TIME) ** 2, None, axis)
     truth = friction.find("viscous")(F_v=60.0)
-    loops = compensation_experiment(plants.inertia(M=3.0), truth, truth, law, reference.position, 1e-3)
-    true = reference.position - simulate(Experiment("loop", "translational", loops.variants[:1])).variants["as_recorded"].measured
+    loops = compensation_experiment(
+        plants.inertia(M=3.0), truth, truth, law, reference.position, 1e-3
+    )
+    true = (
+        reference.position
+        - simulate(Experiment("loop", "translational", loops.variants[:1]))
+        .variants["as_recorded"]
+        .measured
+    )
     # The mass that the iteration begins with is not that of the axis.
-    error = following_error(lambda motion: 3.0 * motion.acceleration + 60.0 * motion.velocity, reference, 4.0)
+    error = following_error(
+        lambda motion: 3.0 * motion.acceleration + 60.0 * motion.velocity, reference, 4.0
+    )
     assert np.max(np.abs(error - true)[100:-100]) < 0.01 * np.max(np.abs(true))
 
 
@@ -183,12 +213,17 @@ def test_files_alone_meet_all_and_a_file_needs_fit(tmp_path):
     own = competitor(tmp_path, LEAST.format("0"))
     assert len(competitors_named([own])) > 5
     assert [entered.name for entered in competitors_named([own, "lugre"])] == ["own", "lugre"]
-    for text, lacking in {"x = 1": "fit", "def fit(train): return None": "predict, feedforward or parameters"}.items():
+    for text, lacking in {
+        "x = 1": "fit",
+        "def fit(train): return None": "predict, feedforward or parameters",
+    }.items():
         with pytest.raises(InputError, match=f"defines no function {lacking}"):
             competitors_named([competitor(tmp_path, text, "empty")])
     (lacking,) = (
         entered
-        for entered in competitors_named([competitor(tmp_path, "NEEDS = ('no_such_library',)\nfit = predict = 1", "lacking")])
+        for entered in competitors_named(
+            [competitor(tmp_path, "NEEDS = ('no_such_library',)\nfit = predict = 1", "lacking")]
+        )
         if entered.name == "lacking"
     )
     assert lacking.missing == "no_such_library is not installed"
@@ -198,10 +233,15 @@ def test_a_run_continues_and_a_changed_competitor_runs_again(tmp_path, monkeypat
     monkeypatch.setattr("benchmarks.board.run._data", lambda *_: data)
     monkeypatch.setattr("benchmarks.board.task.Task.missing", "")
     calls = []
-    monkeypatch.setattr("benchmarks.board.run.answers", lambda orders, limit: calls.append(orders) or dict(answered(orders)))
+    monkeypatch.setattr(
+        "benchmarks.board.run.answers",
+        lambda orders, limit: calls.append(orders) or dict(answered(orders)),
+    )
 
     def run(text):
-        entered = [one for one in competitors_named([competitor(tmp_path, text)]) if one.name == "own"]
+        entered = [
+            one for one in competitors_named([competitor(tmp_path, text)]) if one.name == "own"
+        ]
         bench = Bench(tasks_named(("emps",)), tuple(entered), "2026-01-01")
         with growing_folder(tmp_path / "out", "score board") as (folder, _):
             return bench, bench.run(folder, 1)
@@ -220,20 +260,31 @@ def test_a_slow_competitor_does_not_try_the_other_axes_of_a_task(tmp_path, monke
     monkeypatch.setattr("benchmarks.board.run._data", lambda *_: data)
     calls = []
     monkeypatch.setattr(
-        "benchmarks.board.run.answers", lambda orders, limit: calls.append(1) or {"predict": Fault(SLOW, "used more than 1 s")}
+        "benchmarks.board.run.answers",
+        lambda orders, limit: calls.append(1) or {"predict": Fault(SLOW, "used more than 1 s")},
     )
-    own = next(one for one in competitors_named([competitor(tmp_path, LEAST.format("0"))]) if one.is_file)
+    own = next(
+        one for one in competitors_named([competitor(tmp_path, LEAST.format("0"))]) if one.is_file
+    )
     bench = Bench(tasks_named(("known_axis",)), (own,), "2026-01-01")
     with growing_folder(tmp_path / "out", "score board") as (folder, _):
         finished = bench.run(folder, 1)
         rest = replace(bench, competitors=()).further(folder)
     assert (len(calls), len(finished), rest) == (1, 6, 6)
-    (text,) = failures(board(bench, finished, provenance={"command": "python -m benchmarks board own.py"}))
+    (text,) = failures(
+        board(bench, finished, provenance={"command": "python -m benchmarks board own.py"})
+    )
     assert text == "`own`, force on known_axis, reversals on known_axis: used more than 1 s"
 
 
 def test_a_failure_ranks_last():
-    tasks = {"a": {"x": {"status": OK, "value": 3.0}, "y": {"status": OK, "value": 2.0}, "z": {"status": "raised", "value": None}}}
+    tasks = {
+        "a": {
+            "x": {"status": OK, "value": 3.0},
+            "y": {"status": OK, "value": 2.0},
+            "z": {"status": "raised", "value": None},
+        }
+    }
     assert ranks(tasks) == {"y": 1.0, "x": 2.0, "z": 3.0}
 
 
@@ -249,27 +300,43 @@ def test_the_true_friction_of_a_known_axis_has_small_scores():
     """The contact is stiffer than the loop: passes without mixing diverge. A coarse encoder would let LuGre creep unseen."""
     (task,) = tasks_named(("known_axis",))
     data = task.data("1", 20260101)
-    mass, values = data.truth["M"], {name: value for name, value in data.truth.items() if name != "M"}
+    mass, values = (
+        data.truth["M"],
+        {name: value for name, value in data.truth.items() if name != "M"},
+    )
     contact, plant = friction.find("lugre")(**values, sigma_1=0.0), plants.inertia(M=mass)
 
     def predict(motion):
-        effort = effort_of_motion(plant, contact, {"time": motion.time, "position": motion.position}, motion.axis, {})
+        effort = effort_of_motion(
+            plant, contact, {"time": motion.time, "position": motion.position}, motion.axis, {}
+        )
         inside = np.flatnonzero(np.isfinite(effort))
         return np.interp(np.arange(effort.size), inside, effort[inside])
 
-    answers = {"predict": [predict(data.test[0])], "loop": following_error(predict, data.reference, data.loop_mass)}
+    answers = {
+        "predict": [predict(data.test[0])],
+        "loop": following_error(predict, data.reference, data.loop_mass),
+    }
     scores = scored(["force", "reversals", "loop"], answers, data, 1)
     # Without the damping of the contact, which the table of the task does not list.
-    assert all(scores[name].value < most for name, most in {"force": 5.0, "reversals": 10.0, "loop": 5.0}.items())
+    assert all(
+        scores[name].value < most
+        for name, most in {"force": 5.0, "reversals": 10.0, "loop": 5.0}.items()
+    )
 
 
 def test_the_loop_without_friction_is_a_hundred_percent_wrong():
-    axis = Axis(kind="translational", cutoff=40.0, controller=controllers.cascade(k_p=20.0, k_v=120.0))
+    axis = Axis(
+        kind="translational", cutoff=40.0, controller=controllers.cascade(k_p=20.0, k_v=120.0)
+    )
     reference = Record.of(TIME, record(1.0).position, None, axis)
     free = following_error(lambda motion: 3.0 * motion.acceleration, reference, 3.0)
     followed = free + 1e-4 * np.sign(reference.velocity)
     data = Data([record(1.0)], reference=reference, followed=followed, loop_mass=3.0)
-    values = [scored(["loop"], {"loop": answer}, data, 1)["loop"].value for answer in (free, followed, 0.5 * (free + followed))]
+    values = [
+        scored(["loop"], {"loop": answer}, data, 1)["loop"].value
+        for answer in (free, followed, 0.5 * (free + followed))
+    ]
     assert values == pytest.approx([100.0, 0.0, 50.0], abs=1e-9)
 
 
@@ -286,13 +353,18 @@ def feedforward(fitted, reference):
     law, effort = controllers.disturbance_observer(J=3.0, lambda_=100.0, K_1=80.0, g=30.0), 7.0 * np.ones(reference.time.size)
     return {answer}
 """
-    law, effort = replies(tmp_path, text, Data([record(1.0)], reference=record(1.3).motion), ("feedforward",))["feedforward"]
+    law, effort = replies(
+        tmp_path, text, Data([record(1.0)], reference=record(1.3).motion), ("feedforward",)
+    )["feedforward"]
     assert (law is not None, effort is not None) == ("law" in answer, "effort" in answer)
     assert law is None or law.name == "disturbance_observer"
     assert effort is None or np.all(effort == 7.0)
 
 
-@pytest.mark.parametrize("name", ["disturbance_observer", "asymptotic_observer", "predictive_reversal", "adaptive_hysteresis"])
+@pytest.mark.parametrize(
+    "name",
+    ["disturbance_observer", "asymptotic_observer", "predictive_reversal", "adaptive_hysteresis"],
+)
 def test_a_law_keeps_inertia_gains_and_cut_off_of_the_loop(name):
     competitor = import_module(f"benchmarks.board.competitors.{name}")
     reference = replace(record(1.3).motion, axis=replace(AXIS, controller=LAW, resolution=1e-7))
@@ -303,13 +375,19 @@ def test_a_law_keeps_inertia_gains_and_cut_off_of_the_loop(name):
     if name == "predictive_reversal":
         assert 1.0 < law.values["lead"] / reference.sample_time < 5.0
     if name == "asymptotic_observer":
-        assert (law.values["g_2"] - law.values["g_1"]) ** 2 > 8.0 * CONTACT["sigma_0"] / 3.0  # real eigenvalues for each stiffness
+        assert (law.values["g_2"] - law.values["g_1"]) ** 2 > 8.0 * CONTACT[
+            "sigma_0"
+        ] / 3.0  # real eigenvalues for each stiffness
 
 
 def learning_law(axis):
     reference = replace(record(1.3).motion, axis=axis)
     fitted = stops.fit([record(1.0)])
-    return reference, stops.feedforward(fitted, reference), adaptive_hysteresis.feedforward(fitted, reference)
+    return (
+        reference,
+        stops.feedforward(fitted, reference),
+        adaptive_hysteresis.feedforward(fitted, reference),
+    )
 
 
 def test_the_first_weights_of_the_learning_law_are_the_feedforward_of_the_stops():
@@ -318,24 +396,41 @@ def test_the_first_weights_of_the_learning_law_are_the_feedforward_of_the_stops(
     assert max(weights) > 1.0
     thresholds = law.values["reach"] / 6.0 * np.arange(1, 7)
     stops = hysteresis.prandtl_ishlinskii(thresholds=thresholds, weights=weights[1:] / thresholds)
-    assert weights[0] + response(stops, reference.position - reference.position[0]) == pytest.approx(fed, abs=1e-9)
+    assert weights[0] + response(
+        stops, reference.position - reference.position[0]
+    ) == pytest.approx(fed, abs=1e-9)
 
 
 def test_the_learning_law_learns_a_constant_force_within_an_eighth_of_a_second():
     _, _, law = learning_law(replace(AXIS, controller=LAW, resolution=1e-9))
     force, still = law.values["w_0"] + 2.0, friction.coulomb(F_C=0.0)
     disturbance = np.full(126, force)
-    loops = compensation_experiment(plants.inertia(M=3.0), still, still, law, np.zeros(126), 1e-3, disturbance=disturbance)
-    learned = simulate(Experiment("loop", "translational", loops.variants[:1])).variants[loops.variants[0].name].controller
-    assert learned.values["w_0"] - law.values["w_0"] == pytest.approx(2.0 * (1.0 - np.exp(-1.0)), rel=0.1)
+    loops = compensation_experiment(
+        plants.inertia(M=3.0), still, still, law, np.zeros(126), 1e-3, disturbance=disturbance
+    )
+    learned = (
+        simulate(Experiment("loop", "translational", loops.variants[:1]))
+        .variants[loops.variants[0].name]
+        .controller
+    )
+    assert learned.values["w_0"] - law.values["w_0"] == pytest.approx(
+        2.0 * (1.0 - np.exp(-1.0)), rel=0.1
+    )
 
 
 def test_a_feedforward_acts_without_the_delay_of_the_loop(monkeypatch):
     log, seen = record(1.0), []
     monkeypatch.setattr(
-        simulated, "log_of", lambda truth: (Log.from_columns({"time": TIME, "position": log.position, "effort": log.effort}), AXIS)
+        simulated,
+        "log_of",
+        lambda truth: (
+            Log.from_columns({"time": TIME, "position": log.position, "effort": log.effort}),
+            AXIS,
+        ),
     )
-    monkeypatch.setattr(simulated, "peak_to_peak", lambda variant, number: seen.append(variant) or 4.0 / len(seen))
+    monkeypatch.setattr(
+        simulated, "peak_to_peak", lambda variant, number: seen.append(variant) or 4.0 / len(seen)
+    )
     (task,) = tasks_named(("unknown_axis",))
     data = task.data(task.cases[0], 5)
     effort = np.arange(data.reference.time.size, dtype=float)
@@ -372,7 +467,9 @@ def test_the_log_of_an_arm_has_the_columns_of_its_axis_file(monkeypatch):
     both = np.column_stack([part.position, -2.0 * part.position])
     axis = Axis(kind="rotational", cutoff=40.0)
     with pytest.raises(ReachedError) as reached:
-        bristle_all.fit_arm([Record.of(time, both, np.column_stack([part.effort, part.effort]), axis, "robot")])
+        bristle_all.fit_arm(
+            [Record.of(time, both, np.column_stack([part.effort, part.effort]), axis, "robot")]
+        )
     log, described = reached.value.args
     logs, motion = identify.read_joints(log, axes_in(described))
     assert len(logs) == 2

@@ -12,7 +12,9 @@ from bristle.core import Axis
 
 TIME = 1e-3 * np.arange(4000)
 AXIS = Axis(kind="translational", cutoff=40.0)
-RIGHT = "def fit(train): return None\ndef predict(fitted, motion): return 3.0 * motion.acceleration\n"
+RIGHT = (
+    "def fit(train): return None\ndef predict(fitted, motion): return 3.0 * motion.acceleration\n"
+)
 WRONG = "def fit(train):\n    return {}['mass']\ndef predict(fitted, motion): return fitted\n"
 
 
@@ -63,7 +65,10 @@ def test_a_run_without_a_possible_task_leaves_the_board(board, folder, monkeypat
     code, _, err = board("right.py", "least_squares")
     assert (code, "no task can run with these competitors" in err) == (1, True)
     assert (folder / "out" / "score-board.json").read_text() == before
-    assert set(json.loads(before)["scores"]["force"]["tasks"]["cogging"]) == {"right", "least_squares"}
+    assert set(json.loads(before)["scores"]["force"]["tasks"]["cogging"]) == {
+        "right",
+        "least_squares",
+    }
 
 
 def test_an_interrupted_run_says_that_the_results_are_kept(board, folder, monkeypatch):

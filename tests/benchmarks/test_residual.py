@@ -16,7 +16,11 @@ GRID = Grid(np.geomspace(1e-6, 1e-3, LIMITS), np.geomspace(1e-3, 0.05, 6))
 
 def velocity(seed: int, count: int = 4000) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    return 1e-3 * np.cumsum(rng.standard_normal(count)) * np.sin(np.arange(count) * rng.uniform(0.002, 0.02))
+    return (
+        1e-3
+        * np.cumsum(rng.standard_normal(count))
+        * np.sin(np.arange(count) * rng.uniform(0.002, 0.02))
+    )
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -53,7 +57,15 @@ def record(seed: int, stiffness: float) -> Rows:
     explained = 5.0 * np.sign(v)
     state = np.column_stack([columns[:, :LIMITS], v])
     effort = explained + missing + 0.2 * rng.standard_normal(v.size)
-    return Rows(effort, explained, np.column_stack([columns, -explained]), lossless, state, np.abs(v) < 1e-3, 10)
+    return Rows(
+        effort,
+        explained,
+        np.column_stack([columns, -explained]),
+        lossless,
+        state,
+        np.abs(v) < 1e-3,
+        10,
+    )
 
 
 def test_missing_element_is_found_and_kept():

@@ -7,7 +7,16 @@ from functools import cache
 
 import numpy as np
 import pytest
-from benchmarks.strangers import FAMILIES, HABITS, LIES, draw, make, make_record, record_of, simulate
+from benchmarks.strangers import (
+    FAMILIES,
+    HABITS,
+    LIES,
+    draw,
+    make,
+    make_record,
+    record_of,
+    simulate,
+)
 from benchmarks.strangers.__main__ import main
 from benchmarks.strangers.contact import contact_of
 from benchmarks.strangers.recording import plain
@@ -40,7 +49,9 @@ def test_momentum_of_a_record(linear):
     truth = ideal(draw(4, "coulomb", "strokes", linear))
     record, period = make_record(truth), truth.recording.trace_period
     v, a = np.diff(record.position) / period, np.diff(record.position, 2) / period**2
-    effort = 0.5 * (record.effort[1:-1] + record.effort[2:])  # a row shows the mean before its instant
+    effort = 0.5 * (
+        record.effort[1:-1] + record.effort[2:]
+    )  # a row shows the mean before its instant
     left = truth.mass * a + truth.steady(0.5 * (v[1:] + v[:-1])) + truth.axis.gravity - effort
     moving = np.minimum(np.abs(v[1:]), np.abs(v[:-1])) > 1e-3 * np.abs(v).max()
     assert moving.mean() > 0.3
@@ -67,17 +78,31 @@ def test_bristles_against_another_solver():
     from scipy.integrate import solve_ivp
 
     truth = draw(2, "lugre", linear=True)
-    f = replace(truth.friction, F_C=(1.0, 0.9), F_S=(1.5, 1.3), v_S=2e-3, F_v=(3.0, 2.0), sigma_0=1e5, sigma_1=60.0)
+    f = replace(
+        truth.friction,
+        F_C=(1.0, 0.9),
+        F_S=(1.5, 1.3),
+        v_S=2e-3,
+        F_v=(3.0, 2.0),
+        sigma_0=1e5,
+        sigma_1=60.0,
+    )
 
     def rates(t, y):
         _, v, z = y
         side = 0 if v >= 0 else 1
         level = f.F_C[side] + (f.F_S[side] - f.F_C[side]) * np.exp(-((v / f.v_S) ** 2))
         slip = v - f.sigma_0 * abs(v) / level * z
-        return [v, 2.5 * np.sin(60.0 * t) - f.sigma_0 * z - f.sigma_1 * slip - f.F_v[side] * v, slip]
+        return [
+            v,
+            2.5 * np.sin(60.0 * t) - f.sigma_0 * z - f.sigma_1 * slip - f.F_v[side] * v,
+            slip,
+        ]
 
     h, count = 5e-6, 40_000
-    exact = solve_ivp(rates, (0.0, h * count), [0.0, 0.0, 0.0], "LSODA", rtol=1e-10, atol=1e-13).y[:, -1]
+    exact = solve_ivp(rates, (0.0, h * count), [0.0, 0.0, 0.0], "LSODA", rtol=1e-10, atol=1e-13).y[
+        :, -1
+    ]
     c, z, after, v, q, guess = contact_of(f), np.zeros(1), np.zeros(1), 0.0, 0.0, 0.0
     for k in range(count):
         pull = 2.5 * np.sin(60.0 * h * (k + 0.5))
@@ -100,7 +125,9 @@ def test_a_thrown_mass_stops_at_the_coulomb_distance():
     assert static_step(c, 4.0, -1.01, 0.0, 1.0, 1.0, h)[0] < 0.0
 
 
-@pytest.mark.parametrize("family", ["coulomb", "lugre", "maxwell", "root_viscous", "stribeck_half", "stribeck_cubic"])
+@pytest.mark.parametrize(
+    "family", ["coulomb", "lugre", "maxwell", "root_viscous", "stribeck_half", "stribeck_cubic"]
+)
 def test_sliding_friction_is_the_steady_law(family):
     truth = ideal(draw(11, family, "strokes"), 12.0)
     run = simulate(truth)
@@ -129,7 +156,11 @@ def test_heat_and_scatter_set_the_level():
     f = rough.friction
     dry = np.abs(run.friction[sliding]) - np.asarray(f.F_v)[side] * np.abs(run.v[sliding])
     share = dry / np.asarray(f.F_C)[side]
-    strokes = [part for part in np.split(share, 1 + np.flatnonzero(np.diff(np.flatnonzero(sliding)) > 1)) if part.size > 20]
+    strokes = [
+        part
+        for part in np.split(share, 1 + np.flatnonzero(np.diff(np.flatnonzero(sliding)) > 1))
+        if part.size > 20
+    ]
     levels = np.array([np.median(part) for part in strokes])
     assert levels.size >= 5
     assert 0.01 < levels.std() < 0.06
@@ -164,12 +195,30 @@ def test_lead_of_the_effort_in_the_record_alone(channel, delay):
     truth = ideal(shortened(draw(13, "coulomb", "multisine", True), delay=delay), 12.0)
     little = (1e-6 * truth.mass, 1e-6 * truth.mass)
     friction = replace(truth.friction, F_C=little, F_S=little, F_v=(0.0, 0.0))
-    loop = replace(truth.loop, period=1e-3, kp=10.0, kv=60.0 * truth.mass, ki=400.0 * truth.mass, kind="cascade")
+    loop = replace(
+        truth.loop,
+        period=1e-3,
+        kp=10.0,
+        kv=60.0 * truth.mass,
+        ki=400.0 * truth.mass,
+        kind="cascade",
+    )
     recording = replace(truth.recording, trace_period=1e-3 / channel.get("per_tick", 1), **channel)
     motor = replace(truth.motor, lag=0.8e-3, limit=1e9)
-    motion = replace(truth.motion, frequencies=(0.7, 2.3, 5.1, 8.3), amplitudes=(4e-3, 2e-3, 2e-3, 2e-3), phases=(0.0,) * 4)
+    motion = replace(
+        truth.motion,
+        frequencies=(0.7, 2.3, 5.1, 8.3),
+        amplitudes=(4e-3, 2e-3, 2e-3, 2e-3),
+        phases=(0.0,) * 4,
+    )
     truth = replace(
-        truth, friction=friction, loop=loop, recording=recording, motor=motor, motion=motion, axis=replace(truth.axis, gravity=0.0)
+        truth,
+        friction=friction,
+        loop=loop,
+        recording=recording,
+        motor=motor,
+        motion=motion,
+        axis=replace(truth.axis, gravity=0.0),
     )
     record = make_record(truth)
     a = np.diff(record.position, 2) / truth.period**2
@@ -194,7 +243,11 @@ def test_the_encoder_rounds_and_has_a_periodic_error():
 
 
 def test_a_seed_reproduces_itself_and_another_does_not():
-    (truth, record), (again, second), (other, _) = make(21, "maxwell"), make(21, "maxwell"), make(22, "maxwell")
+    (truth, record), (again, second), (other, _) = (
+        make(21, "maxwell"),
+        make(21, "maxwell"),
+        make(22, "maxwell"),
+    )
     assert truth == again
     assert truth != other
     assert np.array_equal(record.position, second.position)
@@ -209,7 +262,13 @@ def test_drawn_axes_span_the_documented_ranges():
     assert rotary.max() / rotary.min() > 3e3
     assert 0.25 < np.mean([t.axis.gravity > 0.0 for t in truths]) < 0.42
     assert 0.25 < np.mean([t.axis.cogging > 0.0 for t in truths]) < 0.42
-    assert {t.motion.kind for t in truths} >= {"strokes", "multisine", "sine", "presliding", "cycle"}
+    assert {t.motion.kind for t in truths} >= {
+        "strokes",
+        "multisine",
+        "sine",
+        "presliding",
+        "cycle",
+    }
     assert all(0.2e-3 < t.recording.trace_period * t.recording.every < 2.1e-3 for t in truths)
     assert {t.loop.delay for t in truths} == {0, 1, 2, 3}
     assert len(HABITS) >= 6
@@ -249,7 +308,10 @@ def test_each_lie_lies(name, seed):
     if lied.claimed_mass is not None:
         assert abs(np.log(lied.claimed_mass / truth.mass)) > 0.2
         return
-    pairs = [(getattr(record, k), getattr(lied.record, k)) for k in ("t", "position", "effort", "velocity")]
+    pairs = [
+        (getattr(record, k), getattr(lied.record, k))
+        for k in ("t", "position", "effort", "velocity")
+    ]
     assert any(b is not None and (a is None or not np.array_equal(a, b)) for a, b in pairs)
     sizes = {x.size for _, x in pairs if x is not None}
     assert len(sizes) == 1
@@ -257,7 +319,11 @@ def test_each_lie_lies(name, seed):
 
 def test_the_command_line_writes_record_and_truth(tmp_path, monkeypatch):
     out = tmp_path / "x.csv"
-    monkeypatch.setattr(sys, "argv", ["benchmarks.strangers", "--seed", "5", "--family", "coulomb", "--out", str(out)])
+    monkeypatch.setattr(
+        sys,
+        "argv",
+        ["benchmarks.strangers", "--seed", "5", "--family", "coulomb", "--out", str(out)],
+    )
     main()
     header = out.read_text(encoding="utf-8").splitlines()[0].split(",")
     table = np.loadtxt(out, delimiter=",", skiprows=1)
@@ -265,4 +331,7 @@ def test_the_command_line_writes_record_and_truth(tmp_path, monkeypatch):
     assert header[0] == "time [s]"
     assert table.shape == (record.t.size, len(header))
     np.testing.assert_allclose(table[:, 2], record.effort, rtol=1e-8)
-    assert json.loads(out.with_suffix(".json").read_text(encoding="utf-8"))["axis"]["mass"] == truth.mass
+    assert (
+        json.loads(out.with_suffix(".json").read_text(encoding="utf-8"))["axis"]["mass"]
+        == truth.mass
+    )

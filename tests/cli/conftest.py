@@ -14,7 +14,16 @@ from tests.examples.data import measured
 from bristle.cli.main import main
 from bristle.files.owned import NOTE
 
-IDENTIFY = ["identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", "0"]
+IDENTIFY = [
+    "identify",
+    "log.csv",
+    "--axis",
+    "axis.toml",
+    "--model",
+    "viscous,coulomb_viscous",
+    "--draws",
+    "0",
+]
 WITH_DRAWS = [*IDENTIFY, "--draws", "20"]
 AXIS = """
 schema = 1
@@ -168,7 +177,12 @@ def bristle(capsys, monkeypatch):
     """Run the command line in this process."""
     monkeypatch.setattr("bristle.cli.options.progress", progress_in_range)
 
-    def run(*arguments: object, code: int | None = None, said: str | tuple[str, ...] = (), shown: str | tuple[str, ...] = ()) -> Ended:
+    def run(
+        *arguments: object,
+        code: int | None = None,
+        said: str | tuple[str, ...] = (),
+        shown: str | tuple[str, ...] = (),
+    ) -> Ended:
         """Return how it ended: with a code, if one is named, and with words that it said on the error stream and showed on the output."""
         capsys.readouterr()
         ended = Ended(main([str(argument) for argument in arguments]), *capsys.readouterr())
@@ -191,14 +205,21 @@ def simulated(tmp_path_factory) -> Path:
     (folder / "experiment.toml").write_text(EXPERIMENT)
     variant = simulate(read_experiment(folder / "experiment.toml")).variants["none"]
     columns = np.column_stack((variant.time, variant.measured, variant.reference, variant.effort))
-    np.savetxt(folder / "log.csv", columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
+    np.savetxt(
+        folder / "log.csv", columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g"
+    )
     return folder / "log.csv"
 
 
 @pytest.fixture
 def place(tmp_path, simulated, monkeypatch) -> Path:
     """A folder with an axis file, a log, an experiment, a model file and a model of a user's own."""
-    for name, text in (("axis.toml", AXIS), ("experiment.toml", EXPERIMENT), ("model.toml", MODEL), ("own.py", USER_MODEL)):
+    for name, text in (
+        ("axis.toml", AXIS),
+        ("experiment.toml", EXPERIMENT),
+        ("model.toml", MODEL),
+        ("own.py", USER_MODEL),
+    ):
         (tmp_path / name).write_text(text)
     (tmp_path / "log.csv").write_bytes(simulated.read_bytes())
     monkeypatch.chdir(tmp_path)

@@ -49,7 +49,9 @@ def test_a_deflection_without_bound_is_an_answer_not_bad_input(bristle, models):
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_broken_condition_without_a_certificate_is_bad_input(bristle, models):
-    Path("reversed.toml").write_text(COMPOSITE.replace("100 mN*m", "140 mN*m").replace("156", "190"))
+    Path("reversed.toml").write_text(
+        COMPOSITE.replace("100 mN*m", "140 mN*m").replace("156", "190")
+    )
     bristle("check", "reversed.toml", code=2, said="F_S >= F_C")
 
 
@@ -68,8 +70,18 @@ def test_a_sound_model_of_a_users_own_passes(bristle, place):
     result = bristle("check", "own.py", "--json", code=0)
     assert result.data["passed"] is True
     assert all(item["passed"] for item in result.data["certificates"].values())
-    measured = {name: item for name, item in result.data["certificates"].items() if item["value"] is not None}
-    assert {"finite everywhere", "one sided limits", "dissipates", "refines", "same bits compiled"} <= set(measured)
+    measured = {
+        name: item
+        for name, item in result.data["certificates"].items()
+        if item["value"] is not None
+    }
+    assert {
+        "finite everywhere",
+        "one sided limits",
+        "dissipates",
+        "refines",
+        "same bits compiled",
+    } <= set(measured)
     assert all(item["unit"] for item in measured.values())
     assert measured["dissipates"]["value"] > measured["dissipates"]["threshold"]
     assert measured["refines"]["value"] <= measured["refines"]["threshold"]
@@ -80,7 +92,9 @@ def test_a_sound_model_of_a_users_own_passes(bristle, place):
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_model_that_pushes_fails_with_advice(bristle, place):
-    Path("own.py").write_text(Path("own.py").read_text().replace("return p.F_0 *", "return -p.F_0 *"))
+    Path("own.py").write_text(
+        Path("own.py").read_text().replace("return p.F_0 *", "return -p.F_0 *")
+    )
     result = bristle("check", "own.py", "--json", code=1)
     failed = {name for name, item in result.data["certificates"].items() if not item["passed"]}
     assert "dissipates" in failed
@@ -98,7 +112,13 @@ def test_a_model_file_of_a_users_own_model_has_its_certificates(bristle, place):
     assert bristle("check", "own.py").code == 0  # which allows its code
     result = bristle("check", "mine.toml", "--json", code=0)
     verdicts = {name: item["passed"] for name, item in result.data["certificates"].items()}
-    assert verdicts == {"well_posed": None, "passive": None, "drift": True, "closure": None, "dissipation": True}
+    assert verdicts == {
+        "well_posed": None,
+        "passive": None,
+        "drift": True,
+        "closure": None,
+        "dissipation": True,
+    }
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -107,20 +127,45 @@ def test_a_model_file_is_checked_with_its_values(bristle, place):
 
 
 @pytest.mark.usefixtures("undrawn")
-@pytest.mark.parametrize("command", [("check",), ("identify", "log.csv", "--axis", "axis.toml", "--model")])
+@pytest.mark.parametrize(
+    "command", [("check",), ("identify", "log.csv", "--axis", "axis.toml", "--model")]
+)
 @pytest.mark.parametrize(
     ("old", "new", "line", "place_of", "said"),
     [
-        ('"force"', '"forse*time"', 9, "quantity of 'force against the motion'", "Did you mean 'force'?"),
+        (
+            '"force"',
+            '"forse*time"',
+            9,
+            "quantity of 'force against the motion'",
+            "Did you mean 'force'?",
+        ),
         ('"force"', '"N"', 9, "quantity of 'force against the motion'", "not its unit"),
-        ("directional=True", 'excitation="slide"', 9, "excitation of 'force against the motion'", "'sliding'?"),
-        ('"""None."""', 'z: Annotated[float, Variable("depth", "depth")] = 0.0', 13, "quantity of 'depth'", "'depth' is unknown"),
+        (
+            "directional=True",
+            'excitation="slide"',
+            9,
+            "excitation of 'force against the motion'",
+            "'sliding'?",
+        ),
+        (
+            '"""None."""',
+            'z: Annotated[float, Variable("depth", "depth")] = 0.0',
+            13,
+            "quantity of 'depth'",
+            "'depth' is unknown",
+        ),
     ],
 )
-def test_an_unknown_quantity_is_bad_input_with_its_line(bristle, place, command, old, new, line, place_of, said):
+def test_an_unknown_quantity_is_bad_input_with_its_line(
+    bristle, place, command, old, new, line, place_of, said
+):
     text = Path("own.py").read_text().replace(old, new, 1)
     # Annotations that are evaluated late have no line.
-    for custom, where in ((text, f"own.py, line {line}"), (f"from __future__ import annotations\n{text}", "own.py")):
+    for custom, where in (
+        (text, f"own.py, line {line}"),
+        (f"from __future__ import annotations\n{text}", "own.py"),
+    ):
         Path("own.py").write_text(custom)
         result = bristle(*command, "own.py", said=(said, "allowed"))
         assert (result.code, result.out) == (2, "")
@@ -134,7 +179,9 @@ def test_a_product_of_quantities_is_described_checked_and_identified(bristle, pl
         custom = header + EXAMPLE.read_text()
         Path("drag.py").write_text(custom)
         assert bristle("check", "drag.py").code == 0
-    result = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "drag.py", "--json", code=0)
+    result = bristle(
+        "identify", "log.csv", "--axis", "axis.toml", "--model", "drag.py", "--json", code=0
+    )
     assert result.data["parameters"]["F_q"]["unit"] == "N*s^2/m^2"
 
 
@@ -158,20 +205,37 @@ def folder(tmp_path_factory):
     results = tmp_path_factory.mktemp("axis")
     time = 1e-3 * np.arange(3000)
     position = 4e-3 * np.sin(6.9 * time) * (1.0 + 0.6 * np.sin(1.95 * time))
-    effort = 3.0 * np.gradient(np.gradient(position, time), time) + 8.0 * np.sign(np.gradient(position, time))
+    effort = 3.0 * np.gradient(np.gradient(position, time), time) + 8.0 * np.sign(
+        np.gradient(position, time)
+    )
     effort += 0.03 * np.random.default_rng(1).standard_normal(time.size)
     table = np.column_stack([time, np.round(position, 6), effort])
-    np.savetxt(results / "log.csv", table, delimiter=",", header="time,position,force", comments="", fmt="%.9g")
+    np.savetxt(
+        results / "log.csv",
+        table,
+        delimiter=",",
+        header="time,position,force",
+        comments="",
+        fmt="%.9g",
+    )
     (results / "axis.toml").write_text(AXIS)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            "bristle.report.page.picture", lambda name, draw, alternative, caption, **_: Picture(f"figure-{name}", Markup(), caption)
+            "bristle.report.page.picture",
+            lambda name, draw, alternative, caption, **_: Picture(
+                f"figure-{name}", Markup(), caption
+            ),
         )
         patch.setattr("bristle.apps.lab.living.living_part", lambda *_: None)
         for draws in (20, 0):
             settings = {"poor_error": 41.0}
             result = br.identify(
-                results / "log.csv", "coulomb_viscous", axis=results / "axis.toml", draws=draws, blocks=0, settings=settings
+                results / "log.csv",
+                "coulomb_viscous",
+                axis=results / "axis.toml",
+                draws=draws,
+                blocks=0,
+                settings=settings,
             )
             result.save(results / f"results_{draws}")
     return results, result
@@ -191,12 +255,30 @@ def determined(monkeypatch):
     asked = {}
 
     def noted(recorded, axes, fit, treatment, settings, **options):
-        asked.update(options, logs=recorded, axes=axes, fit=fit, treatment=treatment, settings=settings)
-        errors = {"M": [0.1, -0.1, 0.2], "F_C": [20.0, 21.0, 19.0], "F_v": [np.nan] * 3, "offset": [1.0, 1.1, 1.0], "k": [3.0]}
+        asked.update(
+            options, logs=recorded, axes=axes, fit=fit, treatment=treatment, settings=settings
+        )
+        errors = {
+            "M": [0.1, -0.1, 0.2],
+            "F_C": [20.0, 21.0, 19.0],
+            "F_v": [np.nan] * 3,
+            "offset": [1.0, 1.1, 1.0],
+            "k": [3.0],
+        }
         errors["rare"] = [2.0, 2.1]
         scales, truths, logs = {"offset": "F_C"}, {"F_v": 0.0}, {"rare": 5}
         return tuple(
-            Determined(name, "N", "", truths.get(name, 8.0), scales.get(name, name), np.array(each), 3, 2, logs.get(name, 3))
+            Determined(
+                name,
+                "N",
+                "",
+                truths.get(name, 8.0),
+                scales.get(name, name),
+                np.array(each),
+                3,
+                2,
+                logs.get(name, 3),
+            )
             for name, each in errors.items()
         )
 
@@ -219,7 +301,10 @@ def test_the_verdict_comes_first_and_names_what_the_log_determines(bristle, resu
 def test_the_table_has_a_verdict_in_words_for_each_parameter(bristle, results, determined):
     result = bristle("check", "results_20", "--draws", "3")
     words = " ".join(result.out.split())
-    assert "This log determines M and offset; determines F_C roughly; does not determine F_v, k and rare." in words
+    assert (
+        "This log determines M and offset; determines F_C roughly; does not determine F_v, k and rare."
+        in words
+    )
     for verdict in (
         "determined within 0.86 %",
         "rough: within 25 %",
@@ -235,13 +320,21 @@ def test_the_table_has_a_verdict_in_words_for_each_parameter(bristle, results, d
 def test_json_has_the_same_as_numbers(bristle, results, determined):
     result = bristle("check", "results_20/summary.json", "--json")
     assert (result.code, result.err) == (0, "")
-    assert (result.data["model"], result.data["draws"], determined["count"]) == ("coulomb_viscous", 10, 10)
+    assert (result.data["model"], result.data["draws"], determined["count"]) == (
+        "coulomb_viscous",
+        10,
+        10,
+    )
     assert result.data["sentence"].startswith("This log determines M")
     assert result.data["parameters"]["F_C"]["median_error_percent"] == 20.0
     assert result.data["parameters"]["F_C"]["verdict"] == "rough"
     assert result.data["parameters"]["F_v"]["median_error_percent"] is None
     assert result.data["parameters"]["offset"]["relative_to"] == "F_C"
-    section = REFERENCE.read_text(encoding="utf-8").partition("## What a log determines")[2].partition("\n## ")[0]
+    section = (
+        REFERENCE.read_text(encoding="utf-8")
+        .partition("## What a log determines")[2]
+        .partition("\n## ")[0]
+    )
     named = {word.rpartition(".")[2] for word in re.findall(r"`([\w.…]+)`", section)}
     assert {*result.data, *result.data["parameters"]["M"]} - {"parameters"} <= named
 
@@ -266,13 +359,18 @@ def test_an_identification_is_checked_in_python_with_its_own_log(folder, determi
     assert repr(known).startswith("This log determines M")
 
 
-def test_a_log_that_was_moved_is_named_or_looked_for_in_the_current_folder(bristle, results, determined, monkeypatch):
+def test_a_log_that_was_moved_is_named_or_looked_for_in_the_current_folder(
+    bristle, results, determined, monkeypatch
+):
     (results / "log.csv").rename(results.parent / "moved.csv")
     bristle(
         "check",
         "results_20",
         code=2,
-        said=("the log of these results is missing; found 'log.csv', allowed a file in this folder, in its parent folder", "--log PATH"),
+        said=(
+            "the log of these results is missing; found 'log.csv', allowed a file in this folder, in its parent folder",
+            "--log PATH",
+        ),
     )
     assert bristle("check", "results_20", "--log", "../moved.csv").code == 0
     (results.parent / "moved.csv").rename(results.parent / "log.csv")
@@ -283,7 +381,12 @@ def test_a_log_that_was_moved_is_named_or_looked_for_in_the_current_folder(brist
 def test_a_log_that_has_changed_is_refused(bristle, results, determined):
     text = Path("log.csv").read_text()
     Path("log.csv").write_text(text.replace("0.001,", "0.00100,", 1))
-    bristle("check", "results_20", code=2, said=("log.csv: is not the log of these results, or has changed since", "found 'SHA-256 "))
+    bristle(
+        "check",
+        "results_20",
+        code=2,
+        said=("log.csv: is not the log of these results, or has changed since", "found 'SHA-256 "),
+    )
     assert not determined
 
 
@@ -295,7 +398,10 @@ def test_a_log_that_has_changed_is_refused(bristle, results, determined):
         (("results_20", "--log", "log.csv", "--log", "log.csv"), "the number of logs differs"),
         (("results_20", "--log", "nowhere.csv"), "nowhere.csv"),
         (("results_20", "--loop", "1 mm,2 mm"), "--loop"),
-        (("results_20/model.toml", "--log", "log.csv"), "--log: applies only to a folder of results"),
+        (
+            ("results_20/model.toml", "--log", "log.csv"),
+            "--log: applies only to a folder of results",
+        ),
         (("results_20/model.toml", "--draws", "5"), "--draws: applies only to a folder of results"),
         (("results_20", "--draws", "2"), "--draws"),
         (("nowhere",), "a folder of results"),
@@ -310,6 +416,8 @@ def test_unsuitable_results_are_refused_with_advice(bristle, results, arguments,
 
 
 def test_results_from_memory_ask_for_their_log(folder, undrawn, tmp_path):
-    replace(folder[1], log=replace(folder[1].log, source=Path(), origin=NOWHERE)).save(tmp_path / "memory")
+    replace(folder[1], log=replace(folder[1].log, source=Path(), origin=NOWHERE)).save(
+        tmp_path / "memory"
+    )
     with pytest.raises(br.core.InputError, match="contains no file name of the log"):
         br.load(tmp_path / "memory").known_truth()

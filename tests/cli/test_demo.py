@@ -27,7 +27,11 @@ def test_the_main_job_from_one_command(bristle, here):
     page = (ROOT / "docs" / "index.md").read_text()
     block = " ".join(re.search(r"```text\n(Type in.*?)```", page, re.DOTALL)[1].split())
     values, feedforward, rest = block.partition("Feedforward")
-    bristle("demo", code=0, shown=("simulated", "bristle identify YOUR.csv", values.strip(), feedforward + rest))
+    bristle(
+        "demo",
+        code=0,
+        shown=("simulated", "bristle identify YOUR.csv", values.strip(), feedforward + rest),
+    )
     folder = Path("bristle-demo")
     assert written_in(folder) == {
         "axis.toml",
@@ -50,21 +54,49 @@ def test_the_main_job_from_one_command(bristle, here):
 
     # What the page on compensation tells of it is what it found.
     page = (ROOT / "docs" / "theory" / "compensation.md").read_text().replace("\n", " ")
-    message = re.search(r"`bristle demo`.*?from ([\d.]+) mm as recorded to ([\d.]+) µm with .*?, and to ([\d.]+) µm", page)
+    message = re.search(
+        r"`bristle demo`.*?from ([\d.]+) mm as recorded to ([\d.]+) µm with .*?, and to ([\d.]+) µm",
+        page,
+    )
     loops = json.loads((folder / "summary.json").read_text())["compensation"]
-    result = [loops[name]["following_error"]["peak_to_peak"] for name in ("as_recorded", "feedforward", "compensated")]
-    assert result == pytest.approx([1e-3 * float(message[1]), 1e-6 * float(message[2]), 1e-6 * float(message[3])], rel=0.02)
+    result = [
+        loops[name]["following_error"]["peak_to_peak"]
+        for name in ("as_recorded", "feedforward", "compensated")
+    ]
+    assert result == pytest.approx(
+        [1e-3 * float(message[1]), 1e-6 * float(message[2]), 1e-6 * float(message[3])], rel=0.02
+    )
 
     # What it wrote serves the other commands, and they agree with it.
     draws = json.loads((folder / "summary.json").read_text())["resampling"]["draws"]
-    again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--draws", str(draws), "--json").data
+    again = bristle(
+        "identify",
+        folder / "log.csv",
+        "--axis",
+        folder / "axis.toml",
+        "--draws",
+        str(draws),
+        "--json",
+    ).data
     values, values_again = (
-        {model["name"]: {name: parameter["value"] for name, parameter in model["parameters"].items()} for model in summary["models"]}
+        {
+            model["name"]: {
+                name: parameter["value"] for name, parameter in model["parameters"].items()
+            }
+            for model in summary["models"]
+        }
         for summary in (json.loads((folder / "summary.json").read_text()), again)
     )
     assert values == values_again
     predicted = bristle(
-        "predict", folder / "model.toml", folder / "unseen.csv", "--axis", folder / "axis.toml", "--mode", "closed-loop", "--json"
+        "predict",
+        folder / "model.toml",
+        folder / "unseen.csv",
+        "--axis",
+        folder / "axis.toml",
+        "--mode",
+        "closed-loop",
+        "--json",
     )
     summary = json.loads((folder / "summary.json").read_text())
     assert predicted.data["metrics"] == summary["prediction"]["metrics"]
@@ -94,7 +126,9 @@ def test_an_interruption_of_its_identification_ends_it(bristle, here, monkeypatc
 # --- what it does one after the other, with the work itself left out -------------------------------------------------
 
 
-module = importlib.import_module("bristle.cli.demonstration.run")  # the package has the function by that name
+module = importlib.import_module(
+    "bristle.cli.demonstration.run"
+)  # the package has the function by that name
 
 
 class Folder:
@@ -114,7 +148,9 @@ class Folder:
 def shown(monkeypatch, tmp_path):
     """The demonstration, what it reported, and what each part of its work was asked for."""
     reports, asked = [], {}
-    outcome = SimpleNamespace(summary={"fits": 1}, write=lambda folder, simulated: asked.update(simulated=simulated))
+    outcome = SimpleNamespace(
+        summary={"fits": 1}, write=lambda folder, simulated: asked.update(simulated=simulated)
+    )
     log = SimpleNamespace(reference=SimpleNamespace(values=np.arange(3.0)), sample_time=1e-3)
 
     def identify(log, axis, progress):
@@ -128,34 +164,66 @@ def shown(monkeypatch, tmp_path):
 
         compensation = SimpleNamespace(rule="rule of the loop")
         return SimpleNamespace(
-            finished=SimpleNamespace(best=best, settings="settings", compensation=compensation, outcome_with=outcome_with)
+            finished=SimpleNamespace(
+                best=best, settings="settings", compensation=compensation, outcome_with=outcome_with
+            )
         )
 
     def experiment(plant, friction, model, controller, reference, sample_time, **facts):
-        asked.update(experiment=(plant, friction, model, controller, reference.tolist(), sample_time), **facts)
+        asked.update(
+            experiment=(plant, friction, model, controller, reference.tolist(), sample_time),
+            **facts,
+        )
         return "experiment"
 
-    monkeypatch.setattr(axis_simulated, "write_log", lambda path, seed: asked.setdefault("seeds", {}).update({path.name: seed}))
-    monkeypatch.setattr(module, "read_log", lambda path, axis: log if path.name == "log.csv" else "unseen")
+    monkeypatch.setattr(
+        axis_simulated,
+        "write_log",
+        lambda path, seed: asked.setdefault("seeds", {}).update({path.name: seed}),
+    )
+    monkeypatch.setattr(
+        module, "read_log", lambda path, axis: log if path.name == "log.csv" else "unseen"
+    )
     monkeypatch.setattr(module, "identify", identify)
-    monkeypatch.setattr(module, "predict", lambda *prediction: asked.update(predicted=prediction) or "prediction")
+    monkeypatch.setattr(
+        module, "predict", lambda *prediction: asked.update(predicted=prediction) or "prediction"
+    )
     monkeypatch.setattr(module, "compensation_experiment", experiment)
     monkeypatch.setattr(module, "simulate", lambda experiment: f"simulated {experiment}")
-    monkeypatch.setattr(module, "following_of", lambda *following: asked.update(following=following) or "following")
-    result = run(Folder(tmp_path), command="bristle demo", progress=lambda share, text: reports.append((share, text)))
+    monkeypatch.setattr(
+        module, "following_of", lambda *following: asked.update(following=following) or "following"
+    )
+    result = run(
+        Folder(tmp_path),
+        command="bristle demo",
+        progress=lambda share, text: reports.append((share, text)),
+    )
     return result, reports, asked, log
 
 
-def test_a_model_of_one_log_is_predicted_on_another_and_run_on_the_axis_itself(monkeypatch, tmp_path):
+def test_a_model_of_one_log_is_predicted_on_another_and_run_on_the_axis_itself(
+    monkeypatch, tmp_path
+):
     result, reports, asked, log = shown(monkeypatch, tmp_path)
     assert [share for share, _ in reports] == sorted(share for share, _ in reports)
     axis = axis_simulated.axis()
     assert asked["seeds"] == {"log.csv": FITTED, "unseen.csv": UNSEEN}
     assert FITTED != UNSEEN
-    assert asked["predicted"] == ("plant of the fit", "friction of the fit", "unseen", axis, "closed-loop")
+    assert asked["predicted"] == (
+        "plant of the fit",
+        "friction of the fit",
+        "unseen",
+        axis,
+        "closed-loop",
+    )
     plant, friction, model, controller, reference, sample_time = asked["experiment"]
     assert (plant, friction) == (axis_simulated.plant(), axis_simulated.friction())
-    assert (model, controller, reference, sample_time) == ("friction of the fit", axis.controller, [0.0, 1.0, 2.0], 1e-3)
+    assert (model, controller, reference, sample_time) == (
+        "friction of the fit",
+        axis.controller,
+        [0.0, 1.0, 2.0],
+        1e-3,
+    )
     assert (asked["resolution"], asked["effort_limit"]) == (axis.resolution, axis.effort_limit)
     assert asked["rule"] == "rule of the loop"
     assert asked["following"] == (log, "simulated experiment", "settings")
@@ -206,7 +274,9 @@ def test_elements_slip_after_their_distances_and_all_of_them_at_7_micrometres():
     shares, distances = spectrum(30, 7e-6, seed=7)
     assert (P.alpha_i.tolist(), P.r_i.tolist()) == (shares.tolist(), distances.tolist())
     assert (P.r_i.size, P.r_i.max()) == (30, pytest.approx(7e-6))
-    assert force[0] == pytest.approx(0.5e-7 * 41.0 * np.sum(P.alpha_i / P.r_i), rel=1e-6)  # in the middle of a step
+    assert force[0] == pytest.approx(
+        0.5e-7 * 41.0 * np.sum(P.alpha_i / P.r_i), rel=1e-6
+    )  # in the middle of a step
     assert force[-1] == pytest.approx(1.06 * 41.0, rel=1e-6)
     assert force[60] < force[-1]
 
@@ -244,7 +314,10 @@ def test_the_axis_follows_its_motion(tmp_path, monkeypatch):
     monkeypatch.setattr(axis_simulated, "motion", lambda seed: reference)
     axis_simulated.write_log(tmp_path / "log.csv", 3)
     lines = (tmp_path / "log.csv").read_text().splitlines()
-    assert lines[:2] == ["# simulated axis, not a measurement", "time [s],position [mm],reference [mm],motor_current [A]"]
+    assert lines[:2] == [
+        "# simulated axis, not a measurement",
+        "time [s],position [mm],reference [mm],motor_current [A]",
+    ]
     assert len(lines) == 2 + reference.size
     _, position, desired, current = np.loadtxt(tmp_path / "log.csv", delimiter=",", skiprows=2).T
     assert desired == pytest.approx(1e3 * reference, abs=1e-6)

@@ -16,7 +16,15 @@ import pytest
 from bristle.cli import signals, terminal
 from bristle.cli.main import LEAST_MEMORY, main, refuse_little_memory
 from bristle.cli.signals import SENTENCES, SignalledError, ended_by_signals
-from bristle.cli.terminal import complain, one_line, report, say, show, show_table, warnings_as_lines
+from bristle.cli.terminal import (
+    complain,
+    one_line,
+    report,
+    say,
+    show,
+    show_table,
+    warnings_as_lines,
+)
 from bristle.core.errors import InputError
 from bristle.report.table import Table
 
@@ -34,9 +42,17 @@ def reported(capsys):
         (KeyboardInterrupt("stopped early"), 130, "stopped early"),
         (SignalledError(signal.SIGTERM), 143, "terminated"),
         (InputError("is missing", path="axis"), 2, "axis: is missing"),
-        (MemoryError(), 2, "there is not enough memory for this command. Use a shorter log or experiment"),
+        (
+            MemoryError(),
+            2,
+            "there is not enough memory for this command. Use a shorter log or experiment",
+        ),
         (OSError(errno.EMFILE, "Too many open files"), 2, "bristle cannot open more files"),
-        (ImportError("no libx", name="scipy"), 2, "bristle cannot load a required library: no libx. Install the library again"),
+        (
+            ImportError("no libx", name="scipy"),
+            2,
+            "bristle cannot load a required library: no libx. Install the library again",
+        ),
     ],
 )
 def test_an_error_has_its_code_and_a_line(reported, error, code, words):
@@ -46,7 +62,13 @@ def test_an_error_has_its_code_and_a_line(reported, error, code, words):
 
 @pytest.mark.parametrize(
     ("arguments", "stays"),
-    [("run x.toml --out run", True), ("run x.toml --out=run", True), ("demo", True), ("paper", True), ("models", False)],
+    [
+        ("run x.toml --out run", True),
+        ("run x.toml --out=run", True),
+        ("demo", True),
+        ("paper", True),
+        ("models", False),
+    ],
 )
 def test_a_full_standard_output_is_reported(reported, monkeypatch, arguments, stays):
     def full(arguments):
@@ -57,7 +79,9 @@ def test_a_full_standard_output_is_reported(reported, monkeypatch, arguments, st
     monkeypatch.setattr(import_module("bristle.cli.application"), "run", full)
     assert main(arguments.split()) == 2
     line = reported()
-    assert line.startswith("bristle cannot write to the standard output: No space left on device. Free disk space, or redirect the output")
+    assert line.startswith(
+        "bristle cannot write to the standard output: No space left on device. Free disk space, or redirect the output"
+    )
     assert line.endswith("The folder of results is complete") is stays
     assert let_go == [sys.stdout]
 
@@ -76,7 +100,11 @@ def raised_by(call):
     return caught.value
 
 
-FAULTS = RuntimeError("x" * 1000), OSError(errno.ENOSPC, "no room", "a file"), ImportError("no y", name="bristle.y")
+FAULTS = (
+    RuntimeError("x" * 1000),
+    OSError(errno.ENOSPC, "no room", "a file"),
+    ImportError("no y", name="bristle.y"),
+)
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -103,7 +131,10 @@ def test_a_fault_of_user_code_is_reported_with_its_line(reported, tmp_path):
     module = {"__name__": "bristle_user_own"}
     exec(compile(own.read_text(), str(own), "exec"), module)
     assert report(raised_by(module["law"])) == 2
-    assert reported() == f"{own}, line 3: stops with ZeroDivisionError: by nought. Try: bristle check {own}"
+    assert (
+        reported()
+        == f"{own}, line 3: stops with ZeroDivisionError: by nought. Try: bristle check {own}"
+    )
 
 
 def test_a_line_is_a_line(capsys):
@@ -123,7 +154,9 @@ def test_paragraphs_and_tables_are_printed_in_order(capsys):
 
 def test_the_widest_column_is_narrowed_first(capsys, monkeypatch):
     monkeypatch.setattr(terminal, "PIPE_WIDTH", 40)
-    show_table(Table("T", ("Name", "What"), [("abcdef", "one two three four five six seven eight nine")]))
+    show_table(
+        Table("T", ("Name", "What"), [("abcdef", "one two three four five six seven eight nine")])
+    )
     lines = [line for line in capsys.readouterr().out.splitlines() if "abcdef" in line]
     assert len(lines) == 1
     assert "one two three" in lines[0]
@@ -145,14 +178,19 @@ def test_a_warning_is_printed_once_and_its_fault_is_kept(capsys):
         for _ in range(2):
             warnings.warn("once\nonly", UserWarning, stacklevel=1)
         warnings.warn(caused, stacklevel=1)
-    assert capsys.readouterr().err == "bristle: warning: once only\nbristle: warning: with a cause\n"
+    assert (
+        capsys.readouterr().err == "bristle: warning: once only\nbristle: warning: with a cause\n"
+    )
     assert faults == [fault]
 
 
 @pytest.mark.parametrize(
-    ("number", "code", "words"), [(None, 70, "this is a fault of bristle"), (signal.SIGTERM, 143, "a figure is not drawn")]
+    ("number", "code", "words"),
+    [(None, 70, "this is a fault of bristle"), (signal.SIGTERM, 143, "a figure is not drawn")],
 )
-def test_an_error_that_a_library_makes_of_a_signal_is_no_fault(monkeypatch, capsys, number, code, words):
+def test_an_error_that_a_library_makes_of_a_signal_is_no_fault(
+    monkeypatch, capsys, number, code, words
+):
     def work(arguments):
         if number is not None:
             with suppress(KeyboardInterrupt):
@@ -218,7 +256,9 @@ def test_a_signal_that_is_sent_again_ends_no_later_command():
 
 @pytest.mark.fast_cases(1)
 @needs_main_thread
-@pytest.mark.parametrize(("name", "patience", "code"), [("SIGTERM", 0.3, 143), ("SIGTERM", 60.0, 0), ("SIGINT", 0.3, 0)])
+@pytest.mark.parametrize(
+    ("name", "patience", "code"), [("SIGTERM", 0.3, 143), ("SIGTERM", 60.0, 0), ("SIGINT", 0.3, 0)]
+)
 def test_a_lock_does_not_block_a_terminated_process(name, patience, code):
     program = f"""
 import signal, threading
@@ -233,7 +273,9 @@ with signals.ended_by_signals():
         lock.acquire()
         lock.acquire(timeout=1.5)
 """
-    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False)
+    ended = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=False
+    )
     assert (ended.returncode, ended.stderr) == (code, "bristle: terminated\n" if code else "")
 
 
@@ -269,7 +311,9 @@ def test_modules_are_imported_by_frames_of_the_interpreter():
 # --- memory ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("limit", "refused"), [(LEAST_MEMORY - 1, True), (LEAST_MEMORY, False), (-1, False)])
+@pytest.mark.parametrize(
+    ("limit", "refused"), [(LEAST_MEMORY - 1, True), (LEAST_MEMORY, False), (-1, False)]
+)
 @pytest.mark.parametrize("name", ["RLIMIT_AS", "RLIMIT_DATA"])
 def test_too_little_memory_is_refused(monkeypatch, limit, refused, name):
     resource = pytest.importorskip("resource")
@@ -278,14 +322,24 @@ def test_too_little_memory_is_refused(monkeypatch, limit, refused, name):
     if not refused:
         refuse_little_memory()
         return
-    with pytest.raises(InputError, match=rf"ulimit -{'v' if name == 'RLIMIT_AS' else 'd'} 524287: is too little.*524288 or more"):
+    with pytest.raises(
+        InputError,
+        match=rf"ulimit -{'v' if name == 'RLIMIT_AS' else 'd'} 524287: is too little.*524288 or more",
+    ):
         refuse_little_memory()
 
 
 # --- tables: whatever the width of a terminal, nothing is cut off ----------------------------------------------------
 
 
-HEADS = ("Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]", "Not identified")
+HEADS = (
+    "Model",
+    "Parameters",
+    "Held-out error [%]",
+    "Spread over blocks [%]",
+    "Error of the fit [%]",
+    "Not identified",
+)
 ROWS = (
     ("coulomb_viscous+asymmetry", "5", "3.13", "± 0.18", "3.11", "gap, sigma_2_pos, sigma_2_neg"),
     ("coulomb_viscous", "4", "4.13", "± 0.20", "4.08", "–"),
@@ -299,17 +353,29 @@ def test_no_word_is_cut_off(width, monkeypatch, capsys):
     lines = capsys.readouterr().out.splitlines()
     words = {word for line in lines for word in line.replace(":", "").split()}
     # Where there is no room for columns, each row is told under its own name.
-    assert {word for text in (*HEADS[1:], *(cell for row in ROWS for cell in row)) for word in text.split()} <= words
+    assert {
+        word
+        for text in (*HEADS[1:], *(cell for row in ROWS for cell in row))
+        for word in text.split()
+    } <= words
     if any("───" in line for line in lines):
         assert max(len(line.rstrip()) for line in lines) <= width
 
 
 @pytest.mark.parametrize(("letters", "has_columns"), [(10, True), (11, False)])
-def test_a_table_without_room_for_its_words_is_written_row_by_row(monkeypatch, capsys, letters, has_columns):
+def test_a_table_without_room_for_its_words_is_written_row_by_row(
+    monkeypatch, capsys, letters, has_columns
+):
     monkeypatch.setattr(terminal, "PIPE_WIDTH", 30)
     word = letters * "x"
     # Two blanks and a line beside each of three columns leave 20 letters, of which Model and Value take ten.
-    terminal.show_table(Table("Two models", ("Model", "Value", "Note", "Empty"), [("a", "1.5", "", ""), ("b", "2", word, "")]))
+    terminal.show_table(
+        Table(
+            "Two models",
+            ("Model", "Value", "Note", "Empty"),
+            [("a", "1.5", "", ""), ("b", "2", word, "")],
+        )
+    )
     lines = [line.rstrip() for line in capsys.readouterr().out.splitlines() if line.strip()]
     if has_columns:
         assert [line.split() for line in (lines[0], lines[1], *lines[-2:])] == [

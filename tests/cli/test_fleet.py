@@ -52,11 +52,27 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(bristle, at):
     rng = np.random.default_rng(8)
     for name in ("left", "right"):
         for day in range(1, 17):
-            size = 5.0 * (1.0 + 0.01 * rng.standard_normal()) * (1.2 if name == "right" and day >= 11 else 1.0)
-            write_log(at / "logs" / name / f"{name}_2026-03-{day:02d}.csv", size, seed=day, rows=1500)
-    text = bristle(*EACH, "--out", "fleet", code=0, shown=("32 of 33 logs were identified, 1 failed.", "left_2026-03-17.csv"))
+            size = (
+                5.0
+                * (1.0 + 0.01 * rng.standard_normal())
+                * (1.2 if name == "right" and day >= 11 else 1.0)
+            )
+            write_log(
+                at / "logs" / name / f"{name}_2026-03-{day:02d}.csv", size, seed=day, rows=1500
+            )
+    text = bristle(
+        *EACH,
+        "--out",
+        "fleet",
+        code=0,
+        shown=("32 of 33 logs were identified, 1 failed.", "left_2026-03-17.csv"),
+    )
     summary = json.loads((at / "fleet" / "summary.json").read_text())
-    assert (summary["logs"], summary["done"], summary["statuses"]) == (33, 33, {"ok": 32, "refused": 1})
+    assert (summary["logs"], summary["done"], summary["statuses"]) == (
+        33,
+        33,
+        {"ok": 32, "refused": 1},
+    )
     level = summary["parameters"]["friction.F_C"]
     assert level["count"] == 32
     assert level["median"] == pytest.approx(5.0, rel=0.03)
@@ -65,7 +81,9 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(bristle, at):
     assert page.unbalanced == []
     assert "left_2026-03-17.csv" in page.words
     assert "friction.F_C" in page.words
-    named = next(line for line in text.out.splitlines() if line.startswith("Outliers among the logs"))
+    named = next(
+        line for line in text.out.splitlines() if line.startswith("Outliers among the logs")
+    )
     assert "from right in friction.F_C" in named
     assert "of left in friction.F_C" not in named
 
@@ -75,9 +93,15 @@ def test_each_log_is_a_row_and_the_axis_that_differs_is_named(bristle, at):
     [
         (EACH, "needs a folder to write into"),
         ((*EACH, "--out", "x", "--force"), "cannot replace the results of --each"),
-        ((*EACH, "--out", "x", "--format", "svg"), "with --each, the results have no figures. Read the rows"),
+        (
+            (*EACH, "--out", "x", "--format", "svg"),
+            "with --each, the results have no figures. Read the rows",
+        ),
         (("identify", "logs/left/left_2026-03-01.csv", "--workers", "2"), "applies to --each only"),
-        (("watch", "fleet", "--out", "watched"), "bristle watch was removed. Use bristle identify LOGS --each"),
+        (
+            ("watch", "fleet", "--out", "watched"),
+            "bristle watch was removed. Use bristle identify LOGS --each",
+        ),
     ],
 )
 def test_conflicting_options_are_refused(bristle, at, options, message):
@@ -112,7 +136,10 @@ name = "turn"
 [[joint]]
 name = "lift"
 """
-FRICTIONS = [br.friction.coulomb_viscous(F_C=level, F_v=damping) for level, damping in ((6.0, 3.0), (3.0, 2.0))]
+FRICTIONS = [
+    br.friction.coulomb_viscous(F_C=level, F_v=damping)
+    for level, damping in ((6.0, 3.0), (3.0, 2.0))
+]
 
 
 def write_trace(folder, q, v, effort):
@@ -123,7 +150,10 @@ def write_trace(folder, q, v, effort):
 
 def friction_of(q, v):
     signals = [np.ascontiguousarray(signal) for signal in (v.T, (q + 0.5 * DT * v).T)]
-    return np.stack([along(model, dt=DT, v=v, x=x) for model, v, x in zip(FRICTIONS, *signals, strict=True)], axis=1)
+    return np.stack(
+        [along(model, dt=DT, v=v, x=x) for model, v, x in zip(FRICTIONS, *signals, strict=True)],
+        axis=1,
+    )
 
 
 @pytest.mark.slow
@@ -132,7 +162,19 @@ def test_each_axis_of_a_trace_is_a_row_and_a_model(tmp_path, monkeypatch, bristl
     monkeypatch.chdir(tmp_path)
     _, q, v, a = swing(2, 16.0, seed=3)
     write_trace(tmp_path, q, v, friction_of(q, v) + a * [2.0, 0.5])
-    bristle("identify", "arm.csv", "--axis", "joints.toml", "--draws", 0, "--workers", 1, "--out", "out", code=0)
+    bristle(
+        "identify",
+        "arm.csv",
+        "--axis",
+        "joints.toml",
+        "--draws",
+        0,
+        "--workers",
+        1,
+        "--out",
+        "out",
+        code=0,
+    )
     data = br.read_study("out")
     assert data["log"].values.tolist() == ["turn: arm.csv", "lift: arm.csv"]
     assert data["plant.M"].values == pytest.approx([2.0, 0.5], rel=0.02)
@@ -140,9 +182,14 @@ def test_each_axis_of_a_trace_is_a_row_and_a_model(tmp_path, monkeypatch, bristl
     summary = json.loads((tmp_path / "out/summary.json").read_text())
     assert summary["verdict"]["words"] == "Axes identified"
     assert (tmp_path / "out/turn/model.toml").exists()
-    repeated = bristle("identify", "arm.csv", "--axis", "joints.toml", "--draws", 0, "--workers", 1, "--out", "out")
+    repeated = bristle(
+        "identify", "arm.csv", "--axis", "joints.toml", "--draws", 0, "--workers", 1, "--out", "out"
+    )
     assert (repeated.code, len(list((tmp_path / "out/runs").iterdir()))) == (0, 2)
-    assert br.read_model("out/lift/model.toml").friction.values["F_C"] == data["friction.F_C"].values[1]
+    assert (
+        br.read_model("out/lift/model.toml").friction.values["F_C"]
+        == data["friction.F_C"].values[1]
+    )
 
 
 def check_another_log(folder, robot, bristle):
@@ -152,23 +199,43 @@ def check_another_log(folder, robot, bristle):
     effort = robot.effort(BODIES, q, v, a) + friction_of(q, v) + a * [0.2, 0.1]
     write_trace(folder, q, v, effort)
     ended = bristle("predict", "out", "arm.csv", "--out", "second", "--json", code=0)
-    errors = {name: entry["metrics"]["force_error_percent"] for name, entry in ended.data["joints"].items()}
+    errors = {
+        name: entry["metrics"]["force_error_percent"]
+        for name, entry in ended.data["joints"].items()
+    }
     assert set(errors) == {"turn", "lift"}
     assert all(0.0 < error < 3.0 for error in errors.values()), errors
-    assert all(50.0 < entry["inside_band_percent"] <= 100.0 for entry in ended.data["joints"].values())
+    assert all(
+        50.0 < entry["inside_band_percent"] <= 100.0 for entry in ended.data["joints"].values()
+    )
     assert ended.data["verdict"]["words"] == "The model is valid"
     table = bristle("predict", "out", "arm.csv").out
-    assert [line.split()[0] for line in table.splitlines() if line.strip().endswith("The model is valid")] == ["turn", "lift"]
+    assert [
+        line.split()[0]
+        for line in table.splitlines()
+        if line.strip().endswith("The model is valid")
+    ] == ["turn", "lift"]
     assert "lift" in (folder / "second/report.html").read_text()
     assert (folder / "second/lift/report.html").exists()
     of_first = bristle("predict", "out", "first.csv", "--json").data
     assert of_first["verdict"]["level"] == "with_care"
     assert "the model was fitted to this log" in of_first["verdict"]["reasons"][0]
     for axis, message in (
-        ("out/joints/lift.toml", "known[0].file: holds the efforts of the bodies along another log"),
+        (
+            "out/joints/lift.toml",
+            "known[0].file: holds the efforts of the bodies along another log",
+        ),
         ("joints.toml", "joint: this axis file describes several joints"),
     ):
-        bristle("predict", "out/lift/model.toml", "arm.csv", "--axis", axis, code=2, said=(message, "bristle predict DIR LOG"))
+        bristle(
+            "predict",
+            "out/lift/model.toml",
+            "arm.csv",
+            "--axis",
+            axis,
+            code=2,
+            said=(message, "bristle predict DIR LOG"),
+        )
     bristle("predict", "second", "arm.csv", said="contains no arm.toml")
 
 
@@ -181,7 +248,16 @@ def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     (tmp_path / "arm.urdf").write_text(URDF)
     robot = read_robot(br.core.Content(Path("arm.urdf"), URDF.encode()))
     write_trace(tmp_path, q, v, robot.effort(BODIES, q, v, a) + friction_of(q, v) + a * [0.2, 0.1])
-    words = ["identify", "arm.csv", "--robot", "arm.urdf", "--axis", "joints.toml", "--model", "coulomb_viscous"]
+    words = [
+        "identify",
+        "arm.csv",
+        "--robot",
+        "arm.urdf",
+        "--axis",
+        "joints.toml",
+        "--model",
+        "coulomb_viscous",
+    ]
     bristle(*words, "--draws", 20, "--workers", 1, "--out", "out", code=0)
     base = json.loads((tmp_path / "out/summary.json").read_text())["arm"]["base_parameters"]
     names = dict(zip(names_of(("turn", "lift")), [0.2, 0.1, *BODIES.ravel().tolist()], strict=True))
@@ -191,7 +267,17 @@ def test_an_arm_has_bodies_joints_and_files(tmp_path, monkeypatch, bristle):
     data = br.read_study("out")
     assert data["friction.F_C"].values == pytest.approx([6.0, 3.0], rel=0.1)
     assert set(data["plant.known_arm"].values) == {1.0}
-    again = bristle("identify", "arm.csv", "--axis", "out/joints/lift.toml", "--model", "coulomb_viscous", "--draws", 0, "--json")
+    again = bristle(
+        "identify",
+        "arm.csv",
+        "--axis",
+        "out/joints/lift.toml",
+        "--model",
+        "coulomb_viscous",
+        "--draws",
+        0,
+        "--json",
+    )
     assert json.loads(again.out)["parameters"]["F_C"]["value"] == data["friction.F_C"].values[1]
     assert 'frictionloss="' in (tmp_path / "out/arm.xml").read_text()
     check_another_log(tmp_path, robot, bristle)
@@ -208,7 +294,10 @@ def test_a_robot_needs_joints_and_one_log(here, bristle):
     for more, message in (
         (["--axis", "plain.toml"], "joint: is missing"),
         ([], "needs one log of all joints and one axis file"),
-        (["--axis", "joints.toml", "--axis", "joints.toml"], "needs one log of all joints and one axis file"),
+        (
+            ["--axis", "joints.toml", "--axis", "joints.toml"],
+            "needs one log of all joints and one axis file",
+        ),
     ):
         bristle(*command, *more, code=2, said=message)
     assert not (here / "out").exists()
@@ -220,7 +309,15 @@ def test_without_pinocchio_the_command_names_the_extra(here, monkeypatch, bristl
     write_trace(here, q, v, a)
     (here / "arm.urdf").write_text(URDF)
     ended = bristle(
-        "identify", "arm.csv", "--robot", "arm.urdf", "--axis", "joints.toml", "--out", "out", said='pip install "bristle[arm]"'
+        "identify",
+        "arm.csv",
+        "--robot",
+        "arm.urdf",
+        "--axis",
+        "joints.toml",
+        "--out",
+        "out",
+        said='pip install "bristle[arm]"',
     )
     assert ended.code != 0
 
@@ -243,16 +340,25 @@ def test_a_study_is_run_and_reported(bristle, bench, undrawn):
     summary = json.loads((bench.folder / "out" / "summary.json").read_text())
     assert (summary["runs"], summary["done"], summary["statuses"]) == (12, 12, {"ok": 12})
     worst = summary["worst"]
-    assert [entry["motion.peak_to_peak"] for entry in worst] == sorted((entry["motion.peak_to_peak"] for entry in worst), reverse=True)
-    assert worst[0]["command"] == f"bristle study study.toml --run {worst[0]['run']} --out run_{worst[0]['run']}"
+    assert [entry["motion.peak_to_peak"] for entry in worst] == sorted(
+        (entry["motion.peak_to_peak"] for entry in worst), reverse=True
+    )
+    assert (
+        worst[0]["command"]
+        == f"bristle study study.toml --run {worst[0]['run']} --out run_{worst[0]['run']}"
+    )
     page = (bench.folder / "out" / "report.html").read_text()
     assert worst[0]["command"] in page
     assert summary["provenance"]["command"] == "bristle study study.toml --out out"
 
 
 def test_the_numbers_are_those_of_the_run_that_is_repeated(bristle, bench, undrawn):
-    kept = bristle("study", "study.toml", "--out", "out", "--workers", "1", "--json").data["worst"][0]
-    repeated = bristle("study", "study.toml", "--run", kept["run"], "--json", "--out", "again", code=0).data
+    kept = bristle("study", "study.toml", "--out", "out", "--workers", "1", "--json").data["worst"][
+        0
+    ]
+    repeated = bristle(
+        "study", "study.toml", "--run", kept["run"], "--json", "--out", "again", code=0
+    ).data
     assert repeated["variants"]["base"]["motion"]["peak_to_peak"] == kept["motion.peak_to_peak"]
     assert repeated["run"] == kept["run"]
     table = pyarrow.parquet.read_table(bench.folder / "out" / "runs").to_pylist()[kept["run"]]
@@ -269,7 +375,12 @@ def test_a_report_of_a_grid_and_of_indices(bristle, bench, undrawn):
     bristle("study", "grid.toml", "--out", "grid", "--workers", "1", code=0)
     page = (bench.folder / "grid" / "report.html").read_text()
     assert "effort.frequency 2" in page
-    bench.write(STUDY.replace("runs = 12", "runs = 32").replace("seed = 7", "seed = 7\nsobol_indices = true"), "i.toml")
+    bench.write(
+        STUDY.replace("runs = 12", "runs = 32").replace(
+            "seed = 7", "seed = 7\nsobol_indices = true"
+        ),
+        "i.toml",
+    )
     bristle("study", "i.toml", "--out", "indices", "--workers", "1", "--json", code=0)
     summary = json.loads((bench.folder / "indices" / "summary.json").read_text())
     assert [entry["cause"] for entry in summary["sobol_indices"]][:2] == ["friction.F_C", "plant.M"]
@@ -278,7 +389,19 @@ def test_a_report_of_a_grid_and_of_indices(bristle, bench, undrawn):
 
 @pytest.mark.slow
 def test_figures_of_a_study_replace_those_of_an_earlier_report(bristle, bench):
-    bristle("study", "study.toml", "--out", "out", "--workers", "1", "--format", "svg", "--format", "csv", code=0)
+    bristle(
+        "study",
+        "study.toml",
+        "--out",
+        "out",
+        "--workers",
+        "1",
+        "--format",
+        "svg",
+        "--format",
+        "csv",
+        code=0,
+    )
     figures = bench.folder / "out" / "figures"
     names = {file.name for file in figures.iterdir()}
     assert {"spread.svg", "captions.txt"} <= names
@@ -292,7 +415,16 @@ def test_figures_of_a_study_replace_those_of_an_earlier_report(bristle, bench):
     assert [name for name in drawn if name.endswith((".svg", ".csv"))] == ["mine.svg"]
     captions = (figures / "captions.txt").read_text()
     (figures / "captions.txt").write_text("of a person")
-    bristle("study", "study.toml", "--out", "out", "--format", "svg", code=2, said="were changed: figures/captions.txt")
+    bristle(
+        "study",
+        "study.toml",
+        "--out",
+        "out",
+        "--format",
+        "svg",
+        code=2,
+        said="were changed: figures/captions.txt",
+    )
     assert (figures / "captions.txt").read_text() == "of a person"
     assert (figures / "spread.pdf").is_file()
     (figures / "captions.txt").write_text(captions)
@@ -304,4 +436,13 @@ def test_figures_of_a_study_replace_those_of_an_earlier_report(bristle, bench):
 def test_a_study_with_only_refused_runs_exits_with_1(bristle, bench, undrawn):
     never = '"run.settle" = { uniform = ["2 s", "3 s"] }'
     bench.write(STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', never))
-    bristle("study", "study.toml", "--out", "out", "--workers", "1", code=1, shown="12 of 12 runs failed: 12 refused.")
+    bristle(
+        "study",
+        "study.toml",
+        "--out",
+        "out",
+        "--workers",
+        "1",
+        code=1,
+        shown="12 of 12 runs failed: 12 refused.",
+    )

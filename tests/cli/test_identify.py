@@ -29,7 +29,9 @@ def test_the_parameters_of_a_simulated_axis_are_identified(bristle, place):
     result = bristle(*IDENTIFY, "--json", code=0)
     assert result.err == ""
     for name, true in TRUTH.items():
-        assert result.data["parameters"][name]["value"] == pytest.approx(true, rel=0.03, abs=0.2), name
+        assert result.data["parameters"][name]["value"] == pytest.approx(true, rel=0.03, abs=0.2), (
+            name
+        )
     assert result.data["parameters"]["F_C"]["unit"] == "N"
     assert result.data["parameters"]["M"]["relative_std_percent"] < 1.0
     assert result.data["metrics"]["force_error_percent"] < 5.0
@@ -58,13 +60,21 @@ def test_the_folder_of_results_is_complete_and_agrees_with_the_output(bristle, p
     assert info["uncertainty"]["M"]["std"] == result.data["parameters"]["M"]["std"]
     assert info["provenance"]["command"] == result.data["provenance"]["command"]
     assert len(info["provenance"]["log_sha256"]) == 64
-    assert [(item["name"], item["rank"]) for item in result.data["models"]] == [("coulomb_viscous", 1), ("viscous", 2)]
+    assert [(item["name"], item["rank"]) for item in result.data["models"]] == [
+        ("coulomb_viscous", 1),
+        ("viscous", 2),
+    ]
     table = Path("run/drive_table.csv").read_text().splitlines()
     assert table[0] == "velocity [m/s],effort [N]"
     assert 4 <= len(table) - 1 <= 20
-    assert [path.name for path in Path("run").iterdir() if str(place).encode() in path.read_bytes()] == []
+    assert [
+        path.name for path in Path("run").iterdir() if str(place).encode() in path.read_bytes()
+    ] == []
     page = Path("run/report.html").read_text()
-    assert "bristle identify log.csv --axis axis.toml --model viscous,coulomb_viscous --draws 0 --out run" in page
+    assert (
+        "bristle identify log.csv --axis axis.toml --model viscous,coulomb_viscous --draws 0 --out run"
+        in page
+    )
     assert not re.search(r"""(src|href)=["']?https?:""", page)
 
 
@@ -78,10 +88,16 @@ def test_intervals_scatter_certificates_and_bands_are_reported(bristle, place):
             low, high = item["interval"]
             assert low < TRUTH[name] < high
             assert low <= item["value"] <= high
-            assert item["interval_percent"] == pytest.approx(50.0 * (high - low) / abs(item["value"]))
+            assert item["interval_percent"] == pytest.approx(
+                50.0 * (high - low) / abs(item["value"])
+            )
     resampling = data["resampling"]
     assert resampling["draws"] == 40
-    assert resampling["scatter"]["low"] <= resampling["scatter"]["value"] <= resampling["scatter"]["high"]
+    assert (
+        resampling["scatter"]["low"]
+        <= resampling["scatter"]["value"]
+        <= resampling["scatter"]["high"]
+    )
     assert resampling["inflation"] >= 1.0
     assert {"well_posed", "passive"} <= set(data["certificates"])
     assert data["certificates"]["passive"]["passed"] is True
@@ -90,7 +106,10 @@ def test_intervals_scatter_certificates_and_bands_are_reported(bristle, place):
     assert min(other["aic"], other["bic"]) > 10.0
     page = Path("run/report.html").read_text()
     assert "Certificates of" in page
-    assert "Scatter of friction from reversal to reversal" in page or resampling["scatter"]["value"] == 0.0
+    assert (
+        "Scatter of friction from reversal to reversal" in page
+        or resampling["scatter"]["value"] == 0.0
+    )
 
 
 @pytest.mark.slow
@@ -120,15 +139,26 @@ def test_without_draws_intervals_include_correlated_residuals(bristle, place):
 
 @pytest.mark.slow
 def test_the_loop_is_judged_only_if_the_axis_has_a_controller(bristle, place, monkeypatch):
-    monkeypatch.setattr("bristle.identification.work.Work.task", task := Mock(return_value=lambda *told: None))
+    monkeypatch.setattr(
+        "bristle.identification.work.Work.task", task := Mock(return_value=lambda *told: None)
+    )
     data = bristle(*IDENTIFY, "--json").data
-    peaks = {name: item["following_error"]["peak_to_peak"] for name, item in data["compensation"].items()}
+    peaks = {
+        name: item["following_error"]["peak_to_peak"] for name, item in data["compensation"].items()
+    }
     assert peaks["compensated"] < 0.5 * peaks["feedforward"] < peaks["as_recorded"]
     assert data["prediction"]["metrics"]["force_error_percent"] < 5.0
     Path("axis.toml").write_text(Path("axis.toml").read_text().partition("[controller]")[0])
     alone = bristle(*IDENTIFY, "--json").data
-    assert (alone["compensation"], alone["prediction"], alone["parameters"]) == (None, None, data["parameters"])
-    assert [call.args[1] > 0.0 for call in task.call_args_list if call.args[:1] == ("",)] == [True, False]  # duration of the loop
+    assert (alone["compensation"], alone["prediction"], alone["parameters"]) == (
+        None,
+        None,
+        data["parameters"],
+    )
+    assert [call.args[1] > 0.0 for call in task.call_args_list if call.args[:1] == ("",)] == [
+        True,
+        False,
+    ]  # duration of the loop
 
 
 @pytest.mark.slow
@@ -152,11 +182,21 @@ def test_verbose_adds_the_tables_and_quiet_leaves_the_verdict(bristle, place):
     assert quiet.err == ""
 
 
-@pytest.mark.parametrize(("option", "done"), [("--json", []), ("--quiet", ["results"]), ("--draws=0", ["results", "rehearsal"])])
-def test_only_a_person_who_has_read_the_results_waits_for_a_rehearsal(bristle, place, monkeypatch, option, done):
+@pytest.mark.parametrize(
+    ("option", "done"),
+    [("--json", []), ("--quiet", ["results"]), ("--draws=0", ["results", "rehearsal"])],
+)
+def test_only_a_person_who_has_read_the_results_waits_for_a_rehearsal(
+    bristle, place, monkeypatch, option, done
+):
     asked = []
-    monkeypatch.setattr("bristle.cli.identify.show_identification", lambda *arguments, **options: asked.append("results"))
-    monkeypatch.setattr("bristle.cli.identify._motion_to_record", lambda *arguments: asked.append("rehearsal") or [])
+    monkeypatch.setattr(
+        "bristle.cli.identify.show_identification",
+        lambda *arguments, **options: asked.append("results"),
+    )
+    monkeypatch.setattr(
+        "bristle.cli.identify._motion_to_record", lambda *arguments: asked.append("rehearsal") or []
+    )
     assert bristle(*IDENTIFY, "--out", "run", option).code == 0
     assert asked == done
 
@@ -164,8 +204,21 @@ def test_only_a_person_who_has_read_the_results_waits_for_a_rehearsal(bristle, p
 @pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_limit_on_file_size_is_reported_and_keeps_old_results(place):
-    arguments = [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main())"]
-    arguments += ["identify", "log.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", "0"]
+    arguments = [
+        sys.executable,
+        "-c",
+        "import sys; from bristle.cli.main import main; sys.exit(main())",
+    ]
+    arguments += [
+        "identify",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        "--model",
+        "viscous",
+        "--draws",
+        "0",
+    ]
     arguments += ["--out", "run", "--force"]
     assert subprocess.run(arguments, check=False, capture_output=True).returncode == 0
     before = {item.name: item.read_bytes() for item in Path("run").iterdir()}
@@ -188,9 +241,23 @@ def test_output_of_a_user_model_is_not_part_of_the_json(bristle, place, monkeypa
 
 
 def test_a_log_that_is_too_short_is_named_and_left_out(bristle, place):
-    (place / "short.csv").write_text("".join((place / "log.csv").read_text().splitlines(keepends=True)[:60]))
+    (place / "short.csv").write_text(
+        "".join((place / "log.csv").read_text().splitlines(keepends=True)[:60])
+    )
     (place / "axis.toml").write_text((place / "axis.toml").read_text().partition("[controller]")[0])
-    ended = bristle("identify", "log.csv", "short.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", 0, "--json", code=0)
+    ended = bristle(
+        "identify",
+        "log.csv",
+        "short.csv",
+        "--axis",
+        "axis.toml",
+        "--model",
+        "viscous",
+        "--draws",
+        0,
+        "--json",
+        code=0,
+    )
     assert "leaves out a log: short.csv" in ended.err
 
 
@@ -199,21 +266,45 @@ def test_the_command_line_takes_several_logs(bristle, place):
     text = (place / "log.csv").read_text().splitlines()
     half = len(text) // 2
     (place / "second.csv").write_text("\n".join([text[0], *text[half:]]) + "\n")
-    result = bristle("identify", "log.csv", "second.csv", "--axis", "axis.toml", "--draws", 0, "--out", "both", "--json", code=0)
+    result = bristle(
+        "identify",
+        "log.csv",
+        "second.csv",
+        "--axis",
+        "axis.toml",
+        "--draws",
+        0,
+        "--out",
+        "both",
+        "--json",
+        code=0,
+    )
     assert result.data["further_logs"] == ["second.csv"]
     assert {"log", "log_2", "log_2_sha256", "axis"} <= set(result.data["provenance"])
     assert result.data["parameters"]["M"]["value"] == pytest.approx(20.0, rel=0.03)
     page = (place / "both" / "report.html").read_text()
     assert ", over time blocks" in page
     assert "Further logs" in page
-    bristle("identify", "log.csv", "--axis", "axis.toml", "--axis", "axis.toml", code=2, said="axis: 2 axis files for 1 log")
+    bristle(
+        "identify",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        "--axis",
+        "axis.toml",
+        code=2,
+        said="axis: 2 axis files for 1 log",
+    )
 
 
 def test_an_axis_file_sets_thresholds(bristle, place):
     axis = place / "axis.toml"
     log = place / "log.csv"
     log.write_text("\n".join(log.read_text().splitlines()[:3001]))
-    axis.write_text(axis.read_text().partition("[controller]")[0] + "\n[identification.settings]\npoor_error = 0.0\ninseparable = 0.5\n")
+    axis.write_text(
+        axis.read_text().partition("[controller]")[0]
+        + "\n[identification.settings]\npoor_error = 0.0\ninseparable = 0.5\n"
+    )
     requested = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous", "--draws", "0")
     data = bristle(*requested, "--json").data
     assert (data["settings"]["poor_error"], data["settings"]["inseparable"]) == (0.0, 0.5)
@@ -228,14 +319,20 @@ def test_an_identified_delay_is_printed_before_the_parameters(bristle, place):
     late = [cells[0], *([*cells[i][:3], cells[max(i - 4, 1)][3]] for i in range(1, len(cells)))]
     Path("late.csv").write_text("\n".join(",".join(item) for item in late))
     Path("bare.toml").write_text(Path("axis.toml").read_text().partition("[controller]")[0])
-    message = bristle("identify", "late.csv", "--axis", "bare.toml", "--model", "viscous", "--draws", 0).out
+    message = bristle(
+        "identify", "late.csv", "--axis", "bare.toml", "--model", "viscous", "--draws", 0
+    ).out
     first, _, rest = message.partition("Parameters")
-    assert re.search(r"bristle removed a delay of 3\.49 ms between effort and position", " ".join(first.split()))
+    assert re.search(
+        r"bristle removed a delay of 3\.49 ms between effort and position", " ".join(first.split())
+    )
     assert rest
 
 
 def test_the_help_states_the_range_of_draws(bristle):
-    assert "20 to 100000, or 0" in " ".join(bristle("identify", "--help").out.split()).replace("│ ", "")
+    assert "20 to 100000, or 0" in " ".join(bristle("identify", "--help").out.split()).replace(
+        "│ ", ""
+    )
 
 
 def next_command(result):
@@ -265,7 +362,9 @@ def test_the_printed_next_command_runs(bristle, place):
 @pytest.mark.slow
 def test_an_axis_without_a_controller_gets_two_gaps_for_gains(bristle, place):
     lines = Path("axis.toml").read_text().split("[controller]")[0].splitlines()
-    Path("open.toml").write_text("\n".join(line for line in lines if not line.startswith("reference")))
+    Path("open.toml").write_text(
+        "\n".join(line for line in lines if not line.startswith("reference"))
+    )
     result = bristle(
         "identify",
         "log.csv",
@@ -287,7 +386,18 @@ def test_an_axis_without_a_controller_gets_two_gaps_for_gains(bristle, place):
     ran = bristle(*command, "--json", code=0)
     errors = {name: item["following_error"]["rms"] for name, item in ran.data["variants"].items()}
     assert errors["compensated"] < errors["as_recorded"]
-    bristle("identify", "log.csv", "--axis", "open.toml", "--draws", "0", "--out", "run", "--force", code=2)
+    bristle(
+        "identify",
+        "log.csv",
+        "--axis",
+        "open.toml",
+        "--draws",
+        "0",
+        "--out",
+        "run",
+        "--force",
+        code=2,
+    )
 
 
 WITHOUT_LOOP = "interrupted: all models fitted; the loop was not simulated"
@@ -299,12 +409,20 @@ NOTHING = "no model is fitted yet, so bristle writes no results"
     [
         ("bristle.files", "logs_and_axes", 130, NOTHING),
         ("bristle.report.identified", "identify", 130, NOTHING),
-        pytest.param("bristle.report.identified.Identified", "_in_the_loop", 130, WITHOUT_LOOP, marks=pytest.mark.slow),
+        pytest.param(
+            "bristle.report.identified.Identified",
+            "_in_the_loop",
+            130,
+            WITHOUT_LOOP,
+            marks=pytest.mark.slow,
+        ),
         ("bristle.report.next_motion", "next_motion", 0, ""),
         ("bristle.report.identified.Outcome", "following_experiment", 0, ""),
     ],
 )
-def test_an_interruption_keeps_what_is_done_in_any_phase(bristle, place, monkeypatch, owner, name, code, said):
+def test_an_interruption_keeps_what_is_done_in_any_phase(
+    bristle, place, monkeypatch, owner, name, code, said
+):
     written, interruptions = place / "results" / "summary.json", iter([KeyboardInterrupt])
     original = getattr(pkgutil.resolve_name(owner), name)
 
@@ -316,13 +434,21 @@ def test_an_interruption_keeps_what_is_done_in_any_phase(bristle, place, monkeyp
     monkeypatch.setattr(f"{owner}.{name}", interrupted)
     bristle(*WITH_DRAWS, "--out", "results", code=code, said=said)
     assert next(interruptions, None) is None
-    assert (json.loads(written.read_text())["unfinished"] or "") == said if written.exists() else said == NOTHING
+    assert (
+        (json.loads(written.read_text())["unfinished"] or "") == said
+        if written.exists()
+        else said == NOTHING
+    )
 
 
 def test_a_second_interruption_ends_at_once(bristle, place, monkeypatch):
     identified, interrupting = of_report.identify, Mock(side_effect=KeyboardInterrupt)
     monkeypatch.setattr(
-        of_report, "identify", lambda *logs, **options: replace(identified(*logs, **options), unfinished="interrupted: once")
+        of_report,
+        "identify",
+        lambda *logs, **options: replace(
+            identified(*logs, **options), unfinished="interrupted: once"
+        ),
     )
     monkeypatch.setattr("bristle.report.identified.Identified.outcome_with", interrupting)
     bristle(*IDENTIFY, "--draws", "0", "--out", "results", code=130)
@@ -332,8 +458,22 @@ def test_a_second_interruption_ends_at_once(bristle, place, monkeypatch):
 @pytest.mark.slow
 def test_a_signal_during_the_fits_leaves_the_finished_models(place):
     main = "import sys; from bristle.cli.main import main; sys.exit(main())"
-    command = [sys.executable, "-c", main, "identify", "log.csv", "--axis", "axis.toml", "--model", "all", "--out", "results"]
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+    command = [
+        sys.executable,
+        "-c",
+        main,
+        "identify",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        "--model",
+        "all",
+        "--out",
+        "results",
+    ]
+    with subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+    ) as process:
         next(line for line in process.stderr if line.startswith("Verdict"))
         process.terminate()
         said = process.stderr.read()

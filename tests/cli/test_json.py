@@ -22,7 +22,21 @@ FAST = [item for item in (CASES[f"json_{name}"] for name in COMMANDS) if item.fa
 
 
 # Commands in the reference, and the command line that shows all of their keys.
-DOCUMENTED = {name: name for name in ("identify", "predict", "compare", "paper", "design", "lab", "log", "excite", "explain", "tune")} | {
+DOCUMENTED = {
+    name: name
+    for name in (
+        "identify",
+        "predict",
+        "compare",
+        "paper",
+        "design",
+        "lab",
+        "log",
+        "excite",
+        "explain",
+        "tune",
+    )
+} | {
     "identify": "identify identify_second_pass",
     "log": "log log_nameless",
     "run": "run_seeds",
@@ -50,13 +64,31 @@ def printed(name):
 
 LONG = {"excite", "predict_with_band", "design", "design_diverging", "paper", "lab"} | {
     f"identify{name}"
-    for name in ("", "_without_loop", "_late", "_second_pass", "_open_loop", "_elements", "_own", "_each", "_in_loop", "_pulls", "_several")
+    for name in (
+        "",
+        "_without_loop",
+        "_late",
+        "_second_pass",
+        "_open_loop",
+        "_elements",
+        "_own",
+        "_each",
+        "_in_loop",
+        "_pulls",
+        "_several",
+    )
 }
 
 
 def cases(names):
     """Return each command line as a case; those that take long are slow."""
-    return [pytest.param(name, marks=pytest.mark.slow if LONG & {name, *DOCUMENTED.get(name, name).split()} else ()) for name in names]
+    return [
+        pytest.param(
+            name,
+            marks=pytest.mark.slow if LONG & {name, *DOCUMENTED.get(name, name).split()} else (),
+        )
+        for name in names
+    ]
 
 
 def frozen(name):
@@ -67,14 +99,20 @@ def frozen(name):
 def test_no_key_is_missing_and_no_name_has_changed(name):
     result = [str(difference) for difference in differences(frozen(name), printed(name))]
     if COMPILER is None:  # then `check` cannot compare the bits of C, and says so
-        result = [difference for difference in result if not difference.startswith("json.certificates.same bits exported.")]
+        result = [
+            difference
+            for difference in result
+            if not difference.startswith("json.certificates.same bits exported.")
+        ]
     assert result[:20] == []
 
 
 def has_documented_keys(command, shown):
     result, *further = (shown(name)["json"] for name in DOCUMENTED[command].split())
     keys = documented(command)
-    assert [key for key in keys if not any(is_found(item, key) for item in (result, *further))] == []
+    assert [
+        key for key in keys if not any(is_found(item, key) for item in (result, *further))
+    ] == []
     assert set(result) == {re.split(r"[.\[]", key)[0] for key in keys}
     entry = next(iter(result.get("variants", result.get("certificates", {})).values()), {})
     assert set(entry) <= {part for key in keys for part in key.split(".")}
@@ -121,7 +159,12 @@ def test_the_skeleton_of_a_result():
             "[dahl]": {"name": "= dahl", "rank": "number"},
             "[lugre]": {"name": "= lugre", "rank": "number", "more": {"unit": "= N"}},
         },
-        "pieces": {"[]": {"begin": "number", "end": {"seen: = early": "", "seen: = late": "", "seen: absent": ""}}},
+        "pieces": {
+            "[]": {
+                "begin": "number",
+                "end": {"seen: = early": "", "seen: = late": "", "seen: absent": ""},
+            }
+        },
         "choices": {"[one]": "= one", "[two]": "= two"},
         "provenance": {"command": "text"},
     }
@@ -150,7 +193,9 @@ def test_the_skeleton_of_a_result():
     ],
 )
 def test_missing_keys_are_reported_and_added_keys_are_not(changed, places):
-    assert [difference.path for difference in differences(skeleton(RESULT), skeleton(RESULT | changed))] == places
+    assert [
+        difference.path for difference in differences(skeleton(RESULT), skeleton(RESULT | changed))
+    ] == places
 
 
 @pytest.fixture(scope="module")
@@ -170,7 +215,19 @@ def published():
         ("models", ("models", "gms")),
         ("check", ("check", "model.toml")),
         pytest.param(
-            *("identify", ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 0)),
+            *(
+                "identify",
+                (
+                    "identify",
+                    "log.csv",
+                    "--axis",
+                    "axis.toml",
+                    "--model",
+                    "viscous,coulomb_viscous",
+                    "--draws",
+                    0,
+                ),
+            ),
             marks=pytest.mark.slow,
         ),
     ],
@@ -179,6 +236,12 @@ def test_a_result_has_the_published_schema(bristle, place, remembered, published
     schema = {"$ref": f"#/$defs/{command}", "$defs": published["$defs"]}
     data = bristle(*words, "--json").data
     assert set(data) == {re.split(r"[.\[]", key)[0] for key in documented(command)}
-    assert [error.message for error in jsonschema.Draft202012Validator(schema).iter_errors(data)] == []
+    assert [
+        error.message for error in jsonschema.Draft202012Validator(schema).iter_errors(data)
+    ] == []
     key = schema["$defs"][command]["required"][0]
-    assert list(jsonschema.Draft202012Validator(schema).iter_errors({name: value for name, value in data.items() if name != key}))
+    assert list(
+        jsonschema.Draft202012Validator(schema).iter_errors(
+            {name: value for name, value in data.items() if name != key}
+        )
+    )

@@ -17,7 +17,9 @@ from bristle.files.single import write_whole
 @pytest.fixture
 def page(tmp_path, monkeypatch):
     """What every page begins with is enough here: the pages themselves have their tests."""
-    monkeypatch.setattr("bristle.apps.lab.lab_page", lambda *_, **facts: f"{MARK}\n{facts.get('model')}")
+    monkeypatch.setattr(
+        "bristle.apps.lab.lab_page", lambda *_, **facts: f"{MARK}\n{facts.get('model')}"
+    )
     return tmp_path / "lab.html"
 
 
@@ -43,7 +45,8 @@ def test_the_page_gets_the_facts_of_the_file(tmp_path, monkeypatch):
     monkeypatch.setattr("bristle.apps.lab.lab_page", lambda **values: facts.update(values) or MARK)
     file = model_in(tmp_path)
     file.write_text(
-        file.read_text() + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n[treatment]\nvelocity_max = 0.2\n'
+        file.read_text()
+        + '\n[uncertainty.F_C]\nstatus = "identified"\ninterval = [18.0, 22.0]\n[treatment]\nvelocity_max = 0.2\n'
     )
     assert run(["lab", str(file), "--out", str(tmp_path / "lab.html")]) == 0
     assert (facts["mass"], facts["fastest"]) == (3.0, 0.2)
@@ -55,7 +58,9 @@ def test_the_page_gets_the_facts_of_the_file(tmp_path, monkeypatch):
 @pytest.mark.parametrize("options", [[], ["--force"]])
 def test_a_foreign_file_is_not_replaced(page, options, capsys):
     page.write_text("mine")
-    with pytest.raises(br.core.InputError, match="was not written by bristle lab, or was changed later"):
+    with pytest.raises(
+        br.core.InputError, match="was not written by bristle lab, or was changed later"
+    ):
         run(["lab", "--out", str(page), *options])
     assert page.read_text() == "mine"
 
@@ -77,7 +82,9 @@ def test_a_page_with_a_remark_a_link_to_one_and_a_pipe_are_not_replaced(page, tm
     (tmp_path / "link.html").symlink_to(page)
     os.mkfifo(tmp_path / "pipe.html")
     for name in ("link.html", "pipe.html"):
-        with pytest.raises(br.core.InputError, match="was not written by bristle lab, or was changed later"):
+        with pytest.raises(
+            br.core.InputError, match="was not written by bristle lab, or was changed later"
+        ):
             run(["lab", "--out", str(tmp_path / name), "--force"])
     page.write_text(written.replace("None", "None, and an hour of work"))
     with pytest.raises(br.core.InputError, match="was not written by bristle lab"):
@@ -123,21 +130,28 @@ def test_unsuitable_options_are_refused(page, here, line, words):
 
 @pytest.mark.parametrize("package", ["starlette", "uvicorn"])
 def test_a_missing_package_is_reported_with_its_install_command(monkeypatch, package):
-    monkeypatch.setattr("bristle.apps.lab.server.run.find_spec", lambda name: None if name == package else object())
+    monkeypatch.setattr(
+        "bristle.apps.lab.server.run.find_spec", lambda name: None if name == package else object()
+    )
     with pytest.raises(br.core.errors.MissingExtraError, match=r'pip install "bristle\[lab\]"'):
         run(["lab", "--serve"])
 
 
 def test_the_server_is_loaded_only_if_it_is_installed():
     code = "import sys; sys.modules['starlette'] = sys.modules['uvicorn'] = None; from bristle.apps.lab.server import Limits, serve"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
+    assert (
+        subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode
+        == 0
+    )
 
 
 def test_an_occupied_port_is_reported():
     with listening_on(0) as listening:
         address, port = listening.getsockname()
         assert address == "127.0.0.1"
-        with pytest.raises(br.core.InputError, match=r"cannot be opened: [^()]+; found \d+\. Leave --port out"):
+        with pytest.raises(
+            br.core.InputError, match=r"cannot be opened: [^()]+; found \d+\. Leave --port out"
+        ):
             run(["lab", "--serve", "--no-open", "--port", str(port)])
 
 

@@ -24,7 +24,14 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 
 def test_tables_for_people(bristle, place):
-    result = bristle("log", "log.csv", "--axis", "axis.toml", code=0, shown=("position", "1000 samples a second", "Motion of the log"))
+    result = bristle(
+        "log",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        code=0,
+        shown=("position", "1000 samples a second", "Motion of the log"),
+    )
     assert "(sign_reversed)" not in result.out
 
 
@@ -67,9 +74,13 @@ def test_an_unknown_unit_is_shown_as_in_the_file_and_requested(bristle, place):
 
 
 @pytest.mark.parametrize("axis", [(), ("--axis", "axis.toml")], ids=["untold", "told"])
-def test_a_log_is_read_once_for_its_axis_its_numbers_and_its_report(bristle, place, monkeypatch, axis):
+def test_a_log_is_read_once_for_its_axis_its_numbers_and_its_report(
+    bristle, place, monkeypatch, axis
+):
     read, kinds = readers._read, []
-    monkeypatch.setattr(readers, "_read", lambda kind, *rest: kinds.append(kind.name) or read(kind, *rest))
+    monkeypatch.setattr(
+        readers, "_read", lambda kind, *rest: kinds.append(kind.name) or read(kind, *rest)
+    )
     assert bristle("log", "log.csv", *axis, "--out", "contents").code == 0
     assert kinds == ["csv"]
     assert written_in("contents") == {"summary.json", "report.html"}
@@ -79,7 +90,9 @@ def test_a_log_is_read_once_for_its_axis_its_numbers_and_its_report(bristle, pla
 
 
 def test_contradictions_in_a_log_are_reported(bristle, place):
-    Path("axis.toml").write_text(Path("axis.toml").read_text().replace('column = "u"', 'column = "u", sign = -1'))
+    Path("axis.toml").write_text(
+        Path("axis.toml").read_text().replace('column = "u"', 'column = "u", sign = -1')
+    )
     shown = bristle("log", "log.csv", "--axis", "axis.toml", code=0, shown="(sign_reversed)")
     assert "the sign of the effort seems reversed" in " ".join(shown.out.lower().split())
 
@@ -90,7 +103,9 @@ def test_a_log_of_another_program_needs_two_values_at_most(bristle, here, name):
     path = export.write(here, motion()).name
     result = bristle("log", path, "--write", "axis.toml", "--json", code=0)
     assert result.data["proposal"]["missing"] == [*export.filled]
-    assert [f"bristle: fill in: {key}" in result.err for key in export.filled] == [True] * len(export.filled)
+    assert [f"bristle: fill in: {key}" in result.err for key in export.filled] == [True] * len(
+        export.filled
+    )
     text = Path("axis.toml").read_text(encoding="utf-8")
     assert text == result.data["proposal"]["text"]
     if export.filled:
@@ -105,7 +120,14 @@ def test_a_log_of_another_program_needs_two_values_at_most(bristle, here, name):
 def test_a_log_without_a_position_column_is_reported(bristle, here):
     rows = np.random.default_rng(1).normal(size=(300, 3))
     np.savetxt("noise.csv", rows, delimiter=",", header="a1,b1,c1", comments="")
-    bristle("log", "noise.csv", "--write", "axis.toml", code=1, said="has no column with a usual name of a position")
+    bristle(
+        "log",
+        "noise.csv",
+        "--write",
+        "axis.toml",
+        code=1,
+        said="has no column with a usual name of a position",
+    )
     assert not Path("axis.toml").exists()
 
 
@@ -114,15 +136,27 @@ def nameless(tmp_path, monkeypatch):
     """Write a log of two joints without names: time, both angles, both efforts."""
     monkeypatch.chdir(tmp_path)
     t = 2e-3 * np.arange(4000)
-    angles = [np.sin(0.9 * t) + 0.4 * np.sin(2.3 * t), 0.7 * np.sin(1.4 * t + 1.0) + 0.3 * np.sin(3.1 * t)]
-    efforts = [np.sign(np.gradient(q)) + 3.0 * np.sin(q) + 0.01 * np.random.default_rng(0).normal(size=t.size) for q in angles]
+    angles = [
+        np.sin(0.9 * t) + 0.4 * np.sin(2.3 * t),
+        0.7 * np.sin(1.4 * t + 1.0) + 0.3 * np.sin(3.1 * t),
+    ]
+    efforts = [
+        np.sign(np.gradient(q))
+        + 3.0 * np.sin(q)
+        + 0.01 * np.random.default_rng(0).normal(size=t.size)
+        for q in angles
+    ]
     np.savetxt("arm.txt", np.column_stack([t, *angles, *efforts]), fmt="%.7f")
 
 
 @pytest.mark.slow
-def test_columns_without_names_get_proposed_roles_and_the_accepted_file_shows_every_joint(bristle, nameless):
+def test_columns_without_names_get_proposed_roles_and_the_accepted_file_shows_every_joint(
+    bristle, nameless
+):
     shown = bristle("log", "arm.txt", "--write", "axis.toml", code=0, shown="Proposed roles")
-    assert [f"{role} {joint}" in shown.out for role in ("position", "effort") for joint in (1, 2)] == [True] * 4
+    assert [
+        f"{role} {joint}" in shown.out for role in ("position", "effort") for joint in (1, 2)
+    ] == [True] * 4
     assert "Channels of the axis" not in shown.out
     text = Path("axis.toml").read_text(encoding="utf-8")
     assert bristle("log", "arm.txt", "--axis", "axis.toml").code == 2
@@ -131,7 +165,9 @@ def test_columns_without_names_get_proposed_roles_and_the_accepted_file_shows_ev
     accepted = bristle("log", "arm.txt", "--axis", "axis.toml", code=0)
     assert ["Joint joint_1" in accepted.out, "Joint joint_2" in accepted.out] == [True, True]
     assert bristle("log", "arm.txt", "--axis", "axis.toml", "--json").code == 2
-    bristle("identify", "arm.txt", "--out", "results", code=2, said="bristle log LOG --write AXIS.toml")
+    bristle(
+        "identify", "arm.txt", "--out", "results", code=2, said="bristle log LOG --write AXIS.toml"
+    )
     Path("axis.toml").write_text(text.replace("column_3", "column_9"), encoding="utf-8")
     bristle("log", "arm.txt", "--axis", "axis.toml", code=1, said="problem of joint_2")
 
@@ -173,13 +209,17 @@ def test_a_log_and_its_proposed_axis_file(bristle, odd):
 
 
 def test_an_identification_without_an_axis_file_writes_files_that_can_be_read(bristle, odd):
-    result = bristle("identify", str(odd), "--model", "coulomb_viscous", "--draws", "0", "--out", "results")
+    result = bristle(
+        "identify", str(odd), "--model", "coulomb_viscous", "--draws", "0", "--out", "results"
+    )
     assert_can_be_written(result)
     assert "\\udcff" not in result.out + result.err
     for path in Path("results").glob("*.toml"):
         tomllib.loads(path.read_text(encoding="utf-8"))
     assert SHOWN in Path("results/report.html").read_text(encoding="utf-8")
-    assert json.loads(Path("results/summary.json").read_bytes())["provenance"]["log"] == f"{SHOWN}.csv"
+    assert (
+        json.loads(Path("results/summary.json").read_bytes())["provenance"]["log"] == f"{SHOWN}.csv"
+    )
 
 
 @pytest.mark.slow
@@ -190,7 +230,10 @@ def test_a_fleet_continues_with_such_logs(bristle, odd):
     again = bristle(*command, "--json")
     assert_can_be_written(again)
     study = json.loads(Path("fleet/study.json").read_bytes())
-    assert [(log["folder"], log["log"]) for log in study["logs"]] == [(SHOWN, f"{SHOWN}.csv"), (SHOWN, f"second_{SHOWN}.csv")]
+    assert [(log["folder"], log["log"]) for log in study["logs"]] == [
+        (SHOWN, f"{SHOWN}.csv"),
+        (SHOWN, f"second_{SHOWN}.csv"),
+    ]
 
 
 def test_a_log_that_cannot_be_used_is_refused_by_its_escaped_name(bristle, odd):
@@ -242,14 +285,22 @@ def folder(tmp_path_factory):
     rows = (place / "log.csv").read_text().splitlines()
     rows[300] = rows[300].rpartition(",")[0] + ",nan"
     (place / "nan.csv").write_text("\n".join(rows) + "\n")
-    (place / "bare.toml").write_text((place / "axis.toml").read_text().replace('column = "u"', 'column = "torque"'))
+    (place / "bare.toml").write_text(
+        (place / "axis.toml").read_text().replace('column = "u"', 'column = "torque"')
+    )
     return place
 
 
 LONG = ("identify", "identify a model of one's own", "identify curves", "design", "excite")
 
 
-@pytest.mark.parametrize("command", [pytest.param(command, marks=pytest.mark.slow if command in LONG else ()) for command in RESULTS])
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param(command, marks=pytest.mark.slow if command in LONG else ())
+        for command in RESULTS
+    ],
+)
 def test_results_name_no_folder(folder, command, capsys):
     out = folder / "out"
     shutil.rmtree(out, ignore_errors=True)
@@ -270,5 +321,10 @@ def test_results_of_checks_name_no_folder(folder, capsys):
 @pytest.mark.slow
 def test_terminal_messages_name_the_full_path(folder, capsys):
     shutil.rmtree(folder / "out", ignore_errors=True)
-    assert main(["excite", str(folder / "axis.toml"), "--duration", "15s", "--out", str(folder / "out")]) == 0
+    assert (
+        main(
+            ["excite", str(folder / "axis.toml"), "--duration", "15s", "--out", str(folder / "out")]
+        )
+        == 0
+    )
     assert f"--axis {folder}/out/axis.toml" in capsys.readouterr().out.replace("\n", "")

@@ -18,7 +18,9 @@ from bristle.cli.main import _own_the_compiler, main
 from bristle.cli.signals import SignalledError, ended_by_signals
 from bristle.core.former import FORMER
 
-COMMANDS = [registered_command.name for registered_command in application.application().registered_commands]
+COMMANDS = [
+    registered_command.name for registered_command in application.application().registered_commands
+]
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib", "numpy")
 
 
@@ -33,16 +35,28 @@ sys.exit(main())
 
 
 @pytest.mark.fast_cases(2)
-@pytest.mark.parametrize("arguments", [["--help"], [], ["--version"], *([registered_command, "--help"] for registered_command in COMMANDS)])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--help"],
+        [],
+        ["--version"],
+        *([registered_command, "--help"] for registered_command in COMMANDS),
+    ],
+)
 def test_help_loads_nothing_heavy(arguments):
     code = (
         "import sys; from bristle.cli.main import main; code = main(sys.argv[1:]); "
         f"print([one for one in {HEAVY!r} if one in sys.modules], code)"
     )
-    ended = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
+    ended = subprocess.run(
+        [sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True
+    )
     # Newer releases of typer themselves read the options of a command through pydantic.
     by_typer = [] if arguments == ["--help"] else ["pydantic"]
-    listed = ["numpy"] if arguments == ["log", "--help"] else []  # its list of formats asks their readers
+    listed = (
+        ["numpy"] if arguments == ["log", "--help"] else []
+    )  # its list of formats asks their readers
     assert ended.stdout.splitlines()[-1] in (f"{listed} 0", f"{by_typer + listed} 0")
     assert ended.stderr == ""
 
@@ -60,15 +74,35 @@ def test_the_list_of_commands_has_whole_sentences(bristle):
 
 
 FORMER_OPTIONS = (
-    *("--data", "--size-limit", "--decimation", "--global", "--no-global", "--set", "--truth", "--window", "--dry-run"),
-    *("lab --log", "lab --axis", "paper --axis", "demo --format", "export --draws", "check --allow-code", "excite --allow-code"),
+    *(
+        "--data",
+        "--size-limit",
+        "--decimation",
+        "--global",
+        "--no-global",
+        "--set",
+        "--truth",
+        "--window",
+        "--dry-run",
+    ),
+    *(
+        "lab --log",
+        "lab --axis",
+        "paper --axis",
+        "demo --format",
+        "export --draws",
+        "check --allow-code",
+        "excite --allow-code",
+    ),
 )
 
 
 @pytest.mark.parametrize("former", FORMER_OPTIONS)
 def test_former_options_are_refused_with_their_successor(bristle, former):
     command, _, option = former.rpartition(" ")
-    ended = bristle(command or "identify", option, "1", said=f"{option} was removed. {FORMER[former]}")
+    ended = bristle(
+        command or "identify", option, "1", said=f"{option} was removed. {FORMER[former]}"
+    )
     assert (ended.code, ended.out) == (2, "")
 
 
@@ -98,11 +132,21 @@ sys.exit(main(["identify"]))
     ("numbers", "code", "said"),
     [
         ((signal.SIGTERM,), 143, ["terminated"]),
-        ((signal.SIGINT, signal.SIGINT), 130, ["interrupted: waiting for a library", "interrupted"]),
+        (
+            (signal.SIGINT, signal.SIGINT),
+            130,
+            ["interrupted: waiting for a library", "interrupted"],
+        ),
     ],
 )
 def test_native_code_that_never_returns_is_ended_without_files(tmp_path, numbers, code, said):
-    process = subprocess.Popen([sys.executable, "-c", NATIVE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    process = subprocess.Popen(
+        [sys.executable, "-c", NATIVE],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=tmp_path,
+    )
     assert process.stdout.readline() == "working\n"
     time.sleep(0.2)
     for number in numbers:
@@ -111,7 +155,10 @@ def test_native_code_that_never_returns_is_ended_without_files(tmp_path, numbers
         time.sleep(2.4)
     _, errors = process.communicate(timeout=20)
     assert process.returncode == code
-    assert [line.removeprefix("bristle: ")[: len(words)] for line, words in zip(errors.splitlines(), said, strict=True)] == said
+    assert [
+        line.removeprefix("bristle: ")[: len(words)]
+        for line, words in zip(errors.splitlines(), said, strict=True)
+    ] == said
     assert not list(tmp_path.iterdir())
 
 
@@ -145,7 +192,10 @@ def test_a_signal_that_a_finalizer_swallows_is_sent_again():
 
 
 def test_changes_for_signals_are_restored():
-    hook, before = sys.unraisablehook, len(os.listdir("/proc/self/fd")) if Path("/proc/self/fd").exists() else 0
+    hook, before = (
+        sys.unraisablehook,
+        len(os.listdir("/proc/self/fd")) if Path("/proc/self/fd").exists() else 0,
+    )
     woken, waking = os.pipe()
     os.set_blocking(waking, False)
     outer = signal.set_wakeup_fd(waking)
@@ -221,23 +271,43 @@ ENDS = [(["nonsense"], 2), (["models"], 0), (["models", "--json"], 0), (["log", 
 def test_unwritable_messages_change_no_exit_code(place, arguments, code):
     with open("/dev/full", "w") as full:
         process = [sys.executable, "-c", INTERRUPTIBLE, *arguments]
-        assert subprocess.run(process, stdout=subprocess.DEVNULL, stderr=full, check=False).returncode == code
+        assert (
+            subprocess.run(process, stdout=subprocess.DEVNULL, stderr=full, check=False).returncode
+            == code
+        )
 
 
 @pytest.mark.parametrize(
-    ("seconds", "kept"), [("1700000000", True), ("9" * 10, True), ("9" * 11, False), ("never", False), ("", False), ("1.5", False)]
+    ("seconds", "kept"),
+    [
+        ("1700000000", True),
+        ("9" * 10, True),
+        ("9" * 11, False),
+        ("never", False),
+        ("", False),
+        ("1.5", False),
+    ],
 )
 def test_compiler_settings_of_other_programs_are_dropped(monkeypatch, seconds, kept):
-    given = {"NUMBA_CPU_FEATURES": "-sse2", "NUMBA_NUM_THREADS": "abc", "NUMBA_DISABLE_JIT": "0", "SOURCE_DATE_EPOCH": seconds}
+    given = {
+        "NUMBA_CPU_FEATURES": "-sse2",
+        "NUMBA_NUM_THREADS": "abc",
+        "NUMBA_DISABLE_JIT": "0",
+        "SOURCE_DATE_EPOCH": seconds,
+    }
     environment = given | {"HOME": "here"}
     monkeypatch.setattr(os, "environ", environment)
     _own_the_compiler()
-    assert set(environment) == {"HOME", "NUMBA_DISABLE_JIT"} | ({"SOURCE_DATE_EPOCH"} if kept else set())
+    assert set(environment) == {"HOME", "NUMBA_DISABLE_JIT"} | (
+        {"SOURCE_DATE_EPOCH"} if kept else set()
+    )
 
 
 def test_a_thread_of_a_user_model_does_not_block_the_exit(monkeypatch):
     ended, goes_on = [], threading.Event()
-    monkeypatch.setattr(application, "run", lambda arguments: threading.Thread(target=goes_on.wait).start() or 3)
+    monkeypatch.setattr(
+        application, "run", lambda arguments: threading.Thread(target=goes_on.wait).start() or 3
+    )
     monkeypatch.setattr(sys, "argv", ["bristle", "check", "own.py"])
     monkeypatch.setattr(gc, "freeze", lambda: None)
     monkeypatch.setattr(gc, "set_threshold", lambda *_: None)
@@ -253,7 +323,9 @@ def test_a_thread_of_a_user_model_does_not_block_the_exit(monkeypatch):
 def test_too_low_a_memory_limit_is_reported_before_libraries_load(option):
     code = "from bristle.cli.main import main; raise SystemExit(main(['models']))"
     words = f'ulimit {option} 327680; exec "$0" -c "{code}"'
-    ended = subprocess.run(["sh", "-c", words, sys.executable], capture_output=True, text=True, check=False, timeout=60)
+    ended = subprocess.run(
+        ["sh", "-c", words, sys.executable], capture_output=True, text=True, check=False, timeout=60
+    )
     assert ended.returncode == 2, ended.stderr
     assert f"ulimit {option} 327680: is too little memory" in ended.stderr
 
@@ -262,14 +334,25 @@ def test_too_low_a_memory_limit_is_reported_before_libraries_load(option):
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("arguments", "code"), ENDS)
 def test_a_closed_output_changes_no_exit_code(place, arguments, code):
-    shell = ["bash", "-c", '"$0" -c "$1" "${@:2}" >&- 2>&-', sys.executable, INTERRUPTIBLE, *arguments]
+    shell = [
+        "bash",
+        "-c",
+        '"$0" -c "$1" "${@:2}" >&- 2>&-',
+        sys.executable,
+        INTERRUPTIBLE,
+        *arguments,
+    ]
     assert subprocess.run(shell, check=False).returncode == code
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("arguments", [["--version"], ["models"], ["models", "--json"]])
 def test_a_closed_pipe_is_no_error(arguments):
-    process = subprocess.Popen([sys.executable, "-c", INTERRUPTIBLE, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTIBLE, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
     process.stdout.close()
     with process.stderr:
         assert process.stderr.read() == b""

@@ -14,7 +14,17 @@ from bristle.apps.study import command as study
 from bristle.apps.study.store import OK
 from bristle.cli import compare, export, identify, models, options, run
 from bristle.cli.log import MOST_COLUMNS, _parts, _table
-from bristle.cli.options import SIZE_SETTING, Output, command_text, folder_named, holds_own, loaded_code, print_json, refuse, size_limit
+from bristle.cli.options import (
+    SIZE_SETTING,
+    Output,
+    command_text,
+    folder_named,
+    holds_own,
+    loaded_code,
+    print_json,
+    refuse,
+    size_limit,
+)
 from bristle.core import SIZE_LIMIT, Variable
 from bristle.report.table import Table
 
@@ -45,7 +55,14 @@ def test_the_first_option_that_was_given_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("name", "own"), [("lugre", False), ("lugre+asymmetry", False), ("my.py", True), ("lugre+my.py", True), ("py", False)]
+    ("name", "own"),
+    [
+        ("lugre", False),
+        ("lugre+asymmetry", False),
+        ("my.py", True),
+        ("lugre+my.py", True),
+        ("py", False),
+    ],
 )
 def test_a_name_holds_a_file_of_code(name, own):
     assert holds_own(name) is own
@@ -72,7 +89,9 @@ def test_code_is_allowed_once_all_of_it_is_loaded(tmp_path, monkeypatch):
 
 
 def reported(capsys, **options):
-    Output(SimpleNamespace(obj="bristle x"), **options).tell({"a": 1}, "paragraph", None, warnings=["careful"])
+    Output(SimpleNamespace(obj="bristle x"), **options).tell(
+        {"a": 1}, "paragraph", None, warnings=["careful"]
+    )
     return capsys.readouterr()
 
 
@@ -85,42 +104,58 @@ def test_a_command_prints_json_or_text(capsys):
 
 
 def test_a_command_names_the_folder_of_results(capsys):
-    assert reported(capsys, out=Path("there")).err.endswith("bristle: wrote there; open there/report.html in a browser\n")
+    assert reported(capsys, out=Path("there")).err.endswith(
+        "bristle: wrote there; open there/report.html in a browser\n"
+    )
     Output(SimpleNamespace(obj="x"), out=Path("there")).tell({}, files="a.c")
     assert capsys.readouterr().err == "bristle: wrote there: a.c\n"
 
 
 def test_a_command_line_is_stored_without_folders():
-    assert command_text(["identify", "a/b.csv", "--axis", "c/d.toml,e/f.toml", "--out=g/h/"], "/") == (
-        "bristle identify b.csv --axis d.toml,f.toml --out=h"
-    )
+    assert command_text(
+        ["identify", "a/b.csv", "--axis", "c/d.toml,e/f.toml", "--out=g/h/"], "/"
+    ) == ("bristle identify b.csv --axis d.toml,f.toml --out=h")
     assert command_text(["x\x07y", "a=b/c"], "/") == "bristle 'x?y' c"
 
 
 # --- studies ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("is_whole", "statuses", "code"), [(True, {OK: 3}, 0), (False, {OK: 3}, 1), (True, {"diverged": 3}, 1)])
+@pytest.mark.parametrize(
+    ("is_whole", "statuses", "code"),
+    [(True, {OK: 3}, 0), (False, {OK: 3}, 1), (True, {"diverged": 3}, 1)],
+)
 def test_a_study_succeeds_with_all_runs_and_some_good_ones(is_whole, statuses, code):
-    assert study.exit_code(SimpleNamespace(lost=[], is_whole=is_whole), {"statuses": statuses}) == code
+    assert (
+        study.exit_code(SimpleNamespace(lost=[], is_whole=is_whole), {"statuses": statuses}) == code
+    )
 
 
 def test_runs_that_crash_every_process_are_reported(capsys):
     lost = [SimpleNamespace(first=10, last=20)]
     study.exit_code(SimpleNamespace(lost=lost, is_whole=False), {"statuses": {}})
-    assert "runs 10 to 19 are missing: every process that simulated them crashed" in capsys.readouterr().err
+    assert (
+        "runs 10 to 19 are missing: every process that simulated them crashed"
+        in capsys.readouterr().err
+    )
 
 
 def test_an_interruption_reports_the_kept_runs(capsys):
     with pytest.raises(KeyboardInterrupt), study.interruptible(Path("out"), "runs"):
         raise KeyboardInterrupt
-    assert capsys.readouterr().err == "bristle: out keeps the finished runs. Give the same command again to continue\n"
+    assert (
+        capsys.readouterr().err
+        == "bristle: out keeps the finished runs. Give the same command again to continue\n"
+    )
 
 
 def test_values_of_a_run_are_written_as_text():
     values = {"plant.M": 20.0, "run.delay": 2, "friction.k_i": [1.0, 2.0, 3.0], "x": 0.5}
     text = study._in_words(values, {"plant.M": "kg", "x": ""})
-    assert text.replace("\u00a0", " ") == "plant.M = 20 kg, run.delay = 2, friction.k_i = 3 numbers, x = 0.5"
+    assert (
+        text.replace("\u00a0", " ")
+        == "plant.M = 20 kg, run.delay = 2, friction.k_i = 3 numbers, x = 0.5"
+    )
     assert study._in_words({}, {}) == "only the seed varies"
 
 
@@ -142,7 +177,9 @@ def column(name, **facts):
 
 
 def test_columns_of_a_log_have_six_digits():
-    table = _table("T", [column("x"), column("y", unit="furlong", column="c"), column("z", unit="qwe")])
+    table = _table(
+        "T", [column("x"), column("y", unit="furlong", column="c"), column("z", unit="qwe")]
+    )
     assert table.heads == ("Name", "Column", "Unit", "Samples", "Min", "Max", "Mean", "Std", "Step")
     assert list(table.rows[0]) == ["x", "", "mm", "3", "0.123457", "–", "1", "2", "0.5"]
     assert [list(row[1:3]) for row in table.rows[1:]] == [["c", "furlong"], ["", "qwe (unknown)"]]
@@ -196,8 +233,14 @@ def test_a_range_is_written_without_its_unit(variable, words):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("lugra", r"NAME: is not a known model; found 'lugra'.*'lugre'.*For a list type: bristle models"),
-        ("cascade+asymmetry", "NAME: a controller has no slots; found 'cascade.asymmetry'. Write cascade"),
+        (
+            "lugra",
+            r"NAME: is not a known model; found 'lugra'.*'lugre'.*For a list type: bristle models",
+        ),
+        (
+            "cascade+asymmetry",
+            "NAME: a controller has no slots; found 'cascade.asymmetry'. Write cascade",
+        ),
     ],
 )
 def test_an_unknown_model_is_refused(name, words):
@@ -207,9 +250,19 @@ def test_an_unknown_model_is_refused(name, words):
 
 def test_a_model_is_found_in_its_family():
     assert list(models._selected("lugre")) == ["friction"]
-    assert [member.name for member in models._selected("lugre+asymmetry")["friction"]] == ["lugre+asymmetry"]
+    assert [member.name for member in models._selected("lugre+asymmetry")["friction"]] == [
+        "lugre+asymmetry"
+    ]
     assert list(models._selected("inertia+gravity")) == ["plant"]
-    assert list(models._families()) == ["friction", "hysteresis", "plant", "controller", "sensor", "reference", "slot"]
+    assert list(models._families()) == [
+        "friction",
+        "hysteresis",
+        "plant",
+        "controller",
+        "sensor",
+        "reference",
+        "slot",
+    ]
 
 
 def test_a_user_model_is_tested_and_then_allowed(tmp_path, monkeypatch):
@@ -221,11 +274,18 @@ def test_a_user_model_is_tested_and_then_allowed(tmp_path, monkeypatch):
     assert (chosen.name, order) == ("own+asymmetry", ["own+asymmetry", "own.py"])
 
 
-def test_an_identified_model_is_reported_with_its_error_or_as_earlier(tmp_path, monkeypatch, capsys):
+def test_an_identified_model_is_reported_with_its_error_or_as_earlier(
+    tmp_path, monkeypatch, capsys
+):
     fit, asked = SimpleNamespace(name="lugre", error_percent=2.3456), []
     prepared = [SimpleNamespace(name="axis", best=best, folder=Path("fit")) for best in (None, fit)]
-    monkeypatch.setattr("bristle.report.prepared.prepare", lambda content, **how: asked.append(how) or prepared)
-    monkeypatch.setattr("bristle.files.read_experiment", lambda content, **how: asked.append(how) or content.source.name)
+    monkeypatch.setattr(
+        "bristle.report.prepared.prepare", lambda content, **how: asked.append(how) or prepared
+    )
+    monkeypatch.setattr(
+        "bristle.files.read_experiment",
+        lambda content, **how: asked.append(how) or content.source.name,
+    )
     (tmp_path / "a.toml").write_text("schema = 1")
     assert options.experiment_in(tmp_path / "a.toml", allow_code=True, progress=print) == "a.toml"
     assert capsys.readouterr().err.splitlines() == [
@@ -273,7 +333,10 @@ def asked(monkeypatch):
     calls = []
 
     def put(place, answer=None):
-        monkeypatch.setattr(place, lambda *passed, **how: calls.append((place.rpartition(".")[2], passed, how)) or answer)
+        monkeypatch.setattr(
+            place,
+            lambda *passed, **how: calls.append((place.rpartition(".")[2], passed, how)) or answer,
+        )
         return calls
 
     put.calls = calls
@@ -296,7 +359,11 @@ def test_logs_are_identified_together_or_as_a_fleet(ways):
     assert identify.identify(log=logs, output=output) == 5
     assert identify.identify(log=logs, output=output, separate=True, workers=3, reader=None) == 7
     (together, passed, _), (each, separate, how) = ways
-    assert (together, each, how) == ("_identify_friction", "identify_each", {"readers": (), "workers": 3, "robot": None})
+    assert (together, each, how) == (
+        "_identify_friction",
+        "identify_each",
+        {"readers": (), "workers": 3, "robot": None},
+    )
     assert passed[:2] == separate[:2] == (logs, [])
     assert passed[2]["model"] == br.friction.DEFAULT_MODELS.split(",")
     assert separate[2]["model"] == ["coulomb_viscous"]
@@ -305,7 +372,13 @@ def test_logs_are_identified_together_or_as_a_fleet(ways):
 
 
 def test_options_of_an_identification_are_passed_in_si(ways):
-    chosen = {"model": "dahl , lugre+asymmetry", "cutoff": "0.1 kHz", "draws": 20, "free": "exponent", "method": "output_error"}
+    chosen = {
+        "model": "dahl , lugre+asymmetry",
+        "cutoff": "0.1 kHz",
+        "draws": 20,
+        "free": "exponent",
+        "method": "output_error",
+    }
     identify.identify(log=[Path("a.csv")], output=Told(), **chosen)
     models = ["dahl", "lugre+asymmetry"]
     assert ways[0][1][2] == chosen | {"model": models, "cutoff": 100.0}
@@ -323,7 +396,9 @@ def test_options_of_an_identification_are_passed_in_si(ways):
     ],
 )
 def test_a_figure_needs_a_folder(command, files, tmp_path):
-    with pytest.raises(br.core.InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"):
+    with pytest.raises(
+        br.core.InputError, match=r"--figure: needs a folder to write into\. Add --out DIR"
+    ):
         command(**files, output=Told(), figure=[tmp_path / "f.py"])
     with pytest.raises(br.core.InputError, match=r"f\.py"):
         command(**files, output=Told(tmp_path / "out"), figure=[tmp_path / "f.py"])
@@ -331,17 +406,49 @@ def test_a_figure_needs_a_folder(command, files, tmp_path):
 
 def test_an_export_passes_its_options_and_states_its_notes(asked, monkeypatch, tmp_path):
     output, context = Told(Path("out")), named(obj="bristle export")
-    exported = named(write=lambda folder: None, summary={"notes": ["short"]}, product=named(files={"a.c": "", "a.h": ""}))
+    exported = named(
+        write=lambda folder: None,
+        summary={"notes": ["short"]},
+        product=named(files={"a.c": "", "a.h": ""}),
+    )
     monkeypatch.setattr(export, "Output", lambda *_, **__: output)
     asked("bristle.report.exported.export_model_file", exported)
     asked("bristle.cli.export._law", exported)
-    export.export(context, model=tmp_path, to="c", out=Path("out"), float32=True, log=Path("a.csv"), tunable=True)
-    export.export(context, law=Path("e.toml"), to="st", out=Path("out"), variant="fed", float32=True, accept_harm=True)
+    export.export(
+        context,
+        model=tmp_path,
+        to="c",
+        out=Path("out"),
+        float32=True,
+        log=Path("a.csv"),
+        tunable=True,
+    )
+    export.export(
+        context,
+        law=Path("e.toml"),
+        to="st",
+        out=Path("out"),
+        variant="fed",
+        float32=True,
+        accept_harm=True,
+    )
     (_, model, how), (_, law, of_law) = asked.calls
     assert (model, law) == ((tmp_path / "model.toml", "c"), (Path("e.toml"), "fed", "st"))
-    expected = {"points": 20, "float32": True, "tunable": True, "accept_harm": False, "name": "axis_x", "log": Path("a.csv"), "step": None}
+    expected = {
+        "points": 20,
+        "float32": True,
+        "tunable": True,
+        "accept_harm": False,
+        "name": "axis_x",
+        "log": Path("a.csv"),
+        "step": None,
+    }
     assert {key: how[key] for key in expected} == expected
-    assert {key: of_law[key] for key in ("single", "accept_harm", "tunable")} == {"single": True, "accept_harm": True, "tunable": False}
+    assert {key: of_law[key] for key in ("single", "accept_harm", "tunable")} == {
+        "single": True,
+        "accept_harm": True,
+        "tunable": False,
+    }
     assert output.opens == [
         ("exporting", [tmp_path / "model.toml", Path("a.csv")], {"draws": False}),
         ("exporting", [Path("e.toml")], {"draws": False}),

@@ -41,21 +41,44 @@ def test_from_the_log_to_the_prediction(bristle, here, monkeypatch):
     assert Path("results/oiled.py").read_text() == SLOT
     assert result.data["provenance"]["code"] == "oiled.py"
 
-    message = bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--json", code=0)
+    message = bristle(
+        "predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--json", code=0
+    )
     assert message.data["metrics"]["force_error_percent"] == pytest.approx(errors[0], rel=0.1)
-    Path("dry.toml").write_text("\n".join(line for line in AXIS.splitlines() if "pressure" not in line))
-    for command in (("predict", "results/model.toml", "log.csv"), ("identify", "log.csv", "--model", "lugre+oiled.py")):
+    Path("dry.toml").write_text(
+        "\n".join(line for line in AXIS.splitlines() if "pressure" not in line)
+    )
+    for command in (
+        ("predict", "results/model.toml", "log.csv"),
+        ("identify", "log.csv", "--model", "lugre+oiled.py"),
+    ):
         refused = bristle(
-            *command, "--axis", "dry.toml", said=("has no pressure, needed by +oiled", 'pressure = { column = "...", unit = "N/m^2" }')
+            *command,
+            "--axis",
+            "dry.toml",
+            said=(
+                "has no pressure, needed by +oiled",
+                'pressure = { column = "...", unit = "N/m^2" }',
+            ),
         )
         assert refused.code != 0
 
     monkeypatch.setenv("BRISTLE_STATE_DIR", str(here / "another person"))
     refused = bristle(
-        "predict", "results/model.toml", "log.csv", "--axis", "axis.toml", said=("oiled.py (SHA-256", "needs permission to run")
+        "predict",
+        "results/model.toml",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        said=("oiled.py (SHA-256", "needs permission to run"),
     )
     assert refused.code != 0
-    assert bristle("predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--allow-code").code == 0
+    assert (
+        bristle(
+            "predict", "results/model.toml", "log.csv", "--axis", "axis.toml", "--allow-code"
+        ).code
+        == 0
+    )
 
 
 @pytest.mark.slow
@@ -66,7 +89,11 @@ def test_it_is_shown_with_its_channel(bristle, here):
     assert shown["name"] == "lugre+oiled"
     assert {"F_S", "a", "b_0"} <= set(shown["parameters"])
     assert shown["channels"] == ["pressure"]
-    alone = bristle("models", "oiled.py", shown="Needs channel pressure of the log: pressure of the oil, >= 0 N/m^2")
+    alone = bristle(
+        "models",
+        "oiled.py",
+        shown="Needs channel pressure of the log: pressure of the oil, >= 0 N/m^2",
+    )
     assert "e^" in alone.out or "exp" in alone.out
 
 
@@ -76,8 +103,12 @@ def test_it_is_checked(bristle, here):
     Path("oiled.py").write_text(SLOT)
     checked = bristle("check", "oiled.py", "--json", code=0)
     assert checked.data["model"] == "oiled"
-    assert {"neutral defaults", "same bits along its channel", "same bits exported"} <= set(checked.data["certificates"])
-    Path("oiled.py").write_text(SLOT.replace('nominal=1e-5, excitation="channel")] = 0.0', 'excitation="channel")] = 1e-6'))
+    assert {"neutral defaults", "same bits along its channel", "same bits exported"} <= set(
+        checked.data["certificates"]
+    )
+    Path("oiled.py").write_text(
+        SLOT.replace('nominal=1e-5, excitation="channel")] = 0.0', 'excitation="channel")] = 1e-6')
+    )
     drifted = bristle("check", "oiled.py", "--json", code=1)
     assert drifted.data["certificates"]["neutral defaults"]["passed"] is False
 
@@ -88,7 +119,16 @@ def test_it_is_checked(bristle, here):
 @pytest.mark.usefixtures("undrawn")
 def test_a_user_target_is_used_like_a_built_in_target(bristle, place):
     shutil.copy(EXPORTER, "own_exporter.py")
-    line = ("export", "model.toml", "--to", "own_exporter.py", "--speed", "200 mm/s", "--axis", "axis.toml")
+    line = (
+        "export",
+        "model.toml",
+        "--to",
+        "own_exporter.py",
+        "--speed",
+        "200 mm/s",
+        "--axis",
+        "axis.toml",
+    )
     result = bristle(*line, "--name", "knee", "--out", "out", "--json")
     assert (result.code, result.data["target"], result.data["files"]) == (0, "acme", ["knee.toml"])
     assert result.data["provenance"]["target"] == "own_exporter.py"
@@ -96,7 +136,12 @@ def test_a_user_target_is_used_like_a_built_in_target(bristle, place):
     assert written_in("out") == {"knee.toml", "summary.json"}
     bristle(*line, "--out", "other", code=0, shown="Note: the drive takes 16 entries")
     assert bristle(*line, "--out", "out").code == 2  # it is there already
-    assert bristle(*line, "--tunable", "--out", "third").err.count("acme: does not support parameters that change") == 1
+    assert (
+        bristle(*line, "--tunable", "--out", "third").err.count(
+            "acme: does not support parameters that change"
+        )
+        == 1
+    )
     assert not Path("third").exists()
 
 
@@ -127,10 +172,14 @@ def test_a_failing_target_leaves_no_files_and_reports_its_line(bristle, place):
         ("write=write", "write=None", "target mine: has no valid write"),
     ],
 )
-def test_a_file_that_is_no_target_is_refused_before_anything_is_read(bristle, place, old, new, said):
+def test_a_file_that_is_no_target_is_refused_before_anything_is_read(
+    bristle, place, old, new, said
+):
     file = target_file(place)
     file.write_text(file.read_text().replace(old, new))
-    bristle("export", "nowhere.toml", "--to", "mine.py", "--out", "out", code=2, said=(said, "mine.py"))
+    bristle(
+        "export", "nowhere.toml", "--to", "mine.py", "--out", "out", code=2, said=(said, "mine.py")
+    )
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -139,7 +188,13 @@ def test_check_runs_the_contract_of_a_target(bristle, place):
     result = bristle("check", "mine.py", "--json")
     assert (result.code, result.data["model"], result.data["passed"]) == (0, "mine", True)
     target_file(place, "Product({'a.txt': 'a'}, ('note',))")
-    bristle("check", "mine.py", code=1, said="notes in words: a note is 'note'", shown="Contract of the export target mine")
+    bristle(
+        "check",
+        "mine.py",
+        code=1,
+        said="notes in words: a note is 'note'",
+        shown="Contract of the export target mine",
+    )
 
 
 # --- a figure --------------------------------------------------------------------------------------------------------
@@ -147,7 +202,18 @@ def test_check_runs_the_contract_of_a_target(bristle, place):
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "own_figure.py"
 PREDICT = ("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--out", "run")
-IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "run")
+IDENTIFY = (
+    "identify",
+    "log.csv",
+    "--axis",
+    "axis.toml",
+    "--model",
+    "coulomb_viscous",
+    "--draws",
+    "0",
+    "--out",
+    "run",
+)
 RUN = ("run", "experiment.toml", "--out", "run")
 DESIGN = ("design", "experiment.toml", "--out", "run")
 COMPARE = ("compare", "log.csv", "later.csv", "--axis", "axis.toml", "--out", "run")
@@ -220,7 +286,9 @@ def later(place):
     ids=["log", "run", "identify", "compare", "design", "run of a study", "study", "predict"],
 )
 def test_a_user_figure_follows_the_others_and_is_a_file(bristle, later, command, takes):
-    result = bristle(*command, *own(takes=takes), "--format", "svg", "--format", "csv", "--json", code=0)
+    result = bristle(
+        *command, *own(takes=takes), "--format", "svg", "--format", "csv", "--json", code=0
+    )
     text = page()
     behind = text.split('<h2 id="further">')[1]
     assert "<h3>A &lt;title&gt;</h3>" in behind
@@ -283,7 +351,11 @@ def test_a_figure_that_fails_on_saving_omits_only_that_file(bristle, place):
 @pytest.mark.parametrize(
     ("command", "parts", "said"),
     [
-        (RUN, {"takes": "prediction"}, "results that the report of run lacks; found 'prediction', allowed simulation"),
+        (
+            RUN,
+            {"takes": "prediction"},
+            "results that the report of run lacks; found 'prediction', allowed simulation",
+        ),
         (PREDICT, {"takes": "identification"}, "Use the figure with bristle identify"),
         (DESIGN, {"takes": "simulation"}, "Use the figure with bristle identify or bristle run"),
         (COMPARE, {"name": "worst", "takes": "comparison"}, "an invalid name; found 'worst'"),
@@ -300,7 +372,11 @@ def test_an_unsuitable_figure_is_refused_before_any_work(bristle, place, command
     own(**{key: value for key, value in parts.items() if key == "takes"})
     text = Path("mine.py").read_text()
     for part, value in parts.items():
-        text = re.sub(rf"(FIGURE = (?:.|\n)*?\b{part}=)\"[^\"]*\"", lambda m, value=value: m[1] + repr(value), text)
+        text = re.sub(
+            rf"(FIGURE = (?:.|\n)*?\b{part}=)\"[^\"]*\"",
+            lambda m, value=value: m[1] + repr(value),
+            text,
+        )
     Path("mine.py").write_text(text)
     bristle(*command, "--figure", "mine.py", code=2, said=(said, "mine.py"))
     assert not Path("run").exists()
@@ -330,7 +406,9 @@ def test_naming_a_figure_allows_its_code_and_check_tests_it(bristle, place):
 COMMANDS = typer.main.get_command(application()).commands
 WITHOUT_FIGURES = {"export", "lab", "demo", "tune"}
 WITH_RESULTS = sorted(
-    name for name, item in COMMANDS.items() if name not in WITHOUT_FIGURES and any("--out" in each.opts for each in item.params)
+    name
+    for name, item in COMMANDS.items()
+    if name not in WITHOUT_FIGURES and any("--out" in each.opts for each in item.params)
 )
 
 
@@ -342,7 +420,19 @@ def test_every_command_with_a_report_accepts_formats(name):
 
 @pytest.mark.slow
 def test_formats_captions_and_numbers_are_in_the_folder_of_the_report(bristle, place):
-    bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--format", "SVG", "--format", "csv", code=0)
+    bristle(
+        "log",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        "--out",
+        "run",
+        "--format",
+        "SVG",
+        "--format",
+        "csv",
+        code=0,
+    )
     names = {name.name for name in Path("run/figures").iterdir()}
     assert {"passages.svg", "captions.txt"} <= names
     assert {"passages.pdf", "passages.png"} & names == set()
@@ -386,7 +476,11 @@ def test_a_log_with_problems_has_no_figures(bristle, place):
 def test_figures_of_the_paper_by_their_numbers(bristle, here):
     bristle("paper", "--figure", "4", "--format", "svg", "--format", "csv", "--out", "run", code=0)
     names = {item.name for item in Path("run/figures").iterdir()}
-    assert names == {"figure-04.svg", "captions.txt", *(f"figure-04-panel-{k}.csv" for k in range(1, 6))}
+    assert names == {
+        "figure-04.svg",
+        "captions.txt",
+        *(f"figure-04-panel-{k}.csv" for k in range(1, 6)),
+    }
     message = Path("run/figures/captions.txt").read_text(encoding="utf-8")
     result = json.loads(Path("run/summary.json").read_text())["figures"]["4"]["found"]
     assert result

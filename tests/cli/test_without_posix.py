@@ -22,7 +22,13 @@ MAIN = PRELUDE + "from bristle.cli.main import main; sys.exit(main(sys.argv[1:])
 
 
 def elsewhere(code: str, *arguments: str, **options) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, check=False, timeout=120, **options)
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        capture_output=True,
+        check=False,
+        timeout=120,
+        **options,
+    )
 
 
 @pytest.mark.slow
@@ -61,9 +67,15 @@ results.rename_new = once
 def test_results_are_replaced_whole_and_restored_after_a_kill(tmp_path):
     out = tmp_path / "run"
     write_results(out, "old")
-    assert elsewhere(PRELUDE + KILLED + REPLACE.format(meanwhile="pass"), cwd=tmp_path).returncode == 9
-    assert not out.exists()  # killed between two renames: no system without an exchange of names can do better
-    refused = elsewhere(PRELUDE + REPLACE.format(meanwhile="pass").replace(", force=True", ""), cwd=tmp_path)
+    assert (
+        elsewhere(PRELUDE + KILLED + REPLACE.format(meanwhile="pass"), cwd=tmp_path).returncode == 9
+    )
+    assert (
+        not out.exists()
+    )  # killed between two renames: no system without an exchange of names can do better
+    refused = elsewhere(
+        PRELUDE + REPLACE.format(meanwhile="pass").replace(", force=True", ""), cwd=tmp_path
+    )
     assert b"exists already" in refused.stderr
     assert mark_of(out) == "old"
     ended = elsewhere(PRELUDE + REPLACE.format(meanwhile="pass"), cwd=tmp_path)
@@ -91,7 +103,9 @@ def test_a_link_is_not_followed_even_without_nofollow(tmp_path):
 
 
 def test_a_pipe_is_read_without_poll(tmp_path):
-    code = PRELUDE + ("from bristle.core.content import content_of\nassert content_of('-').data == b'a log', content_of('-').data\n")
+    code = PRELUDE + (
+        "from bristle.core.content import content_of\nassert content_of('-').data == b'a log', content_of('-').data\n"
+    )
     assert elsewhere(code, input=b"a log").returncode == 0
     assert content_of(b"a log").data == b"a log"
 

@@ -21,7 +21,15 @@ assert subprocess
 def take_away() -> None:
     """Leave this process with what Windows has."""
     sys.modules["msvcrt"] = _locks_of_windows()
-    for name in ("O_DIRECTORY", "O_NOFOLLOW", "O_NONBLOCK", "getuid", "fork", "register_at_fork", "mkfifo"):
+    for name in (
+        "O_DIRECTORY",
+        "O_NOFOLLOW",
+        "O_NONBLOCK",
+        "getuid",
+        "fork",
+        "register_at_fork",
+        "mkfifo",
+    ):
         if hasattr(os, name):
             delattr(os, name)
     os.supports_dir_fd = set()

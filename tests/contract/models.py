@@ -33,7 +33,9 @@ KNOWN = frozenset(
 def with_fast(*fast, form="{}", unfit=()):
     """Return the names of all models but the unfit, in this form; known models that are not `fast` are marked slow."""
     return [
-        pytest.param(form.format(name), marks=[pytest.mark.slow] * (name in KNOWN and name not in fast))
+        pytest.param(
+            form.format(name), marks=[pytest.mark.slow] * (name in KNOWN and name not in fast)
+        )
         for name in friction.MODELS
         if name not in unfit
     ]

@@ -41,7 +41,10 @@ def test_a_sound_model_is_admitted_without_a_word(model):
     ],
 )
 def test_a_model_that_cannot_run_is_refused_with_its_file(tmp_path, new, said):
-    with pytest.raises(InputError, match=rf"own\.py: cannot be used, because .*{said}.* Try: bristle check .*own\.py"):
+    with pytest.raises(
+        InputError,
+        match=rf"own\.py: cannot be used, because .*{said}.* Try: bristle check .*own\.py",
+    ):
         admit(edited(tmp_path, SPEED, f"    {new}\n"))
 
 
@@ -66,15 +69,23 @@ def test_an_example_of_something_else_is_refused(tmp_path):
 
 def test_friction_that_creates_energy_causes_a_warning(tmp_path):
     model = edited(tmp_path, "return p.F_C * ", "return -p.F_C * ")
-    with pytest.warns(InputWarning, match=r"fails the contract.*opposes sliding, dissipates.*bristle check"):
+    with pytest.warns(
+        InputWarning, match=r"fails the contract.*opposes sliding, dissipates.*bristle check"
+    ):
         admit(model(F_C=20.0, F_q=125.0))
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
-    ("new", "said"), [("v = undefined_thing * p.F_q", "name 'undefined_thing' is not"), ("v = motion.v * p.F_Q", "'F_Q'")]
+    ("new", "said"),
+    [
+        ("v = undefined_thing * p.F_q", "name 'undefined_thing' is not"),
+        ("v = motion.v * p.F_Q", "'F_Q'"),
+    ],
 )
 def test_a_compile_error_is_a_fault_of_the_file(tmp_path, new, said):
     model = edited(tmp_path, SPEED, f"    {new}\n")(F_C=20.0, F_q=125.0)
-    with pytest.raises(InputError, match=rf"own\.py.*: cannot be compiled: .*{said}.*Try: bristle check"):
+    with pytest.raises(
+        InputError, match=rf"own\.py.*: cannot be compiled: .*{said}.*Try: bristle check"
+    ):
         response(model, [0.0, 1e-3], 1e-3)

@@ -8,7 +8,14 @@ from tests.contract.models import KNOWN, with_fast
 
 from bristle import friction
 from bristle.contract import CHECKS, check_model
-from bristle.contract.contract import derivatives_agree, drives_a_mass, one_sided_limits, pure_trial, same_bits_compiled, same_bits_exported
+from bristle.contract.contract import (
+    derivatives_agree,
+    drives_a_mass,
+    one_sided_limits,
+    pure_trial,
+    same_bits_compiled,
+    same_bits_exported,
+)
 from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.mathematics import direction
 from bristle.engine.derivatives import force_with_derivatives
@@ -18,10 +25,17 @@ from bristle.files.user_model import load_code
 from bristle.models.friction.operator_kernel import REACHES
 from bristle.models.friction.preisach_lugre import KERNELS, TRANSITIONS
 
-NAMES = [*with_fast("lugre"), *with_fast(form="{}+asymmetry", unfit=("coulomb", "viscous", "stribeck", "dahl"))]
+NAMES = [
+    *with_fast("lugre"),
+    *with_fast(form="{}+asymmetry", unfit=("coulomb", "viscous", "stribeck", "dahl")),
+]
 
 # What nothing is compiled for.
-AS_IT_STANDS = [check for check in CHECKS if check not in (same_bits_compiled, same_bits_exported, drives_a_mass)]
+AS_IT_STANDS = [
+    check
+    for check in CHECKS
+    if check not in (same_bits_compiled, same_bits_exported, drives_a_mass)
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -40,11 +54,15 @@ def test_a_new_model_is_part_of_the_fast_tests(monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize(("kernel", "transition"), list(product(KERNELS, TRANSITIONS)))
 def test_the_composite_meets_it_with_every_operator_and_slip_law(kernel, transition):
-    model = friction.preisach_lugre(**{**friction.preisach_lugre.example, "kernel": kernel, "transition": transition})
+    model = friction.preisach_lugre(
+        **{**friction.preisach_lugre.example, "kernel": kernel, "transition": transition}
+    )
     assert [check for check in check_model(model) if not check.passed] == []
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1.01, "differ by"), (float("nan"), "differ by"), (1.0, None)])
+@pytest.mark.parametrize(
+    ("factor", "words"), [(1.01, "differ by"), (float("nan"), "differ by"), (1.0, None)]
+)
 def test_wrong_derivatives_of_the_force_are_reported(monkeypatch, factor, words):
     def wrong(*arguments):
         force, derivatives = force_with_derivatives(*arguments)
@@ -56,7 +74,9 @@ def test_wrong_derivatives_of_the_force_are_reported(monkeypatch, factor, words)
     assert words is None or words in check.detail
 
 
-OVER_OPERATORS = [f"{name}+{operator}" for name in ("preisach_contact", "preisach_lugre") for operator in REACHES]
+OVER_OPERATORS = [
+    f"{name}+{operator}" for name in ("preisach_contact", "preisach_lugre") for operator in REACHES
+]
 
 
 @pytest.mark.slow
@@ -192,8 +212,14 @@ class Arrays(NamedTuple):
         (lambda: faulty(sound_trial, Parameters=Undescribed), "example"),
         (lambda: faulty(sound_trial, State=Arrays), "described variables"),
         (lambda: faulty(uses_a_list), "exportable kernels"),
-        (lambda: faulty(lambda state, memory, motion, dt, p: (0.0, Nothing())), "exportable kernels"),
-        (lambda: faulty(sound_trial, commit=kernel(lambda state, memory, move, p: 0.0)), "exportable kernels"),
+        (
+            lambda: faulty(lambda state, memory, motion, dt, p: (0.0, Nothing())),
+            "exportable kernels",
+        ),
+        (
+            lambda: faulty(sound_trial, commit=kernel(lambda state, memory, move, p: 0.0)),
+            "exportable kernels",
+        ),
         (lambda: faulty(writes_in_trial), "exportable kernels"),
         (lambda: faulty(divides_by_the_step), "finite everywhere"),
         (lambda: faulty(compares_with_zero), "opposes sliding"),
@@ -202,8 +228,15 @@ class Arrays(NamedTuple):
         (lambda: faulty(forgets_the_mean), "refines"),
         (lambda: faulty(sound_trial, rate=wrong_rate), "rate agrees"),
         (lambda: faulty(sound_trial, flow=wrong_flow), "flow agrees"),
-        pytest.param(lambda: faulty(sound_trial, piece=begins, flow=wrong_flow, arrival=arrives), "flow agrees", marks=pytest.mark.slow),
-        (lambda: faulty(sound_trial, piece=begins, flow=flows_past_its_end, arrival=arrives), "flow agrees"),
+        pytest.param(
+            lambda: faulty(sound_trial, piece=begins, flow=wrong_flow, arrival=arrives),
+            "flow agrees",
+            marks=pytest.mark.slow,
+        ),
+        (
+            lambda: faulty(sound_trial, piece=begins, flow=flows_past_its_end, arrival=arrives),
+            "flow agrees",
+        ),
     ],
 )
 def test_each_fault_is_found_by_name(model, demand):
@@ -282,7 +315,9 @@ def test_two_models_cannot_share_their_parameters():
 def test_a_users_file_is_checked_like_ours(tmp_path):
     path = tmp_path / "my_model.py"
     path.write_text(SOURCE)
-    assert [check for check in check_model(load_code(path), checks=AS_IT_STANDS) if not check.passed] == []
+    assert [
+        check for check in check_model(load_code(path), checks=AS_IT_STANDS) if not check.passed
+    ] == []
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,9 @@ def model(trial=lambda state, memory, motion, dt, p: (0.0, Move()), **changed):
         "initial_state": lambda p: State(),
         "new_memory": lambda p: np.zeros(2),
     }
-    component = SimpleNamespace(**parts | dict.fromkeys(("rate", "piece", "flow", "arrival")) | changed)
+    component = SimpleNamespace(
+        **parts | dict.fromkeys(("rate", "piece", "flow", "arrival")) | changed
+    )
     return SimpleNamespace(component=component, parameters=None, kind="translational", values={})
 
 
@@ -67,7 +69,11 @@ def test_results_are_in_order_with_their_observations():
     first, second, third = outcomes([fits, misses, stops], None, ())
     assert first == Check("fits", True, "seen", "", True, 2.0, "N", 3.0)
     assert second == Check("misses", False, "too much", "less", True, 4.0, "N", 3.0)
-    assert (third.passed, third.detail, third.advice) == (False, "stops with ZeroDivisionError: by nought", "Kernels never raise")
+    assert (third.passed, third.detail, third.advice) == (
+        False,
+        "stops with ZeroDivisionError: by nought",
+        "Kernels never raise",
+    )
 
 
 def test_a_failed_demand_of_the_form_skips_the_others():
@@ -96,7 +102,9 @@ def test_differing_bits_are_reported_with_their_size():
     assert missed.fact.detail == "largest difference 0.5 in 2 steps"
     assert compiled_as_plain(lambda: np.array([1.0, 2.0]), "translational").value == 0.0
     zeros = iter([np.array([0.0]), np.array([-0.0])])
-    unmet(lambda: compiled_as_plain(lambda: next(zeros), "translational"))  # the same number, of other bits
+    unmet(
+        lambda: compiled_as_plain(lambda: next(zeros), "translational")
+    )  # the same number, of other bits
 
 
 # --- trials ---------------------------------------------------------------------------------------------------------
@@ -105,18 +113,27 @@ def test_differing_bits_are_reported_with_their_size():
 def recorded(demand, **changed):
     """Each motion and step that a demand tries on a model without a force."""
     tried = []
-    demand(model(lambda state, memory, motion, dt, p: tried.append((motion, dt)) or (0.0, Move()), **changed))
+    demand(
+        model(
+            lambda state, memory, motion, dt, p: tried.append((motion, dt)) or (0.0, Move()),
+            **changed,
+        )
+    )
     return tried
 
 
 def test_speeds_at_which_a_force_is_finite_are_of_both_signs_and_every_size():
-    tried = recorded(contract.finite_everywhere)[50:]  # after the motions that a contact begins with
+    tried = recorded(contract.finite_everywhere)[
+        50:
+    ]  # after the motions that a contact begins with
     speeds = [motion.v for motion, dt in tried if dt == 1.0]
     assert speeds == [0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6]
     assert [math.copysign(1.0, v) for v in speeds[:4]] == [1.0, -1.0, 1.0, -1.0]
     assert [dt for _, dt in tried[:4]] == [0.0, 1e-9, 1e-3, 1.0]
     assert {motion.x for motion, _ in tried} == {0.0}
-    assert [(motion.v, motion.x, dt) for motion, dt in recorded(contract.one_sided_limits)[50:]] == [(0.0, 0.0, 1e-3), (-0.0, 0.0, 1e-3)]
+    assert [
+        (motion.v, motion.x, dt) for motion, dt in recorded(contract.one_sided_limits)[50:]
+    ] == [(0.0, 0.0, 1e-3), (-0.0, 0.0, 1e-3)]
     ((motion, dt),) = recorded(contract.scalar_results)
     assert (motion.v, motion.x, dt) == (1e-3, 1e-6, 1e-3)
 
@@ -125,17 +142,31 @@ def test_rates_are_followed_in_steps_of_100_nanoseconds_at_speeds_of_both_signs(
     followed = recorded(contract.rate_agrees, rate=lambda state, motion, p: (0.0, (0.0,)))
     steps = [(motion.v, dt) for motion, dt in followed if dt == 1e-7]
     assert steps == [(v, 1e-7) for v in (1e-3, -2e-3, 5e-3) for _ in range(20)]
-    parts = {"piece": lambda *contact: (State(), None), "flow": lambda *contact: (0.0, (0.0,), 0.0), "arrival": lambda *contact: None}
+    parts = {
+        "piece": lambda *contact: (State(), None),
+        "flow": lambda *contact: (0.0, (0.0,), 0.0),
+        "arrival": lambda *contact: None,
+    }
     flown = [motion.v for motion, dt in recorded(contract.flow_agrees, **parts) if dt == 1e-7]
     assert flown == [v for v in (1e-3, -2e-3, 5e-3, -1e-4) for _ in range(20)]
 
 
 @pytest.mark.parametrize(
     ("forward", "backward", "is_met", "advice"),
-    [(1.0, -1.0, True, ""), (1.0, 1.0, True, ""), (-1.0, 1.0, False, "Check signs"), (0.5, 1.0, False, "Use direction(v)")],
+    [
+        (1.0, -1.0, True, ""),
+        (1.0, 1.0, True, ""),
+        (-1.0, 1.0, False, "Check signs"),
+        (0.5, 1.0, False, "Use direction(v)"),
+    ],
 )
 def test_limits_at_rest_lie_in_order(forward, backward, is_met, advice):
-    sided = model(lambda state, memory, motion, dt, p: (forward if math.copysign(1.0, motion.v) > 0.0 else backward, Move()))
+    sided = model(
+        lambda state, memory, motion, dt, p: (
+            forward if math.copysign(1.0, motion.v) > 0.0 else backward,
+            Move(),
+        )
+    )
     if is_met:
         fact = contract.one_sided_limits(sided)
         assert (fact.value, fact.unit) == (forward - backward, "N")
@@ -155,7 +186,12 @@ def test_a_force_opposes_sliding_apart_from_its_mean(monkeypatch):
 
 @pytest.mark.parametrize(
     ("force", "value"),
-    [(lambda v, x: np.sign(v), 1.0), (lambda v, x: x, 0.0), (lambda v, x: 0.0 * v, 0.0), (lambda v, x: -np.sign(v), -1.0)],
+    [
+        (lambda v, x: np.sign(v), 1.0),
+        (lambda v, x: x, 0.0),
+        (lambda v, x: 0.0 * v, 0.0),
+        (lambda v, x: -np.sign(v), -1.0),
+    ],
 )
 def test_friction_takes_energy_out_of_cycles(monkeypatch, force, value):
     monkeypatch.setattr(contract, "force_along", lambda model, v, dt, x: force(v, x - 0.5 * dt * v))
@@ -167,11 +203,15 @@ def test_friction_takes_energy_out_of_cycles(monkeypatch, force, value):
         assert contract.dissipates(model()).value == pytest.approx(value, abs=1e-9)
 
 
-@pytest.mark.parametrize(("order", "is_met"), [(1.0, True), (0.2, True), (0.0, False), (-1.0, False)])
+@pytest.mark.parametrize(
+    ("order", "is_met"), [(1.0, True), (0.2, True), (0.0, False), (-1.0, False)]
+)
 def test_halving_the_step_changes_a_force_less_and_less(monkeypatch, order, is_met):
     # What differs from the limit by the step to a power; the sign of that changes from refinement to refinement.
     def along(model, v, dt, x):
-        return 1.0 + (-1.0) ** round(math.log2(1.0 / (200.0 * dt))) * (200.0 * dt) ** order * np.ones(v.size)
+        return 1.0 + (-1.0) ** round(math.log2(1.0 / (200.0 * dt))) * (
+            200.0 * dt
+        ) ** order * np.ones(v.size)
 
     monkeypatch.setattr(contract, "force_along", along)
     if is_met:
@@ -189,7 +229,9 @@ def charged(slope=lambda v: v, force=lambda z, v: 2.0 * z):
         z = state.z + motion.v * dt
         return 2.0 * 0.5 * (state.z + z), Move(z)
 
-    return model(trial, rate=lambda state, motion, p: (force(state.z, motion.v), State(slope(motion.v))))
+    return model(
+        trial, rate=lambda state, motion, p: (force(state.z, motion.v), State(slope(motion.v)))
+    )
 
 
 def test_a_rate_is_that_of_small_steps():
@@ -210,7 +252,11 @@ def test_a_mass_is_driven_by_twice_the_sliding_force(monkeypatch):
     fact = contract.drives_a_mass(model())
     assert driven == [(1.0, pytest.approx(8.0, rel=1e-4), 1e-3, 4, 2000)]
     assert (fact.value, fact.unit, fact.detail) == (3.0, "m", "travel 3 m")
-    monkeypatch.setattr(contract, "run_open_loop", lambda *requested, **more: SimpleNamespace(status=Status.NOT_FINITE))
+    monkeypatch.setattr(
+        contract,
+        "run_open_loop",
+        lambda *requested, **more: SimpleNamespace(status=Status.NOT_FINITE),
+    )
     assert str(unmet(contract.drives_a_mass, model())) == Status.NOT_FINITE.sentence
 
 
@@ -232,7 +278,9 @@ def test_motions_are_the_same_each_time_and_go_both_ways():
 def channel(low=-math.inf, high=math.inf, usual=10.0, nominal=1.0):
     """A slot whose channel has a range."""
     variable = SimpleNamespace(min=low, max=high, nominal=nominal, unit=lambda: "K")
-    return SimpleNamespace(channel=SimpleNamespace(name="oil", variable=variable, usual=usual, field="x", is_own=False))
+    return SimpleNamespace(
+        channel=SimpleNamespace(name="oil", variable=variable, usual=usual, field="x", is_own=False)
+    )
 
 
 @pytest.mark.parametrize(
@@ -263,8 +311,12 @@ def test_a_factor_stays_above_zero_and_varies():
     assert (fact.value, fact.detail) == (0.5, "0.5 to 2 for oil from 0 to 1 K")
     assert fact.threshold == slot.SMALLEST_FACTOR
     for values in ([0.0, 1.0], [-0.5, 1.0], [slot.SMALLEST_FACTOR, 1.0], [1.0, math.inf]):
-        assert unmet(slot.factor_above_zero, factor(values)).advice.startswith("Friction must not change its sign")
-    assert unmet(slot.factor_above_zero, factor([2.0, 2.0])).advice.startswith("Give the slot example")
+        assert unmet(slot.factor_above_zero, factor(values)).advice.startswith(
+            "Friction must not change its sign"
+        )
+    assert unmet(slot.factor_above_zero, factor([2.0, 2.0])).advice.startswith(
+        "Give the slot example"
+    )
 
 
 def test_a_walk_takes_a_millisecond_at_each_speed_in_any_units():
@@ -284,7 +336,10 @@ def test_a_walk_takes_a_millisecond_at_each_speed_in_any_units():
 
     stateless = friction.find("coulomb_viscous").State
     walker = model(trial, State=stateless, variables={})
-    walker.component = Component(**vars(walker.component) | {"commit": lambda state, *_: state, "initial_state": lambda p: stateless()})
+    walker.component = Component(
+        **vars(walker.component)
+        | {"commit": lambda state, *_: state, "initial_state": lambda p: stateless()}
+    )
     force, *_ = dimensions._walked(walker, {})
     speeds = [1e-4, 1e-3, 5e-3, -1e-4, -1e-3, 0.0, -0.0, 2e-3, -5e-3, 1e-4, -2e-3]
     assert [v for v, _, _ in tried] == speeds
@@ -306,7 +361,10 @@ def test_a_model_has_one_dimension_where_its_units_may_change():
     from bristle.contract.dimensions import WALK, one_dimension
 
     example = friction.coulomb_viscous(F_C=3.0, F_v=50.0)
-    assert one_dimension(example).detail == f"{len(WALK)} steps, in other units of length, time and force"
+    assert (
+        one_dimension(example).detail
+        == f"{len(WALK)} steps, in other units of length, time and force"
+    )
     assert {math.copysign(1.0, v) for v in WALK if v == 0.0} == {1.0, -1.0}
 
 
@@ -319,7 +377,11 @@ SLOT = CHANNEL_SLOTS["pressure"]
 def compared(monkeypatch, slot):
     """The motion and the channel along which plain Python and compiled code are compared."""
     seen = []
-    monkeypatch.setattr(module, "force_along", lambda model, v, dt, x, **signals: seen.append((v, dt, x, signals)) or np.zeros(v.size))
+    monkeypatch.setattr(
+        module,
+        "force_along",
+        lambda model, v, dt, x, **signals: seen.append((v, dt, x, signals)) or np.zeros(v.size),
+    )
     monkeypatch.setattr(module, "compiled_as_plain", lambda run, kind: run())
     module.same_bits_along_its_channel(slot)
     return seen[0]
@@ -402,12 +464,20 @@ def writing(state, memory, motion, dt, p):
     ("demand", "subject", "said"),
     [
         (contract.pure_trial, model(writing), "wrote into the memory"),
-        (contract.pure_trial, model(lambda *_: (float(next(CALLS)), Move())), "later gave a different result"),
+        (
+            contract.pure_trial,
+            model(lambda *_: (float(next(CALLS)), Move())),
+            "later gave a different result",
+        ),
         (contract.scalar_results, pushing(lambda motion, dt: np.zeros(2)), "the force is"),
         (contract.scalar_results, pushing(lambda motion, dt: math.nan), "the force is"),
         (contract.scalar_results, pushing(lambda motion, dt: "1"), "the force is"),
         (contract.scalar_results, model(lambda *_: (0.0, (1.0,))), "the move is a tuple"),
-        (contract.scalar_results, model(commit=lambda state, memory, move, p: move), "commit returned a Move"),
+        (
+            contract.scalar_results,
+            model(commit=lambda state, memory, move, p: move),
+            "commit returned a Move",
+        ),
         (contract.finite_everywhere, pushing(rushing), "the force is inf at v = 1e+06, dt = 0"),
         (contract.flow_agrees, model(flow=len), "not all given"),
         (sampled, lambda: (math.inf, State()), "the effort is float inf"),
@@ -427,13 +497,27 @@ def test_a_demand_that_is_missed_says_why(demand, subject, said):
         (lambda: contract.scalar_results(model()).value, 0.0),
         (lambda: contract.finite_everywhere(model()).detail, "40 pairs of velocity and step"),
         (lambda: unmet(contract.finite_everywhere, pushing(rushing)).fact.value, 4),
-        (lambda: unmet(contract.finite_everywhere, pushing(lambda motion, dt: math.nan if dt == 0.0 else 0.0)).fact.value, 10),
+        (
+            lambda: (
+                unmet(
+                    contract.finite_everywhere,
+                    pushing(lambda motion, dt: math.nan if dt == 0.0 else 0.0),
+                ).fact.value
+            ),
+            10,
+        ),
         (lambda: contract.flow_agrees(model()).applies, False),
         (lambda: contract.rate_agrees(model()).applies, False),
         (lambda: astuple(sampled(lambda: (3.0, State(1.0))))[1:3], (3.0, "N*m")),
         (lambda: slot.neutral_defaults(factor([1.0, 1.0])).value, 0.0),
-        (lambda: astuple(unmet(slot.neutral_defaults, factor([1.0, 1.25])).fact)[1:4:2], (0.25, 1e-12)),
-        (lambda: math.isnan(unmet(slot.neutral_defaults, factor([1.0, math.nan])).fact.value), True),
+        (
+            lambda: astuple(unmet(slot.neutral_defaults, factor([1.0, 1.25])).fact)[1:4:2],
+            (0.25, 1e-12),
+        ),
+        (
+            lambda: math.isnan(unmet(slot.neutral_defaults, factor([1.0, math.nan])).fact.value),
+            True,
+        ),
     ],
 )
 def test_a_demand_has_its_numbers(read, expected):

@@ -293,7 +293,10 @@ circle.feed: 1e-12..inf, 1, -, -
 circle.axis: x|y, 1, x, -
 circle.offset: -inf..inf, 1, 0, -
 """
-FAMILIES = (*(friction.MODELS, hysteresis.OPERATORS, plants.PLANTS), *(controllers.CONTROLLERS, sensors.SENSORS, references.REFERENCES))
+FAMILIES = (
+    *(friction.MODELS, hysteresis.OPERATORS, plants.PLANTS),
+    *(controllers.CONTROLLERS, sensors.SENSORS, references.REFERENCES),
+)
 COMPONENTS = [component for family in FAMILIES for component in family.values()]
 
 
@@ -302,15 +305,23 @@ def number(value):
 
 
 def told(value):
-    return f"[{' '.join(map(number, value))}]" if isinstance(value, (tuple, list)) else number(value)
+    return (
+        f"[{' '.join(map(number, value))}]" if isinstance(value, (tuple, list)) else number(value)
+    )
 
 
 def line_of(component, name):
     variable = component.variables[name]
-    allowed = "|".join(variable.choices) if variable.choices else f"{number(variable.min)}..{number(variable.max)}"
+    allowed = (
+        "|".join(variable.choices)
+        if variable.choices
+        else f"{number(variable.min)}..{number(variable.max)}"
+    )
     sided = ", by direction" if variable.directional else ""
     known = [told(values.get(name, "-")) for values in (component.defaults, component.example)]
-    return f"{component.name}.{name}: {allowed}, {number(variable.nominal)}{sided}, {', '.join(known)}"
+    return (
+        f"{component.name}.{name}: {allowed}, {number(variable.nominal)}{sided}, {', '.join(known)}"
+    )
 
 
 @pytest.mark.parametrize("component", COMPONENTS, ids=lambda item: f"{item.family} {item.name}")
@@ -321,5 +332,9 @@ def test_parameters_have_their_range_nominal_value_default_and_example(component
 
 @pytest.mark.parametrize("component", COMPONENTS, ids=lambda item: f"{item.family} {item.name}")
 def test_a_component_begins_at_zero_with_empty_integrals(component):
-    state = component.State()._asdict() if all(field in component.State._field_defaults for field in component.State._fields) else {}
+    state = (
+        component.State()._asdict()
+        if all(field in component.State._field_defaults for field in component.State._fields)
+        else {}
+    )
     assert {value for name, value in state.items() if name not in ("scale", "side")} <= {0.0}

@@ -9,7 +9,9 @@ BACK = "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(pickle.load(sys
 
 def in_a_new_process(text, sent=b""):
     """What some Python writes that is run in a new process and reads these bytes."""
-    done = subprocess.run([sys.executable, "-c", text], input=sent, capture_output=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", text], input=sent, capture_output=True, check=False
+    )
     assert done.returncode == 0, done.stderr.decode()
     return done.stdout
 

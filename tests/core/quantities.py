@@ -35,5 +35,10 @@ MAGNETIC = {
     "length/force": "T/(A*m^2)",
     "force*time/length": "A*m^2*s/T",
 }
-PRODUCTS = ("force*time^2/length^2", "force/(length*time)", "1/(force*time)", "force^2/temperature^1.5")
+PRODUCTS = (
+    "force*time^2/length^2",
+    "force/(length*time)",
+    "1/(force*time)",
+    "force^2/temperature^1.5",
+)
 """Some that had no unit while quantities were a list."""

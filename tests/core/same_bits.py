@@ -19,7 +19,9 @@ def bits_of(thing):
     if isinstance(thing, (float, np.floating)):
         return type(thing), float(thing).hex()
     if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
-        return type(thing), {field.name: bits_of(getattr(thing, field.name)) for field in dataclasses.fields(thing)}
+        return type(thing), {
+            field.name: bits_of(getattr(thing, field.name)) for field in dataclasses.fields(thing)
+        }
     if isinstance(thing, Mapping):
         return type(thing), [(key, bits_of(value)) for key, value in thing.items()]
     if isinstance(thing, (tuple, list)):

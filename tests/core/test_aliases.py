@@ -30,7 +30,9 @@ for line in sys.stdin:
 def outcomes():
     """What the import lines of the pages and the examples of release 0.3 give in a new process."""
     text = "\n".join(LINES)
-    ended = subprocess.run([sys.executable, "-c", RUN], input=text, capture_output=True, text=True, check=True)
+    ended = subprocess.run(
+        [sys.executable, "-c", RUN], input=text, capture_output=True, text=True, check=True
+    )
     return dict(zip(LINES, ended.stdout.splitlines(), strict=True))
 
 
@@ -63,14 +65,20 @@ def test_a_former_submodule_does_not_replace_the_model_of_its_name():
 
 @pytest.mark.parametrize("name", ["nonsense", "friction.nonsense", "exports.nonsense"])
 def test_a_name_that_never_was_has_the_error_of_python(name):
-    with pytest.raises(ModuleNotFoundError, match=r"^No module named 'bristle\.\w+(\.\w+)?(\.nonsense)?'$"):
+    with pytest.raises(
+        ModuleNotFoundError, match=r"^No module named 'bristle\.\w+(\.\w+)?(\.nonsense)?'$"
+    ):
         importlib.import_module(f"bristle.{name}")
 
 
 def test_one_warning_names_the_present_place_at_the_line_of_the_import(tmp_path):
     script = tmp_path / "mine.py"
-    script.write_text("import bristle.friction\nimport bristle.friction.slots\nfrom bristle.friction import find\n")
-    ended = subprocess.run([sys.executable, "-W", "always", str(script)], capture_output=True, text=True, check=True)
+    script.write_text(
+        "import bristle.friction\nimport bristle.friction.slots\nfrom bristle.friction import find\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-W", "always", str(script)], capture_output=True, text=True, check=True
+    )
     warned = [line for line in ended.stderr.splitlines() if "DeprecationWarning" in line]
     assert len(warned) == 1
     assert warned[0].startswith(f"{script}:1: ")

@@ -9,7 +9,15 @@ from bristle.core.errors import InputError
 
 # Nothing is known of these until somebody says it; they are positive.
 POSITIVE = (
-    *("sample_time", "mass", "resolution", "effort_limit", "velocity_limit", "acceleration_limit", "jerk_limit"),
+    *(
+        "sample_time",
+        "mass",
+        "resolution",
+        "effort_limit",
+        "velocity_limit",
+        "acceleration_limit",
+        "jerk_limit",
+    ),
     *("pitch", "arm", "rated", "presliding", "cutoff"),
 )
 # None, too, may be known of these, and they may be zero.
@@ -19,9 +27,33 @@ OF_THE_GROUND = ("stiffness", "damping")
 def test_the_default_axis_is_a_driven_mass_with_fitted_efforts():
     axis = Axis()
     assert (axis.name, axis.kind, axis.plant) == ("axis", "translational", "inertia")
-    assert (axis.columns, axis.injected, axis.settings, axis.cogging, axis.regressors, axis.text) == ({}, (), {}, (), (), b"")
-    assert (axis.delay, axis.lag, axis.offset, axis.method) == (0.0, 0.0, "identify", "prediction_error")
-    absent = (*POSITIVE, *OF_THE_GROUND, "table", "held", "hold", "periodic", "span", "stroke", "controller", "decimation", "loop")
+    assert (
+        axis.columns,
+        axis.injected,
+        axis.settings,
+        axis.cogging,
+        axis.regressors,
+        axis.text,
+    ) == ({}, (), {}, (), (), b"")
+    assert (axis.delay, axis.lag, axis.offset, axis.method) == (
+        0.0,
+        0.0,
+        "identify",
+        "prediction_error",
+    )
+    absent = (
+        *POSITIVE,
+        *OF_THE_GROUND,
+        "table",
+        "held",
+        "hold",
+        "periodic",
+        "span",
+        "stroke",
+        "controller",
+        "decimation",
+        "loop",
+    )
     assert [name for name in absent if getattr(axis, name) is not None] == []
     assert axis.seeks_delay
     assert not any((axis.seeks_lag, axis.at_rest, axis.in_cycle, axis.keeps_rests, axis.gravity))
@@ -53,11 +85,19 @@ def test_what_may_be_said_of_an_axis_is_taken(name, value):
 @pytest.mark.parametrize(
     ("place", "words", "values"),
     [
-        *((name, None, {name: wrong}) for name in POSITIVE for wrong in (0.0, -1e-9, math.inf, math.nan)),
+        *(
+            (name, None, {name: wrong})
+            for name in POSITIVE
+            for wrong in (0.0, -1e-9, math.inf, math.nan)
+        ),
         *((name, None, {name: -1e-9}) for name in OF_THE_GROUND),
         ("lag", None, {"lag": -1e-4}),
         ("offset", r'allowed "identify", or a value in N', {"offset": "found"}),
-        ("offset", r'allowed "identify", or a value in N\*m', {"offset": "2 m", "kind": "rotational"}),
+        (
+            "offset",
+            r'allowed "identify", or a value in N\*m',
+            {"offset": "2 m", "kind": "rotational"},
+        ),
         ("stroke[1]", None, {"stroke": (0.0, math.inf)}),
         *(
             (name, "must be a list or a tuple of two values", {name: wrong})
@@ -66,8 +106,16 @@ def test_what_may_be_said_of_an_axis_is_taken(name, value):
         ),
         *(("decimation", None, {"decimation": wrong}) for wrong in (0, 10_001, 2.5)),
         *(
-            ("columns", "has an unknown name.*following_error, or a further channel with a unit", {"columns": wrong})
-            for wrong in ({"humidity": Column("h", "", "")}, {"a b": Column("h", "%", "1")}, {3: Column("h", "%", "1")})
+            (
+                "columns",
+                "has an unknown name.*following_error, or a further channel with a unit",
+                {"columns": wrong},
+            )
+            for wrong in (
+                {"humidity": Column("h", "", "")},
+                {"a b": Column("h", "%", "1")},
+                {3: Column("h", "%", "1")},
+            )
         ),
         ("columns.position", "must be an object of class Column", {"columns": {"position": "q"}}),
         ("cogging", "must be an object of class Cogging", {"cogging": "motor"}),
@@ -81,9 +129,14 @@ def test_anything_else_is_refused_with_its_place(place, words, values):
 
 def test_values_in_units_and_single_parts_are_converted():
     assert [Axis(offset="2 N").offset, Axis(kind="rotational", offset="2 N*m").offset] == [2.0, 2.0]
-    assert [getattr(Axis(plant="oscillator", **{name: 0.0}), name) for name in OF_THE_GROUND] == [0.0, 0.0]
+    assert [getattr(Axis(plant="oscillator", **{name: 0.0}), name) for name in OF_THE_GROUND] == [
+        0.0,
+        0.0,
+    ]
     assert Axis(cogging=Cogging("motor", 5e-3)).cogging == (Cogging("motor", 5e-3),)
-    assert Axis(injected=Injected("a", 1.0), regressors=KnownColumn("b", "c")).injected == (Injected("a", 1.0),)
+    assert Axis(injected=Injected("a", 1.0), regressors=KnownColumn("b", "c")).injected == (
+        Injected("a", 1.0),
+    )
 
 
 def test_axes_with_gains_in_different_units_are_equal():
@@ -100,7 +153,16 @@ def test_columns_are_required_and_unscaled_by_default():
     assert Column("T", "degC", "K", 1.0, True, 273.15).shift == 273.15
     assert not Injected("pulses", 70.0).optional
     assert not KnownColumn("load", "weight").optional
-    assert set(COLUMNS) == {"time", "position", "velocity", "effort", "reference", "load", "temperature", "following_error"}
+    assert set(COLUMNS) == {
+        "time",
+        "position",
+        "velocity",
+        "effort",
+        "reference",
+        "load",
+        "temperature",
+        "following_error",
+    }
     assert [Cogging("motor", 5e-3).harmonics, Cogging("screw", 1e-12, 6).harmonics] == [None, (6,)]
     assert Cogging("screw", 5e-3, [1, 10_000]).harmonics == (1, 10_000)
 
@@ -108,8 +170,14 @@ def test_columns_are_required_and_unscaled_by_default():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        *((lambda wrong=wrong: Column("q", "mm", "m", wrong), "scale") for wrong in (math.inf, math.nan)),
-        *((lambda wrong=wrong: Injected("pulses", wrong), "gain") for wrong in (math.inf, math.nan)),
+        *(
+            (lambda wrong=wrong: Column("q", "mm", "m", wrong), "scale")
+            for wrong in (math.inf, math.nan)
+        ),
+        *(
+            (lambda wrong=wrong: Injected("pulses", wrong), "gain")
+            for wrong in (math.inf, math.nan)
+        ),
         (lambda: Cogging("wheel", 5e-3, 1), None),
         (lambda: Cogging("motor", 0.9e-12, 1), None),
         (lambda: Cogging("motor", -5e-3, 1), None),

@@ -4,7 +4,12 @@ from dataclasses import dataclass
 
 from bristle.core.tabular import Card, WithCard
 
-MANY = Card("much", ("Name", "Value"), tuple((f"row {i}", "1") for i in range(500)), tuple(map(str, range(500))))
+MANY = Card(
+    "much",
+    ("Name", "Value"),
+    tuple((f"row {i}", "1") for i in range(500)),
+    tuple(map(str, range(500))),
+)
 
 
 def test_it_is_never_longer_than_a_screen():

@@ -30,7 +30,15 @@ def test_paths_bytes_and_open_files_can_be_read(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(b"a log")
     text = io.StringIO("a log")
-    for values in (path, str(path), b"a log", bytearray(b"a log"), memoryview(b"a log"), io.BytesIO(b"a log"), text):
+    for values in (
+        path,
+        str(path),
+        b"a log",
+        bytearray(b"a log"),
+        memoryview(b"a log"),
+        io.BytesIO(b"a log"),
+        text,
+    ):
         assert content_of(values).data == b"a log"
     with path.open("rb") as opened:
         result = content_of(opened)
@@ -59,13 +67,21 @@ def bound(path):
         (lambda p: None, "no such file"),
         (lambda p: p.mkdir(), "is a folder"),
         (lambda p: p.symlink_to(p), "cannot be read"),
-        *((lambda p, name=name: p.symlink_to(f"/dev/{name}"), r"is a device, not a file\. Name a file") for name in ("zero", "null")),
+        *(
+            (
+                lambda p, name=name: p.symlink_to(f"/dev/{name}"),
+                r"is a device, not a file\. Name a file",
+            )
+            for name in ("zero", "null")
+        ),
         (lambda p: p.symlink_to("gone"), "is a link to gone, which does not exist"),
         (bound, "is a socket"),
         pytest.param(
             lambda p: p.touch(mode=0),
             "cannot be read",
-            marks=pytest.mark.skipif(os.name == "posix" and os.getuid() == 0, reason="the superuser reads all"),
+            marks=pytest.mark.skipif(
+                os.name == "posix" and os.getuid() == 0, reason="the superuser reads all"
+            ),
         ),
     ],
 )
@@ -79,7 +95,13 @@ def test_folders_devices_and_missing_files_are_refused_by_name(tmp_path, monkeyp
 
 @pytest.mark.parametrize(
     ("values", "words"),
-    [("a\0b", None), ("x" * 300, None), ("x/" * 3000, None), ("", None), ("a" * 5000, "is too long for a file name")],
+    [
+        ("a\0b", None),
+        ("x" * 300, None),
+        ("x/" * 3000, None),
+        ("", None),
+        ("a" * 5000, "is too long for a file name"),
+    ],
     ids=range(5),
 )
 def test_invalid_file_names_are_refused(values, words):
@@ -96,18 +118,24 @@ def test_objects_without_content_are_refused(values):
 BYTES = bytes(1001)
 
 
-@pytest.mark.parametrize("source", [lambda path: path, lambda path: BYTES, lambda path: io.BytesIO(BYTES)])
+@pytest.mark.parametrize(
+    "source", [lambda path: path, lambda path: BYTES, lambda path: io.BytesIO(BYTES)]
+)
 def test_the_limit_is_asked_for_before_reading(tmp_path, source):
     path = tmp_path / "log.csv"
     path.write_bytes(BYTES)
     assert len(content_of(source(path), limit=1001).data) == 1001
-    with pytest.raises(InputError, match=r"has more than 1 kB, more than the limit.*up to 1 kB.*BRISTLE_SIZE_LIMIT") as caught:
+    with pytest.raises(
+        InputError, match=r"has more than 1 kB, more than the limit.*up to 1 kB.*BRISTLE_SIZE_LIMIT"
+    ) as caught:
         content_of(source(path), limit=1000)
     assert size_of(caught.value.mend.split('"')[1]) > 1001
 
 
 def test_a_fixed_limit_cannot_be_raised(tmp_path):
-    with pytest.raises(InputError, match=r"has more than 1 kB, more than the limit; .*right file") as caught:
+    with pytest.raises(
+        InputError, match=r"has more than 1 kB, more than the limit; .*right file"
+    ) as caught:
         content_of(BYTES, limit=FixedLimit(1000))
     assert "BRISTLE_SIZE_LIMIT" not in str(caught.value)
 
@@ -157,7 +185,9 @@ def test_a_silent_pipe_times_out(tmp_path, impatient, said):
     assert time.monotonic() - began < 30.0
 
 
-@pytest.mark.parametrize("stream", [None, "closed", io.StringIO("t,x")], ids=["none", "closed", "of a notebook"])
+@pytest.mark.parametrize(
+    "stream", [None, "closed", io.StringIO("t,x")], ids=["none", "closed", "of a notebook"]
+)
 def test_a_missing_standard_input_is_refused(monkeypatch, stream):
     if stream == "closed":
         stream = io.StringIO()
@@ -171,21 +201,39 @@ def test_a_missing_standard_input_is_refused(monkeypatch, stream):
 def test_process_substitution_of_a_shell_is_read(tmp_path):
     (tmp_path / "log").write_bytes(b"a log\n" * 50_000)
     code = "import sys; from bristle.core.content import content_of; print(content_of(sys.argv[1]).checksum)"
-    for words in ('"$0" -c "$1" <(cat "$2")', 'cat "$2" | "$0" -c "$1" -', 'cat "$2" | "$0" -c "$1" /dev/stdin'):
+    for words in (
+        '"$0" -c "$1" <(cat "$2")',
+        'cat "$2" | "$0" -c "$1" -',
+        'cat "$2" | "$0" -c "$1" /dev/stdin',
+    ):
         ended = subprocess.run(
-            ["bash", "-c", words, sys.executable, code, str(tmp_path / "log")], capture_output=True, text=True, check=True
+            ["bash", "-c", words, sys.executable, code, str(tmp_path / "log")],
+            capture_output=True,
+            text=True,
+            check=True,
         )
         assert ended.stdout.strip() == content_of(tmp_path / "log").checksum
 
 
 @pytest.mark.parametrize(
-    ("text", "size"), [("2 GB", 2e9), ("1.5GiB", 1.5 * 2**30), ("700 B", 700), ("64 kB", 64_000), (5, 5), (" 3 MB ", 3e6)]
+    ("text", "size"),
+    [
+        ("2 GB", 2e9),
+        ("1.5GiB", 1.5 * 2**30),
+        ("700 B", 700),
+        ("64 kB", 64_000),
+        (5, 5),
+        (" 3 MB ", 3e6),
+    ],
 )
 def test_a_size_is_read_with_its_unit(text, size):
     assert size_of(text) == size
 
 
-@pytest.mark.parametrize("text", ["", "2", "two GB", "2 Gb", "-1 GB", "0 B", 0, -5, True, None, 1.5, "9" * 5000 + " B", "1e9 B"])
+@pytest.mark.parametrize(
+    "text",
+    ["", "2", "two GB", "2 Gb", "-1 GB", "0 B", 0, -5, True, None, 1.5, "9" * 5000 + " B", "1e9 B"],
+)
 def test_invalid_sizes_are_refused(text):
     with pytest.raises(InputError, match="BRISTLE_SIZE_LIMIT"):
         size_of(text, "BRISTLE_SIZE_LIMIT")
@@ -201,7 +249,15 @@ def test_the_origin_is_the_file_name_without_its_folder(tmp_path):
 
 
 def test_the_limits_are_those_of_the_documentation():
-    page = (Path(__file__).parents[2] / "docs" / "how-to" / "safe-in-any-hands.md").read_text(encoding="utf-8")
-    for limit, what in ((SIZE_LIMIT, "a log, and"), (TOML_LIMIT, "a file of settings"), (CODE_LIMIT, "a model of your")):
-        (line,) = (splitline for splitline in page.splitlines() if splitline.startswith(f"| {what}"))
+    page = (Path(__file__).parents[2] / "docs" / "how-to" / "safe-in-any-hands.md").read_text(
+        encoding="utf-8"
+    )
+    for limit, what in (
+        (SIZE_LIMIT, "a log, and"),
+        (TOML_LIMIT, "a file of settings"),
+        (CODE_LIMIT, "a model of your"),
+    ):
+        (line,) = (
+            splitline for splitline in page.splitlines() if splitline.startswith(f"| {what}")
+        )
         assert size_of(line.split("|")[2].strip()) == limit

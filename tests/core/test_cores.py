@@ -50,7 +50,14 @@ def test_identification_keeps_to_it():
 
     motion = sines(duration=2.0)
     with pytest.raises(EnoughError):
-        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=STATED, blocks=0, draws=0, progress=look)
+        identify(
+            log_of(motion, sliding_effort(motion)),
+            "coulomb_viscous",
+            axis=STATED,
+            blocks=0,
+            draws=0,
+            progress=look,
+        )
     assert max(threads()) == 2
 
 
@@ -106,7 +113,11 @@ def test_overlapping_blocks_do_not_end_each_other(other, is_last):
     mine = cores_for_simulations()
     mine.__enter__()
     other.enter()
-    first, last = (partial(mine.__exit__, *[None] * 3), other.leave) if is_last else (other.leave, partial(mine.__exit__, *[None] * 3))
+    first, last = (
+        (partial(mine.__exit__, *[None] * 3), other.leave)
+        if is_last
+        else (other.leave, partial(mine.__exit__, *[None] * 3))
+    )
     first()
     assert max(threads()) == 1
     last()

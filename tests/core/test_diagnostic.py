@@ -31,7 +31,9 @@ def test_the_cheapest_completed_descent_is_kept():
         assert best.result is (kept or other)
 
 
-@pytest.mark.parametrize(("at", "is_known"), [([1.019, -1.019], True), ([1.021, -1.0], False), ([1.0, -0.979], False)])
+@pytest.mark.parametrize(
+    ("at", "is_known"), [([1.019, -1.019], True), ([1.021, -1.0], False), ([1.0, -0.979], False)]
+)
 def test_a_point_near_a_completed_descent_is_known(at, is_known):
     best = BestSoFar()
     best.take(SimpleNamespace(cost=2.0, theta=np.array([1.0, -1.0])))

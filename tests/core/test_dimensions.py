@@ -74,7 +74,9 @@ def test_the_canonical_spelling_keeps_the_dimension(powers):
 @given(powers=PRODUCTS, kind=st.sampled_from(KINDS))
 def test_the_unit_of_a_product_is_the_product_of_the_units(powers, kind):
     unit = unit_of(written(powers), kind)
-    product = "*".join(["1", *(f"({unit_of(name, kind)})**({power})" for name, power in powers.items())])
+    product = "*".join(
+        ["1", *(f"({unit_of(name, kind)})**({power})" for name, power in powers.items())]
+    )
     registry = units._registry()
     assert units.is_unit(unit)
     assert registry.Quantity(1.0, registry.parse_units(product)).to(unit).magnitude == 1.0
@@ -86,7 +88,11 @@ def test_a_name_has_the_dimension_of_its_product(name):
     assert units.compatible(unit_of(name), unit_of(NAMES[name].product))
 
 
-@given(powers=st.dictionaries(st.sampled_from(["mass", "force", "length", "time", "temperature"]), POWERS, max_size=4))
+@given(
+    powers=st.dictionaries(
+        st.sampled_from(["mass", "force", "length", "time", "temperature"]), POWERS, max_size=4
+    )
+)
 def test_units_convert_between_kinds_of_axis(powers):
     quantity = written(powers)
     straight, turning = (unit_of(quantity, kind) for kind in KINDS)

@@ -20,8 +20,14 @@ FAMILIES = {
     references: references.REFERENCES,
 }
 COMPONENTS = [member for members in FAMILIES.values() for member in members.values()]
-SLOTTED = [friction.find("lugre+asymmetry+position"), friction.find("gms+load"), friction.find("stribeck+asymmetry")]
-EVERY = pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda member: f"{member.family} {member.name}")
+SLOTTED = [
+    friction.find("lugre+asymmetry+position"),
+    friction.find("gms+load"),
+    friction.find("stribeck+asymmetry"),
+]
+EVERY = pytest.mark.parametrize(
+    "component", [*COMPONENTS, *SLOTTED], ids=lambda member: f"{member.family} {member.name}"
+)
 LUGRE = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_0": 1e7}
 
 
@@ -37,7 +43,11 @@ def test_the_help_has_equations_and_parameters_with_unit_and_range(component):
     for name, variable in component.variables.items():
         line, text = message.split(f"\n{name} : ")[-1].removeprefix(f"{name} : ").splitlines()[:2]
         assert variable.description in text
-        assert all(f"{variable.unit(kind)}" in line for kind in br.core.variable.KINDS if variable.unit(kind) != "1")
+        assert all(
+            f"{variable.unit(kind)}" in line
+            for kind in br.core.variable.KINDS
+            if variable.unit(kind) != "1"
+        )
         assert ("default" in line) == (name in component.defaults)
         if variable.min == 0.0 and variable.max == float("inf"):
             assert ">= 0" in text
@@ -45,21 +55,27 @@ def test_the_help_has_equations_and_parameters_with_unit_and_range(component):
         assert relation.condition in section_of(component.__doc__, "Notes")
 
 
-@pytest.mark.parametrize("component", COMPONENTS, ids=lambda member: f"{member.family} {member.name}")
+@pytest.mark.parametrize(
+    "component", COMPONENTS, ids=lambda member: f"{member.family} {member.name}"
+)
 def test_the_help_begins_like_the_docstring_of_the_file(component):
     file = f"bristle.models.friction.{component.name}"  # a model may have the parameters of another
     home = sys.modules.get(file) or inspect.getmodule(component.Parameters)
     first = home.__doc__.splitlines()[0]
-    assert " ".join(component.__doc__.split()).replace("`", "").startswith(first.split(":")[0].replace("`", ""))
+    assert (
+        " ".join(component.__doc__.split())
+        .replace("`", "")
+        .startswith(first.split(":")[0].replace("`", ""))
+    )
 
 
 @EVERY
 def test_the_signature_matches_the_call(component):
     parameters = inspect.signature(component).parameters
     assert list(parameters) == [*component.variables, "kind", "validate"]
-    assert {name for name, parameter in parameters.items() if parameter.default is parameter.empty} == {
-        name for name in component.variables if name not in component.defaults
-    }
+    assert {
+        name for name, parameter in parameters.items() if parameter.default is parameter.empty
+    } == {name for name in component.variables if name not in component.defaults}
     assert all(parameter.kind is parameter.KEYWORD_ONLY for parameter in parameters.values())
 
 
@@ -75,7 +91,9 @@ def test_the_signature_has_units_and_defaults(component, text):
     assert text in str(inspect.signature(component))
 
 
-@pytest.mark.parametrize("component", [member for member in COMPONENTS if member.example], ids=lambda member: member.name)
+@pytest.mark.parametrize(
+    "component", [member for member in COMPONENTS if member.example], ids=lambda member: member.name
+)
 def test_the_example_can_be_typed(component):
     line = section_of(component.__doc__, "Examples").removeprefix(">>> model = ")
     assert isinstance(eval(line, {component.name: component}), Model)
@@ -89,7 +107,10 @@ def test_a_class_keeps_its_own_docstring_and_signature():
 
 def test_a_component_is_shown_in_a_line():
     assert repr(plants.inertia) == "<plant inertia(M)>"
-    assert repr(friction.lugre) == "<friction lugre(F_C, F_S, v_S, sigma_0, sigma_1=0, sigma_2=0, v_d=inf)>"
+    assert (
+        repr(friction.lugre)
+        == "<friction lugre(F_C, F_S, v_S, sigma_0, sigma_1=0, sigma_2=0, v_d=inf)>"
+    )
     assert max(len(repr(component)) for component in COMPONENTS) < 300
 
 
@@ -134,7 +155,9 @@ def test_a_user_model_is_explained_by_its_file(tmp_path):
 
 
 def test_a_parameter_is_an_attribute():
-    model = friction.find("lugre+asymmetry")(F_C_pos=20.0, F_C_neg=18.0, F_S_pos=28.0, F_S_neg=27.0, v_S=2e-3, sigma_0="10 N/um")
+    model = friction.find("lugre+asymmetry")(
+        F_C_pos=20.0, F_C_neg=18.0, F_S_pos=28.0, F_S_neg=27.0, v_S=2e-3, sigma_0="10 N/um"
+    )
     assert (model.F_C_neg, model.sigma_0, model.offset) == (18.0, 1e7, 0.0)
     assert plants.inertia(M=3.0).M == 3.0
     assert list(friction.maxwell_slip(F_C=1.0, k_i=[3.0, 4.0], nu_i=[0.5, 0.5]).k_i) == [3.0, 4.0]
@@ -149,7 +172,10 @@ def test_completion_lists_the_parameters():
     [
         ("F_c", r"lugre has no parameter 'F_c'\. Did you mean 'F_C'\?"),
         ("quite_another", "It has F_C, F_S, v_S"),
-        ("_repr_png_", "'Model' object has no attribute '_repr_png_'"),  # what a notebook looks for is no parameter that was misspelt
+        (
+            "_repr_png_",
+            "'Model' object has no attribute '_repr_png_'",
+        ),  # what a notebook looks for is no parameter that was misspelt
         ("__array__", "'Model' object has no attribute '__array__'"),
     ],
 )
@@ -165,7 +191,11 @@ def test_a_parameter_cannot_be_set():
 
 
 def test_parameters_do_not_collide_with_attributes_of_models():
-    custom = {name for name in dir(Model) if not name.startswith("_")} | {"component", "parameters", "kind"}
+    custom = {name for name in dir(Model) if not name.startswith("_")} | {
+        "component",
+        "parameters",
+        "kind",
+    }
     assert [item.name for item in [*COMPONENTS, *SLOTTED] if custom & set(item.variables)] == []
 
 
@@ -182,7 +212,9 @@ def test_completion_shows_only_public_attributes(family):
 
 def test_channels_that_a_model_needs_are_those_that_a_log_records():
     assert [channel.name for channel in friction.find("lugre+load").channels_needed] == ["load"]
-    assert friction.find("coulomb_viscous+transmitted").channels_needed == []  # found from effort and motion
+    assert (
+        friction.find("coulomb_viscous+transmitted").channels_needed == []
+    )  # found from effort and motion
     assert friction.lugre.channels_needed == []
 
 

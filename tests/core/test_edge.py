@@ -46,7 +46,10 @@ COULOMB = coulomb(F_C=2.0)
     ("convert", "value", "expected"),
     [
         # Ends of a range are included.
-        *((amount(LENGTH), value, number) for value, number in ((-1.0, -1.0), (2, 2.0), ("5 mm", 0.005), (np.array(0.5), 0.5))),
+        *(
+            (amount(LENGTH), value, number)
+            for value, number in ((-1.0, -1.0), (2, 2.0), ("5 mm", 0.005), (np.array(0.5), 0.5))
+        ),
         (amount(POSITIVE), 0.0, 0.0),
         (amount(POSITIVE), 1e-299, 1e-299),
         (amount(POSITIVE, exclusive=True), 1e-9, 1e-9),
@@ -54,7 +57,10 @@ COULOMB = coulomb(F_C=2.0)
         (amount(POSITIVE, endless=True), math.inf, math.inf),
         # Of an unknown kind of axis: the unit of either.
         (amount(LENGTH), "90 deg", pytest.approx(math.pi / 2.0)),
-        *((whole(1, 5), value, count) for value, count in ((1, 1), (5, 5), (3.0, 3), (np.array(2), 2), (np.int64(4), 4))),
+        *(
+            (whole(1, 5), value, count)
+            for value, count in ((1, 1), (5, 5), (3.0, 3), (np.array(2), 2), (np.int64(4), 4))
+        ),
         (whole(2, none=True), 0, 0),
         (among("load", "motor"), "load", "load"),
         (instance(int, "an integer"), 3, 3),
@@ -63,7 +69,10 @@ COULOMB = coulomb(F_C=2.0)
         (model("friction"), COULOMB, COULOMB),
         (model("plant", "friction"), COULOMB, COULOMB),
         (component("plant"), inertia, inertia),
-        *((many(whole(0), least=1, most=3), value, (1, 2)) for value in ([1, 2], (1, 2), np.array([1, 2]))),
+        *(
+            (many(whole(0), least=1, most=3), value, (1, 2))
+            for value in ([1, 2], (1, 2), np.array([1, 2]))
+        ),
         (many(whole(0), single=True), 1, (1,)),
         (many(whole(0), single=True), [1, 2], (1, 2)),
         (many(whole(0)), [], ()),
@@ -85,7 +94,10 @@ def test_a_value_that_is_allowed_is_taken(convert, value, expected):
 @pytest.mark.parametrize(
     ("convert", "value", "words"),
     [
-        *((amount(LENGTH), value, "place") for value in (-1.001, 2.001, math.nan, math.inf, "5 kg")),
+        *(
+            (amount(LENGTH), value, "place")
+            for value in (-1.001, 2.001, math.nan, math.inf, "5 kg")
+        ),
         (lambda value, path, kind: amount(LENGTH)(value, path, "translational"), "90 deg", "place"),
         (amount(POSITIVE, exclusive=True), 0.0, r"must be positive.*> 0"),
         (amount(POSITIVE, exclusive=True), -1.0, "must be positive"),
@@ -104,9 +116,17 @@ def test_a_value_that_is_allowed_is_taken(convert, value, expected):
         (among("load", "motor"), "lod", "allowed load, motor.*load"),
         (among("load"), 1, "is not a valid choice"),
         (instance(int, "an integer", "Write one"), "x", "must be an integer.*Write one"),
-        (model("friction"), coulomb, r"must be a friction model with parameters.*Call coulomb with its parameters: coulomb\(F_C="),
+        (
+            model("friction"),
+            coulomb,
+            r"must be a friction model with parameters.*Call coulomb with its parameters: coulomb\(F_C=",
+        ),
         (model("friction"), 3.0, "Give a model such as"),
-        (model("plant", "friction"), play(r=1.0), "must be a plant model or friction model, but is a hysteresis operator"),
+        (
+            model("plant", "friction"),
+            play(r=1.0),
+            "must be a plant model or friction model, but is a hysteresis operator",
+        ),
         (component("plant"), coulomb, "must be a plant model without parameter values"),
         (component("friction"), COULOMB, "Give the attribute component of this model"),
         (many(whole(0), least=1), [], "a list or a tuple of at least 1"),
@@ -122,9 +142,20 @@ def test_a_value_that_is_allowed_is_taken(convert, value, expected):
         (array(), 3.0, "must be a 1-D array"),
         (array(least=3), [1.0, 2.0], "too short.*at least 3 numbers"),
         (array(), [0.0, math.nan, math.inf], "nan at index 1.*Remove NaN and infinity"),
-        *((array(), value, "must hold real numbers") for value in (["a"], [[1.0], [1.0, 2.0]], [1j])),
-        (lambda value, path, kind: vector(value), np.ma.array([1.0, 2.0], mask=[True, False]), "masked"),
-        (CURVE, ([0.0, 1.0], [2.0]), "needs an output for each input, but has 2 inputs and 1 outputs"),
+        *(
+            (array(), value, "must hold real numbers")
+            for value in (["a"], [[1.0], [1.0, 2.0]], [1j])
+        ),
+        (
+            lambda value, path, kind: vector(value),
+            np.ma.array([1.0, 2.0], mask=[True, False]),
+            "masked",
+        ),
+        (
+            CURVE,
+            ([0.0, 1.0], [2.0]),
+            "needs an output for each input, but has 2 inputs and 1 outputs",
+        ),
         (CURVE, ([0.0],), "must be a curve, a pair of inputs and outputs"),
         (CURVE, ([], []), "too short"),
     ],
@@ -150,7 +181,8 @@ def test_arrays_are_of_numbers_of_so_many_dimensions(convert, value, expected):
 
 
 @pytest.mark.parametrize(
-    ("numbers", "finite"), [([1e308, 1e308], True), ([], True), ([1.0, math.nan], False), ([math.inf, -math.inf], False)]
+    ("numbers", "finite"),
+    [([1e308, 1e308], True), ([], True), ([1.0, math.nan], False), ([math.inf, -math.inf], False)],
 )
 def test_numbers_are_finite_though_their_sum_is_not(numbers, finite):
     assert is_finite(np.array(numbers)) is finite
@@ -174,7 +206,11 @@ def test_a_guarded_function_takes_the_kind_of_axis_of_its_first_model():
         (lambda: moved(coulomb(kind="rotational", F_C=2.0), "5 mm"), InputError, "way"),
         (lambda: moved(None, 0.1, way=0.1), TypeError, "way"),
         (lambda: moved(None, 0.1, 1, "translational", 5), TypeError, None),
-        (lambda: guarded(other=whole(1))(lambda friction: friction), TypeError, "no arguments other"),
+        (
+            lambda: guarded(other=whole(1))(lambda friction: friction),
+            TypeError,
+            "no arguments other",
+        ),
     ],
 )
 def test_a_guarded_function_refuses_invalid_arguments(call, error, words):

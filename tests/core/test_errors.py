@@ -5,7 +5,15 @@ import datetime
 import numpy as np
 import pytest
 
-from bristle.core.errors import InputError, close_names, did_you_mean, error_text, in_one_line, located, shortened
+from bristle.core.errors import (
+    InputError,
+    close_names,
+    did_you_mean,
+    error_text,
+    in_one_line,
+    located,
+    shortened,
+)
 
 
 @pytest.mark.parametrize(
@@ -27,9 +35,14 @@ def test_a_message_has_its_parts_in_order(error, text):
     assert (error.exit_code, isinstance(error, ValueError)) == (2, True)
 
 
-@pytest.mark.parametrize(("part", "most"), [("path", 400), ("message", 800), ("allowed", 1200), ("mend", 800)])
+@pytest.mark.parametrize(
+    ("part", "most"), [("path", 400), ("message", 800), ("allowed", 1200), ("mend", 800)]
+)
 def test_long_parts_of_a_message_are_shortened(part, most):
-    whole, cut = (str(InputError(**{"message": "is wrong"} | {part: "x" * length})) for length in (most, most + 1))
+    whole, cut = (
+        str(InputError(**{"message": "is wrong"} | {part: "x" * length}))
+        for length in (most, most + 1)
+    )
     assert "x" * most in whole
     assert "..." not in whole
     assert "x" * (most - 3) + "..." in cut

@@ -13,7 +13,11 @@ from bristle.report.sentences import SENTENCES
 
 ROOT = Path(__file__).parents[2]
 MODULES = ("workflow", "stability", "loop_design", "hysteresis_identification")
-IN_PYTHON = [name for name in FORMER if name.startswith("bristle.") and not name.endswith("*") and name.split(".")[1] not in MODULES]
+IN_PYTHON = [
+    name
+    for name in FORMER
+    if name.startswith("bristle.") and not name.endswith("*") and name.split(".")[1] not in MODULES
+]
 
 
 def test_the_table_stays_short():
@@ -26,11 +30,20 @@ def test_the_table_stays_short():
         ("load_model_file", "does not exist. Call bristle.load_code"),
         ("files.load_model_file", "does not exist. Call bristle.load_code"),
         ("apps.targets.AxisEnv", "Copy the environment from examples/gymnasium_environment.py"),
-        ("simulation.certificates.traced_by_force", "does not exist. Call traced(model, Path.to_force, levels)"),
+        (
+            "simulation.certificates.traced_by_force",
+            "does not exist. Call traced(model, Path.to_force, levels)",
+        ),
         ("simulation.certificates.traced_by_position", "traced(model, Path.to_position, turns)"),
-        ("engine.force_in_turns", "does not exist. Call bristle.engine.force_along for each trajectory"),
+        (
+            "engine.force_in_turns",
+            "does not exist. Call bristle.engine.force_along for each trajectory",
+        ),
         ("report.figures.drive_table", "A figure of one report is in its module"),
-        ("report.figures.residuals", "does not exist. A figure of one report is in its module, such as bristle.report.figures.fit"),
+        (
+            "report.figures.residuals",
+            "does not exist. A figure of one report is in its module, such as bristle.report.figures.fit",
+        ),
         ("apps.study.fleet.Fleet", "Look in its modules fleet.plan and run"),
         ("apps.study.fleet.watch", "does not exist. Use bristle identify LOGS --each"),
         ("identification.Traces", "Parts of a result are in bristle.identification.result"),
@@ -66,8 +79,14 @@ def test_each_name_of_the_table_is_one_that_bristle_does_not_have(place):
 )
 def test_a_former_module_is_refused_with_its_successor(module, advice):
     package, _, name = f"bristle.{module}".rpartition(".")
-    for statement in (f"import {package}.{name}", f"from {package}.{name} import anything", f"from {package} import {name}"):
-        with pytest.raises(ModuleNotFoundError, match=rf"^bristle\.{module} does not exist\. {advice}"):
+    for statement in (
+        f"import {package}.{name}",
+        f"from {package}.{name} import anything",
+        f"from {package} import {name}",
+    ):
+        with pytest.raises(
+            ModuleNotFoundError, match=rf"^bristle\.{module} does not exist\. {advice}"
+        ):
             exec(statement)
 
 
@@ -82,7 +101,9 @@ def test_a_successor_exists(advice):
 
 
 def test_other_unknown_names_have_the_error_of_python():
-    with pytest.raises(AttributeError, match=r"^module 'bristle\.engine' has no attribute 'nonsense'$"):
+    with pytest.raises(
+        AttributeError, match=r"^module 'bristle\.engine' has no attribute 'nonsense'$"
+    ):
         _ = bristle.engine.nonsense
     with pytest.raises(ModuleNotFoundError, match=r"^No module named 'bristle\.nonsense'$"):
         __import__("bristle.nonsense")

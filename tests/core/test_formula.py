@@ -56,13 +56,17 @@ def test_each_equation_and_each_case_has_a_line():
 @pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda item: item.name)
 def test_explanations_contain_no_latex_source(component):
     text = laid_out(component.explanation)
-    assert not re.search(r"\\[A-Za-z]|[{}]\w|:math:|``|\bqquad\b|\bfrac\b", text.replace("{ ", "")), text
+    assert not re.search(
+        r"\\[A-Za-z]|[{}]\w|:math:|``|\bqquad\b|\bfrac\b", text.replace("{ ", "")
+    ), text
     assert max(map(len, text.splitlines())) <= 100
     assert "?" not in "".join(map(spelt_out, text)), "a sign that a plain terminal cannot show"
 
 
 def test_an_equation_breaks_between_its_terms_only():
-    (equation,) = [item for item in paragraphs_of(friction.variation.__doc__) if item.kind == EQUATION]
+    (equation,) = [
+        item for item in paragraphs_of(friction.variation.__doc__) if item.kind == EQUATION
+    ]
     lines = laid_out([equation], 75).splitlines()
     assert len(lines) > 1
     assert all(line.lstrip()[0] in "+−=" for line in lines[1:])
@@ -71,7 +75,16 @@ def test_an_equation_breaks_between_its_terms_only():
     assert "∑_(i=1, 2)" in "\n".join(lines)
 
 
-TOKENS = [*r"\{}_^&|()[] ab1+-=,'/~", r"\frac", r"\left", r"\dot", r"\sqrt", r"\begin{cases}", r"\end{cases}", r"\\"]
+TOKENS = [
+    *r"\{}_^&|()[] ab1+-=,'/~",
+    r"\frac",
+    r"\left",
+    r"\dot",
+    r"\sqrt",
+    r"\begin{cases}",
+    r"\end{cases}",
+    r"\\",
+]
 
 
 @given(st.lists(st.sampled_from(TOKENS)).map("".join))

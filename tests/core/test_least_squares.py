@@ -24,7 +24,9 @@ SOLVERS = {
 
 
 @pytest.mark.parametrize("name", SOLVERS)
-@pytest.mark.parametrize(("of_columns", "of_target"), [(2.0**900, 1.0), (1.0, 2.0**900), (2.0**-900, 2.0**-900)])
+@pytest.mark.parametrize(
+    ("of_columns", "of_target"), [(2.0**900, 1.0), (1.0, 2.0**900), (2.0**-900, 2.0**-900)]
+)
 def test_no_scale_costs_a_digit(name, of_columns, of_target):
     solve, expected = SOLVERS[name]
     reference = solve(A, A @ TRUTH)
@@ -63,7 +65,9 @@ def test_only_finite_numbers_reach_a_solver(name, bad, of_target):
 
 def test_solvers_are_called_only_in_this_module():
     calls = re.compile(r"\b(lstsq|nnls|lsq_linear)\(")
-    result = {file.name for file in SOURCE.rglob("*.py") if calls.search(file.read_text(encoding="utf-8"))}
+    result = {
+        file.name for file in SOURCE.rglob("*.py") if calls.search(file.read_text(encoding="utf-8"))
+    }
     assert result == {"least_squares.py"}
 
 
@@ -83,14 +87,19 @@ def test_without_each_block_the_others_are_solved():
     parts = left_out(A.T, b, 5, rcond=1e-12)
     assert [(part.shape, of_b.shape) for part, of_b, _ in parts] == [((4, 6), (6,))] * 5
     np.testing.assert_array_equal(parts[1][1], b[6:12])
-    np.testing.assert_allclose(parts[1][2], TRUTH, rtol=1e-9)  # the spoiled block is the one left out
+    np.testing.assert_allclose(
+        parts[1][2], TRUTH, rtol=1e-9
+    )  # the spoiled block is the one left out
     for number in (0, 2, 3, 4):
         kept = np.r_[0 : 6 * number, 6 * number + 6 : 30]
         np.testing.assert_allclose(parts[number][2], unbounded(A[kept], b[kept]), rtol=1e-9)
         assert np.max(np.abs(parts[number][2] - TRUTH)) > 0.1
 
 
-@pytest.mark.parametrize("result", [unbounded(A, np.zeros(30)), unbounded(0.0 * A, A @ TRUTH), non_negative(0.0 * A, A @ TRUTH)])
+@pytest.mark.parametrize(
+    "result",
+    [unbounded(A, np.zeros(30)), unbounded(0.0 * A, A @ TRUTH), non_negative(0.0 * A, A @ TRUTH)],
+)
 def test_a_problem_without_target_or_columns_has_a_zero_solution(result):
     assert result.tolist() == [0.0] * 4
 

@@ -93,7 +93,9 @@ print(json.dumps(found))
 
 @pytest.mark.slow
 def test_all_locks_are_free_in_a_fork():
-    done = subprocess.run([sys.executable, "-c", HELD], capture_output=True, text=True, check=False, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", HELD], capture_output=True, text=True, check=False, timeout=60
+    )
     assert done.returncode == 0, done.stderr
     data = json.loads(done.stdout)
     assert len(data) == 2 * len(locks._ORDER) + 2

@@ -39,7 +39,11 @@ class WithArray(NamedTuple):
 
 
 def same_array(value, other):
-    return np.array_equal(value.k, other.k) and np.array_equal(value.z, other.z) and (value.a, value.inner) == (other.a, other.inner)
+    return (
+        np.array_equal(value.k, other.k)
+        and np.array_equal(value.z, other.z)
+        and (value.a, value.inner) == (other.a, other.inner)
+    )
 
 
 VALUE = Outer(Inner(1.0, 2.0), 7, Inner(3.0, 4.0), 5.0)
@@ -54,7 +58,10 @@ def test_numbers_lie_field_by_field_and_arrays_behind_their_length():
 
 
 def test_a_structure_is_its_class_and_the_structures_of_its_fields():
-    assert structure_of(VALUE) == (Outer, ((Inner, ("number", "number")), "integer", (Inner, ("number", "number")), "number"))
+    assert structure_of(VALUE) == (
+        Outer,
+        ((Inner, ("number", "number")), "integer", (Inner, ("number", "number")), "number"),
+    )
     assert structure_of(Inner(True, np.float64(2.0)))[1] == ("number", "number")
     assert structure_of(Inner(np.int64(1), 2))[1] == ("integer", "integer")
     assert is_scalar(structure_of(VALUE))

@@ -37,7 +37,9 @@ def test_counts_beyond_32_bits_continue():
 def record_of(seed):
     law = controllers.sliding_mode(J=2.0, lambda_=30.0, K_1=30.0, cutoff=100.0)
     encoder = sensors.encoder(resolution=1e-6, noise=3e-6, seed=seed)
-    return run_closed_loop(inertia(M=2.0), example_of(friction.lugre), law, encoder, np.zeros((4, 150)), 1e-3).measured
+    return run_closed_loop(
+        inertia(M=2.0), example_of(friction.lugre), law, encoder, np.zeros((4, 150)), 1e-3
+    ).measured
 
 
 def test_a_seed_gives_the_same_record_compiled_or_not():

@@ -28,7 +28,9 @@ TOLD = {
     "variables": friction.lugre.variables,
     "variables of slots": with_slots(friction.lugre, list(SLOTS)).variables,
     "variables of leuven": friction.leuven.variables,
-    "variables with presliding": with_presliding(friction.coulomb(F_C=1.0), 1e-6).component.variables,
+    "variables with presliding": with_presliding(
+        friction.coulomb(F_C=1.0), 1e-6
+    ).component.variables,
     "example": friction.gms.example,
     "example of slots": with_slots(friction.lugre, ["periodic"]).example,
 }
@@ -44,7 +46,10 @@ def test_a_change_is_refused_with_a_remedy(message, change):
 
 
 def test_arrays_inside_are_read_only_copies():
-    for fixed in (ELEMENTS.values["k_i"], ReadOnly({"k_i": ELEMENTS.parameters.forward.k_i})["k_i"]):
+    for fixed in (
+        ELEMENTS.values["k_i"],
+        ReadOnly({"k_i": ELEMENTS.parameters.forward.k_i})["k_i"],
+    ):
         assert not np.shares_memory(fixed, ELEMENTS.parameters.forward.k_i)
         with pytest.raises(ValueError, match="read-only"):
             fixed[0] = 1.0

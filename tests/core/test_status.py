@@ -11,5 +11,11 @@ def test_each_status_has_a_distinct_sentence():
 
 
 def test_codes_rank_by_severity():
-    ranked = (Status.OK, Status.SOLVE_INACCURATE, Status.TOLERANCE_MISSED, Status.MEMORY_OVERFLOW, Status.NOT_FINITE)
+    ranked = (
+        Status.OK,
+        Status.SOLVE_INACCURATE,
+        Status.TOLERANCE_MISSED,
+        Status.MEMORY_OVERFLOW,
+        Status.NOT_FINITE,
+    )
     assert sorted(Status, key=int) == list(ranked)

@@ -9,7 +9,14 @@ from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.motion import Motion
 from bristle.core.slot import Slot, refuse_unfit
-from bristle.core.surroundings import OF_MOTION, Surrounding, at_rest, motion_with, on_side, reader_of
+from bristle.core.surroundings import (
+    OF_MOTION,
+    Surrounding,
+    at_rest,
+    motion_with,
+    on_side,
+    reader_of,
+)
 from bristle.core.variable import Variable
 
 HUMID = Variable("1", "relative humidity", min=0.0, max=1.0)
@@ -27,7 +34,13 @@ def factor(c, p):
 
 
 def slot(**changes):
-    parts = {"name": "humid", "description": "rises", "Parameters": Parameters, "channel": HUMIDITY, "factor": factor}
+    parts = {
+        "name": "humid",
+        "description": "rises",
+        "Parameters": Parameters,
+        "channel": HUMIDITY,
+        "factor": factor,
+    }
     return Slot(**parts | changes)
 
 
@@ -37,7 +50,10 @@ RESERVED = ("v", "x", "dt", "p", "memory", "state", "motion", "force")
 @pytest.mark.parametrize(
     ("name", "variable", "usual", "words"),
     [
-        *((name, HUMID, 0.5, "is not a valid name of a channel") for name in ("", "a b", "class", "_x", "größe", "1x", 3, *RESERVED)),
+        *(
+            (name, HUMID, 0.5, "is not a valid name of a channel")
+            for name in ("", "a b", "class", "_x", "größe", "1x", 3, *RESERVED)
+        ),
         *(
             (name, HUMID, 0.5, "is already the name of a channel of bristle")
             for name in ("load", "velocity", "effort", "transmitted", "following_error")
@@ -46,13 +62,17 @@ RESERVED = ("v", "x", "dt", "p", "memory", "state", "motion", "force")
         ("humidity", "1", 0.5, "needs a Variable"),
     ],
 )
-def test_a_channel_has_a_new_valid_name_and_a_usual_value_within_its_range(name, variable, usual, words):
+def test_a_channel_has_a_new_valid_name_and_a_usual_value_within_its_range(
+    name, variable, usual, words
+):
     with pytest.raises(InputError, match=words):
         Surrounding(name, variable, usual)
 
 
 def test_a_channel_may_be_named_like_a_reserved_word_with_more():
-    assert [Surrounding(f"{name}_2", HUMID, 0.5).name for name in RESERVED] == [f"{name}_2" for name in RESERVED]
+    assert [Surrounding(f"{name}_2", HUMID, 0.5).name for name in RESERVED] == [
+        f"{name}_2" for name in RESERVED
+    ]
 
 
 @pytest.mark.parametrize(
@@ -84,7 +104,12 @@ def test_only_a_moving_axis_transmits_effort():
 
 
 @pytest.mark.parametrize(
-    ("channel", "motion", "value"), [(HUMIDITY, MOVING, 0.9), (HUMIDITY, Motion(3.0, 2.0), 0.5), (OF_MOTION["position"], MOVING, 2.0)]
+    ("channel", "motion", "value"),
+    [
+        (HUMIDITY, MOVING, 0.9),
+        (HUMIDITY, Motion(3.0, 2.0), 0.5),
+        (OF_MOTION["position"], MOVING, 2.0),
+    ],
 )
 def test_a_channel_is_read_from_a_motion_or_has_its_usual_value(channel, motion, value):
     assert reader_of(channel)(motion) == value
@@ -124,7 +149,10 @@ class OfChoices(NamedTuple):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"Parameters": NoDefault}, r"Parameters\.k_H: has no default\. Give each parameter a default"),
+        (
+            {"Parameters": NoDefault},
+            r"Parameters\.k_H: has no default\. Give each parameter a default",
+        ),
         ({"Parameters": NothingToTell}, "no parameter to identify from a log"),
         ({"Parameters": OtherNeed}, "is not an excitation for a slot"),
         ({"Parameters": OfMany}, r"Parameters\.k_H: is not a number"),
@@ -132,7 +160,10 @@ class OfChoices(NamedTuple):
         ({"factor": lambda c, p: 1.0}, "is not a kernel"),
         ({"factor": of_one}, r"takes 1 arguments.*factor\(channel, p\)"),
         ({"channel": "wind"}, "is not a channel of a log"),
-        *(({"channel": name}, "allowed load, temperature, position, or a further channel") for name in ("transmitted", "velocity", "time")),
+        *(
+            ({"channel": name}, "allowed load, temperature, position, or a further channel")
+            for name in ("transmitted", "velocity", "time")
+        ),
         ({"of": "all"}, "is not a valid choice"),
     ],
 )

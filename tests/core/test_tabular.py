@@ -26,7 +26,9 @@ class Result(Tabular):
     kind: str = "rotational"
 
 
-FOUND = Result(T, 2.0 * T, velocity=np.zeros(3), table={"a": (1, np.float64(2.0))}, status=Status.NOT_FINITE)
+FOUND = Result(
+    T, 2.0 * T, velocity=np.zeros(3), table={"a": (1, np.float64(2.0))}, status=Status.NOT_FINITE
+)
 
 
 def test_plain_data_is_plain():
@@ -34,7 +36,11 @@ def test_plain_data_is_plain():
     assert json.loads(json.dumps(message)) == message
     assert message["signals"] == {"time": T.tolist(), "friction": (2.0 * T).tolist()}
     assert message["units"] == {"time": "s", "friction": "N*m"}
-    assert (message["status"], message["table"], message["kind"]) == (Status.NOT_FINITE.sentence, {"a": [1, 2.0]}, "rotational")
+    assert (message["status"], message["table"], message["kind"]) == (
+        Status.NOT_FINITE.sentence,
+        {"a": [1, 2.0]},
+        "rotational",
+    )
     assert "velocity" not in message
 
 
@@ -70,7 +76,10 @@ def test_a_data_set_has_units_and_names_for_its_axes():
     result = FOUND.to_xarray()
     assert np.array_equal(result["friction"].values, FOUND.friction)
     assert np.array_equal(result["time"].values, T)
-    assert result["friction"].attrs == {"units": "N*m", "long_name": SIGNALS["friction"].description}
+    assert result["friction"].attrs == {
+        "units": "N*m",
+        "long_name": SIGNALS["friction"].description,
+    }
     assert result["time"].attrs["units"] == "s"
     assert result.attrs == {"kind": "rotational", "status": Status.NOT_FINITE.sentence}
     result["friction"][:] = 0.0
@@ -80,14 +89,20 @@ def test_a_data_set_has_units_and_names_for_its_axes():
 @pytest.mark.parametrize(("name", "call"), [("pandas", "to_dataframe"), ("xarray", "to_xarray")])
 def test_a_missing_library_is_named_with_the_command_to_install_it(name, call, monkeypatch):
     monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(MissingExtraError, match=rf"{call}\(\): needs {name}.* Type: pip install {name}") as caught:
+    with pytest.raises(
+        MissingExtraError, match=rf"{call}\(\): needs {name}.* Type: pip install {name}"
+    ) as caught:
         getattr(FOUND, call)()
     assert isinstance(caught.value, InputError)
 
 
 @pytest.mark.parametrize(
     ("values", "unit", "text"),
-    [([np.nan, 1e-6, 2e-6], "m", "1.000 to 2.000 µm, 1 not finite"), ([np.nan], "m", "no finite number"), ([20.0] * 3, "N", "20.00 N")],
+    [
+        ([np.nan, 1e-6, 2e-6], "m", "1.000 to 2.000 µm, 1 not finite"),
+        ([np.nan], "m", "no finite number"),
+        ([20.0] * 3, "N", "20.00 N"),
+    ],
 )
 def test_a_range_has_a_suitable_unit(values, unit, text):
     assert ranged(np.array(values), unit) == text

@@ -36,13 +36,19 @@ COMPONENTS = [
     *references.REFERENCES.values(),
 ]
 # Every slot around every model, and each slot alone.
-SLOTTED = [*(with_slots(model, list(SLOTS)) for model in friction.MODELS.values()), *(with_slots(friction.lugre, [slot]) for slot in SLOTS)]
+SLOTTED = [
+    *(with_slots(model, list(SLOTS)) for model in friction.MODELS.values()),
+    *(with_slots(friction.lugre, [slot]) for slot in SLOTS),
+]
 ELEMENTS = example_of(friction.maxwell_slip)
 
 
 def copies_of(thing):
     """The thing by each way that it can go."""
-    return [*(pickle.loads(pickle.dumps(thing, protocol)) for protocol in PROTOCOLS), copy.deepcopy(thing)]
+    return [
+        *(pickle.loads(pickle.dumps(thing, protocol)) for protocol in PROTOCOLS),
+        copy.deepcopy(thing),
+    ]
 
 
 def model_of(component):
@@ -59,7 +65,9 @@ def name_of(component):
 
 @pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=name_of)
 def test_a_component_and_its_model_arrive_to_the_bit(component):
-    assert [item for item in (*copies_of(component), copy.copy(component)) if item is not component] == []
+    assert [
+        item for item in (*copies_of(component), copy.copy(component)) if item is not component
+    ] == []
     model = model_of(component)
     for other in copies_of(model):
         assert other == model
@@ -68,7 +76,11 @@ def test_a_component_and_its_model_arrive_to_the_bit(component):
 
 @pytest.mark.parametrize(
     "component",
-    [item for item in (*COMPONENTS, *SLOTTED) if item.family == "friction" and is_static(model_of(item))],
+    [
+        item
+        for item in (*COMPONENTS, *SLOTTED)
+        if item.family == "friction" and is_static(model_of(item))
+    ],
     ids=lambda component: component.name,
 )
 def test_unpickling_a_component_with_presliding_gives_the_same_object(component):
@@ -80,7 +92,9 @@ def test_unpickling_a_component_with_presliding_gives_the_same_object(component)
 
 def test_unpickling_derived_components_gives_the_same_object():
     screw, motor = plants.ball_screw, friction.coulomb(kind="rotational", F_C=0.02)
-    behind = through_screw(screw(kind="rotational", **screw.example), motor, friction.viscous(F_v=3.0))
+    behind = through_screw(
+        screw(kind="rotational", **screw.example), motor, friction.viscous(F_v=3.0)
+    )
     elements = example_of(friction.find("maxwell_slip+asymmetry"))
     fixed = shaped(elements.component, np.array([3.0, 1.0]), np.array([1.0, 1.0]))
     strange = {"F_C": -0.0, "F_S": -3.0, "v_S": -math.inf, "sigma_0": 5e-324, "offset": -0.0}
@@ -194,7 +208,9 @@ def test_a_user_model_is_pickled_with_its_source(file):
     for other in copies_of(model):
         assert bits_of(other) == bits_of(model)
     file.unlink()
-    module, is_its_model, is_one, way, force = json.loads(in_a_new_process(RUN, pickle.dumps((model, trace, x))))
+    module, is_its_model, is_one, way, force = json.loads(
+        in_a_new_process(RUN, pickle.dumps((model, trace, x)))
+    )
     assert module == component.module
     assert is_its_model
     assert is_one
@@ -254,16 +270,25 @@ def test_a_component_inside_a_function_is_refused_with_a_remedy():
 
     component = of_nobody(Parameters)
     for thing in (component, component(), with_slots(component, [])(F_C=2.0)):
-        with pytest.raises(pickle.PicklingError, match=r"friction nobodys: is not defined.* Define this model in a separate file"):
+        with pytest.raises(
+            pickle.PicklingError,
+            match=r"friction nobodys: is not defined.* Define this model in a separate file",
+        ):
             pickle.dumps(thing)
     assert copy.deepcopy(component) is copy.copy(component) is component
     assert copy.deepcopy(component()) == component()
 
 
 def test_a_component_missing_in_the_other_process_is_refused_with_a_remedy():
-    typed = USER.format(factor=3.0) + "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(MODEL()))"
+    typed = (
+        USER.format(factor=3.0)
+        + "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(MODEL()))"
+    )
     sent = in_a_new_process(typed)
-    with pytest.raises(pickle.UnpicklingError, match=r"__main__\.MODEL: does not exist .* Define this model in a separate file"):
+    with pytest.raises(
+        pickle.UnpicklingError,
+        match=r"__main__\.MODEL: does not exist .* Define this model in a separate file",
+    ):
         pickle.loads(sent)
 
 
@@ -287,6 +312,8 @@ def test_a_factory_makes_the_same_component_for_all_threads():
 
 
 def test_errors_keep_all_their_parts_when_pickled():
-    error = InputError("out of range", path="friction.F_C", value=-1.0, allowed=">= 0 N", mend="Raise it")
+    error = InputError(
+        "out of range", path="friction.F_C", value=-1.0, allowed=">= 0 N", mend="Raise it"
+    )
     for other in copies_of(error):
         assert (str(other), vars(other)) == (str(error), vars(error))

@@ -34,13 +34,21 @@ def experiment(**changes):
 
 
 def operators():
-    curves = recorded(MASING, to_and_fro(np.random.default_rng(11), turns=50, samples=800), np.random.default_rng(1))
+    curves = recorded(
+        MASING,
+        to_and_fro(np.random.default_rng(11), turns=50, samples=800),
+        np.random.default_rng(1),
+    )
     result = br.identify_operator(curves, cells=12)
     return curves, result, predict_operator(result.best.operator, curves, result.best.offset)
 
 
 def runs():
-    lugre, plant, effort = example_of(friction.lugre), plants.inertia(M=2.0), 40.0 * np.sin(np.arange(50.0))
+    lugre, plant, effort = (
+        example_of(friction.lugre),
+        plants.inertia(M=2.0),
+        40.0 * np.sin(np.arange(50.0)),
+    )
     desired = np.zeros((4, 50))
     sensor, law = sensors.encoder(resolution=1e-6), controllers.cascade(k_p=80.0, k_v=400.0)
     return [
@@ -67,13 +75,21 @@ RESULTS = {
     "simulation of several runs": lambda stage: br.simulate(experiment()),
     "learned": lambda stage: br.simulate(experiment(learning=Learning(2, 1e4, 0.0, 50.0))),
     "identification": lambda stage: stage().identified,
-    "with intervals": lambda stage: br.identify(stage().log, "stribeck+asymmetry", axis=stage().axis, draws=20),
-    "of elements": lambda stage: br.identify(slow_log(ELEMENTS, duration=6.0), "maxwell_slip", draws=20, blocks=2),
+    "with intervals": lambda stage: br.identify(
+        stage().log, "stribeck+asymmetry", axis=stage().axis, draws=20
+    ),
+    "of elements": lambda stage: br.identify(
+        slow_log(ELEMENTS, duration=6.0), "maxwell_slip", draws=20, blocks=2
+    ),
     "predictions": predictions,
     "operators": lambda stage: operators(),
-    "certificates": lambda stage: [br.check(item) for item in (example_of(friction.lugre), hysteresis.stop(r=1.0))],
+    "certificates": lambda stage: [
+        br.check(item) for item in (example_of(friction.lugre), hysteresis.stop(r=1.0))
+    ],
     "design": lambda stage: br.design(experiment()),
-    "motion to run": lambda stage: br.excite(STAGE, duration="15 s", purposes="presliding", draws=0),
+    "motion to run": lambda stage: br.excite(
+        STAGE, duration="15 s", purposes="presliding", draws=0
+    ),
     "runs": lambda stage: runs(),
 }
 
@@ -105,7 +121,9 @@ def test_objects_from_files_can_be_pickled():
 
 def test_a_difference_of_a_single_bit_is_detected():
     with interpreted():
-        result = run_open_loop(plants.inertia(M=2.0), example_of(friction.lugre), np.full(20, 40.0), 1e-3)
+        result = run_open_loop(
+            plants.inertia(M=2.0), example_of(friction.lugre), np.full(20, 40.0), 1e-3
+        )
     other = copy.deepcopy(result)
     assert bits_of(other) == bits_of(result)
     other.position[3] = np.nextafter(other.position[3], 1.0)

@@ -69,8 +69,19 @@ def test_numbers_are_rounded_by_resolution_or_significant_digits(value, resoluti
 @pytest.mark.parametrize(
     ("value", "unit", "text"),
     [
-        *((7e-6, "m", "7 µm"), (0.04, "N*m", "40 mN·m"), (0.25, "s", "250 ms"), (0.0, "N", "0 N"), (3.0, "1", "3"), (1e-3, "s", "1 ms")),
-        *((0.9999999999999999e-3, "m", "1 mm"), (999.0, "N", "999 N"), (12345.0, "N/m", "12.3 kN/m")),
+        *(
+            (7e-6, "m", "7 µm"),
+            (0.04, "N*m", "40 mN·m"),
+            (0.25, "s", "250 ms"),
+            (0.0, "N", "0 N"),
+            (3.0, "1", "3"),
+            (1e-3, "s", "1 ms"),
+        ),
+        *(
+            (0.9999999999999999e-3, "m", "1 mm"),
+            (999.0, "N", "999 N"),
+            (12345.0, "N/m", "12.3 kN/m"),
+        ),
     ],
 )
 def test_a_number_in_a_sentence_has_a_fitting_unit_and_no_zeros_at_its_end(value, unit, text):
@@ -80,10 +91,32 @@ def test_a_number_in_a_sentence_has_a_fitting_unit_and_no_zeros_at_its_end(value
 @pytest.mark.parametrize(
     ("unit", "magnitude", "factor_to", "label"),
     [
-        *(("N", 1e4, 1e-3, "kN"), ("N", 9999.0, 1.0, "N"), ("N", 0.999, 1e3, "mN"), ("N", 1e-9, 1e6, "µN"), ("V", 2e4, 1e-3, "kV")),
-        *(("Hz", 1e4, 1e-3, "kHz"), ("Hz", 9999.0, 1.0, "Hz"), ("Hz", 1e-3, 1.0, "Hz"), ("m", 1e5, 1.0, "m"), ("m", 1e-12, 1e9, "nm")),
-        *(("kg", 0.1, 1.0, "kg"), ("kg", 0.0999, 1e3, "g"), ("kg", 1e-9, 1e3, "g"), ("kg*m^2", 0.1, 1.0, "kg·m²")),
-        *(("kg*m^2", 1e-5, 1e4, "kg·cm²"), ("kg*m^2", 0.9e-5, 1e7, "g·cm²"), ("1", 1e-6, 1.0, ""), ("K", 1e-6, 1.0, "K")),
+        *(
+            ("N", 1e4, 1e-3, "kN"),
+            ("N", 9999.0, 1.0, "N"),
+            ("N", 0.999, 1e3, "mN"),
+            ("N", 1e-9, 1e6, "µN"),
+            ("V", 2e4, 1e-3, "kV"),
+        ),
+        *(
+            ("Hz", 1e4, 1e-3, "kHz"),
+            ("Hz", 9999.0, 1.0, "Hz"),
+            ("Hz", 1e-3, 1.0, "Hz"),
+            ("m", 1e5, 1.0, "m"),
+            ("m", 1e-12, 1e9, "nm"),
+        ),
+        *(
+            ("kg", 0.1, 1.0, "kg"),
+            ("kg", 0.0999, 1e3, "g"),
+            ("kg", 1e-9, 1e3, "g"),
+            ("kg*m^2", 0.1, 1.0, "kg·m²"),
+        ),
+        *(
+            ("kg*m^2", 1e-5, 1e4, "kg·cm²"),
+            ("kg*m^2", 0.9e-5, 1e7, "g·cm²"),
+            ("1", 1e-6, 1.0, ""),
+            ("K", 1e-6, 1.0, "K"),
+        ),
         *(
             ("m", 0.0, 1.0, "m"),
             ("m", math.inf, 1.0, "m"),
@@ -93,7 +126,9 @@ def test_a_number_in_a_sentence_has_a_fitting_unit_and_no_zeros_at_its_end(value
         ),
     ],
 )
-def test_a_unit_is_read_in_the_multiple_that_the_size_of_a_number_asks_for(unit, magnitude, factor_to, label):
+def test_a_unit_is_read_in_the_multiple_that_the_size_of_a_number_asks_for(
+    unit, magnitude, factor_to, label
+):
     assert scale_of(unit, magnitude) == (pytest.approx(factor_to, rel=1e-15), label)
 
 
@@ -109,7 +144,10 @@ def test_a_unit_is_read_in_the_multiple_that_the_size_of_a_number_asks_for(unit,
         (with_unit(2.5e-9, "m"), "2.5 nm"),
         (with_unit(0.034, "N*m"), "34 mN·m"),
         (with_unit(5e-6, "kg*m^2"), "50 g·cm²"),
-        (typeset_sentence("k_I = 7 N*m/(rad*s) (at 2 N*s^2/m^2.)"), "k_I = 7 N·m/(rad·s) (at 2 N·s²/m².)"),
+        (
+            typeset_sentence("k_I = 7 N*m/(rad*s) (at 2 N*s^2/m^2.)"),
+            "k_I = 7 N·m/(rad·s) (at 2 N·s²/m².)",
+        ),
         (typed(2.0), "2"),
         (typed(1.23456789), "1.23457"),
         (typed(np.array([1.0, 2.5])), "[1, 2.5]"),

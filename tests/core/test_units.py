@@ -92,8 +92,12 @@ DECIMAL = [
 def test_every_decimal_unit_agrees_with_the_unit_library(unit):
     si = units.si_of(unit)
     assert units.is_decimal(unit)
-    assert units.factor(unit, si) == pytest.approx(library().Quantity(1.0, unit).to(si).magnitude, rel=1e-12)
-    assert math.log10(units.factor(unit, si)) == pytest.approx(round(math.log10(units.factor(unit, si))), abs=1e-12)
+    assert units.factor(unit, si) == pytest.approx(
+        library().Quantity(1.0, unit).to(si).magnitude, rel=1e-12
+    )
+    assert math.log10(units.factor(unit, si)) == pytest.approx(
+        round(math.log10(units.factor(unit, si))), abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("unit", ["", "1", "deg", "rpm", "inch", "m/mm", "mm^0.5", "vir", "m*9**9"])
@@ -102,8 +106,18 @@ def test_only_units_beyond_powers_of_ten_need_the_unit_library(unit):
 
 
 @given(
-    number=st.decimals(min_value="-1e6", max_value="1e6", allow_nan=False, allow_infinity=False, places=6),
-    unit=st.sampled_from([("um", "m", -6), ("mN*m", "N*m", -3), ("kHz", "Hz", 3), ("kg*cm^2", "kg*m^2", -4), ("N/um", "N/m", 6)]),
+    number=st.decimals(
+        min_value="-1e6", max_value="1e6", allow_nan=False, allow_infinity=False, places=6
+    ),
+    unit=st.sampled_from(
+        [
+            ("um", "m", -6),
+            ("mN*m", "N*m", -3),
+            ("kHz", "Hz", 3),
+            ("kg*cm^2", "kg*m^2", -4),
+            ("N/um", "N/m", 6),
+        ]
+    ),
 )
 def test_decimal_units_are_converted_to_the_nearest_number(number, unit):
     unit, si, power = unit
@@ -132,7 +146,20 @@ def test_units_that_are_not_decimal(text, unit, value):
     assert units.convert(text, unit) == pytest.approx(value, rel=1e-12)
 
 
-@pytest.mark.parametrize("text", ["5 N*m", "5 Nm", "5Nm", "5 N m", "5 N·m", "5000 mNm", "500 Ncm", "5 newton * meter", "5e0 N * m"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "5 N*m",
+        "5 Nm",
+        "5Nm",
+        "5 N m",
+        "5 N·m",
+        "5000 mNm",
+        "500 Ncm",
+        "5 newton * meter",
+        "5e0 N * m",
+    ],
+)
 def test_a_torque_is_read_in_every_spelling(text):
     assert units.convert(text, "N*m") == pytest.approx(5.0, rel=1e-14)
 
@@ -207,7 +234,9 @@ def test_decimal_units_are_compatible_like_in_the_unit_library(unit):
     here = library().Unit(unit)
     for other in DECIMAL:
         if "rad" not in other:
-            assert units.compatible(other, unit) == (library().Unit(other).dimensionality == here.dimensionality), other
+            assert units.compatible(other, unit) == (
+                library().Unit(other).dimensionality == here.dimensionality
+            ), other
 
 
 @pytest.mark.parametrize(
@@ -289,7 +318,21 @@ def test_random_text_and_text_close_to_a_unit_are_refused_quickly(text):
         units.compatible(text, "m")
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, "nan", "inf m", "1e999 m", 1e101, "1e98 km", 10**400, "9" * 400])
+@pytest.mark.parametrize(
+    "value",
+    [
+        math.nan,
+        math.inf,
+        -math.inf,
+        "nan",
+        "inf m",
+        "1e999 m",
+        1e101,
+        "1e98 km",
+        10**400,
+        "9" * 400,
+    ],
+)
 def test_absurd_quantities_are_refused(value):
     with pytest.raises(InputError):
         units.quantity(value, Variable("length", "distance"), path="distance")
@@ -301,6 +344,9 @@ def test_infinity_must_be_explicitly_allowed():
         units.quantity(math.nan, Variable("length/time", "speed"), infinite=True)
 
 
-@pytest.mark.parametrize(("unit", "si"), [("‰", "1"), ("%", "1"), ("mm", "m"), ("kN*m", "N*m"), ("g", "kg"), ("1", "1"), ("ms", "s")])
+@pytest.mark.parametrize(
+    ("unit", "si"),
+    [("‰", "1"), ("%", "1"), ("mm", "m"), ("kN*m", "N*m"), ("g", "kg"), ("1", "1"), ("ms", "s")],
+)
 def test_a_unit_without_a_known_quantity_has_an_si_unit(unit, si):
     assert units.si_of(unit) == si

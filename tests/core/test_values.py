@@ -25,7 +25,11 @@ class Some(Thresholds):
     [
         (Some(), {"share": 0.3, "ratio": 2.0}, {}),
         (Some.of({"ratio": 3}), {"share": 0.3, "ratio": 3.0}, {"ratio": 3.0}),
-        (Some.of({"share": 0.1, "ratio": 1.0}), {"share": 0.1, "ratio": 1.0}, {"share": 0.1, "ratio": 1.0}),
+        (
+            Some.of({"share": 0.1, "ratio": 1.0}),
+            {"share": 0.1, "ratio": 1.0},
+            {"share": 0.1, "ratio": 1.0},
+        ),
         (Some.of({"share": 0.9}), {"share": 0.9, "ratio": 2.0}, {"share": 0.9}),
         (Some.among({"share": 0.4, "other": 1.0}), {"share": 0.4, "ratio": 2.0}, {"share": 0.4}),
     ],
@@ -36,7 +40,10 @@ def test_thresholds_are_those_that_are_given_and_else_at_their_defaults(some, da
 
 
 def test_thresholds_are_described():
-    assert list(Some.described()) == [("share", 0.3, "1", "of all", 0.1, 0.9, ""), ("ratio", 2.0, "s", "of two", 1.0, math.inf, "a book")]
+    assert list(Some.described()) == [
+        ("share", 0.3, "1", "of all", 0.1, 0.9, ""),
+        ("ratio", 2.0, "s", "of two", 1.0, math.inf, "a book"),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -74,7 +81,9 @@ class Plain(Thresholds):
 
 
 FALLING = friction.stribeck(F_C=8.0, F_S=7.0, v_S=4e-3, F_v=30.0, validate=False)
-CAPACITY = partial(coerced, friction.leuven, "capacity", Variable("1", "count"), path="n", kind="translational")
+CAPACITY = partial(
+    coerced, friction.leuven, "capacity", Variable("1", "count"), path="n", kind="translational"
+)
 LUGRE = partial(friction.lugre, F_C=1.0, F_S=1.0, v_S=1.0)
 STOPS = partial(friction.maxwell_slip, F_C=1.0, nu_i=[0.5, 0.5])
 
@@ -82,13 +91,22 @@ STOPS = partial(friction.maxwell_slip, F_C=1.0, nu_i=[0.5, 0.5])
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: check_relations(friction.stribeck, FALLING.parameters, "here"), r"here: needs .*F_S.*but F_C = 8, F_S = 7"),
+        (
+            lambda: check_relations(friction.stribeck, FALLING.parameters, "here"),
+            r"here: needs .*F_S.*but F_C = 8, F_S = 7",
+        ),
         (lambda: friction.maxwell_slip(F_C=1.0, k_i=[1.0, 2.0], nu_i=[1.0], validate=False), "k_i"),
         (lambda: LUGRE(sigma_0=1.0, sigma_2=math.inf), "sigma_2: is not a finite number"),
         (lambda: LUGRE(sigma_0=math.inf), "sigma_0: is not a finite number"),
         (lambda: LUGRE(sigma_0=1.0, v_d=-math.inf), "v_d"),
-        *((lambda wrong=wrong: STOPS(k_i=wrong), "k_i: must be a list of numbers") for wrong in ("12", b"12", 3.0)),
-        *((lambda wrong=wrong: STOPS(k_i=np.array([1.0, wrong])), "k_i") for wrong in (1e101, math.nan)),
+        *(
+            (lambda wrong=wrong: STOPS(k_i=wrong), "k_i: must be a list of numbers")
+            for wrong in ("12", b"12", 3.0)
+        ),
+        *(
+            (lambda wrong=wrong: STOPS(k_i=np.array([1.0, wrong])), "k_i")
+            for wrong in (1e101, math.nan)
+        ),
         (lambda: CAPACITY(value=2.0**53 + 2.0), "must be a whole number"),
         (lambda: Plain.of({"share": -1e-9}, "here"), r"here\.share"),
         (lambda: Plain.among({"share": -1.0}), r"settings\.share"),

@@ -38,7 +38,9 @@ def test_the_allowed_range_in_words(quantity, low, high, said):
     assert Variable(quantity, "a quantity", min=low, max=high).allowed() == said
 
 
-@pytest.mark.parametrize(("value", "place"), [(-1.0, "p.k"), (math.nan, "p.k"), ([1.0, -1.0], "p.k[1]")])
+@pytest.mark.parametrize(
+    ("value", "place"), [(-1.0, "p.k"), (math.nan, "p.k"), ([1.0, -1.0], "p.k[1]")]
+)
 def test_a_value_out_of_range_is_named_with_its_place(value, place):
     with pytest.raises(InputError) as caught:
         Variable("force/length", "stiffness", min=0.0).validate(value, "p.k")
@@ -77,7 +79,9 @@ def test_a_choice_is_a_name_for_people_and_a_place_for_kernels():
 
 
 def test_an_advisory_relation_only_warns():
-    with pytest.warns(InputWarning, match=r"should have level >= 0.5, but level = 0.2. Raise level"):
+    with pytest.warns(
+        InputWarning, match=r"should have level >= 0.5, but level = 0.2. Raise level"
+    ):
         CHOSEN(level=0.2)
     assert CHOSEN(level=0.2, validate=False).values["level"] == 0.2
 
@@ -89,7 +93,11 @@ class Bare(NamedTuple):
 @pytest.mark.parametrize(
     ("call", "error", "words"),
     [
-        (lambda: CHOSEN(shape="squar"), InputError, "is not a valid choice.*round, square.*Did you mean 'square'"),
+        (
+            lambda: CHOSEN(shape="squar"),
+            InputError,
+            "is not a valid choice.*round, square.*Did you mean 'square'",
+        ),
         (lambda: CHOSEN(shape=0), InputError, "is not a valid choice"),
         (lambda: CHOSEN(shape=["round"]), InputError, "is not a valid choice"),
         (lambda: CHOSEN(count=2.5), InputError, "whole number"),
@@ -101,7 +109,11 @@ class Bare(NamedTuple):
             InputError,
             r"excitation of 'a force': is not an excitation; found 'slide', allowed sliding, .* Did you mean 'sliding'",
         ),
-        (lambda: Variable("Coulomb friction"), InputError, r"Variable\('Coulomb friction'\): lacks the quantity or the description"),
+        (
+            lambda: Variable("Coulomb friction"),
+            InputError,
+            r"Variable\('Coulomb friction'\): lacks the quantity or the description",
+        ),
         (lambda: variables_of(Bare), TypeError, r"Bare\.F_C has no Variable"),
     ],
 )

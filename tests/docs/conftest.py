@@ -15,7 +15,14 @@ from bristle.cli.main import main
 from bristle.files import write_model
 
 ROOT = Path(__file__).parents[2]
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")])
+PAGES = sorted(
+    [
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        *ROOT.glob("docs/**/*.md"),
+        *ROOT.glob("examples/**/*.md"),
+    ]
+)
 _BLOCK = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
 
 
@@ -77,7 +84,9 @@ def readers_folder(tmp_path_factory):
         shutil.copyfile(ROOT / "examples" / name, folder / name)
     (folder / "experiment.toml").write_text(EXPERIMENT)
     (folder / "study.toml").write_text(STUDY)
-    write_model(folder / "model.toml", plants.inertia(M=28.0), friction.coulomb_viscous(F_C=20.0, F_v=200.0))
+    write_model(
+        folder / "model.toml", plants.inertia(M=28.0), friction.coulomb_viscous(F_C=20.0, F_v=200.0)
+    )
     return folder
 
 
@@ -86,7 +95,21 @@ def results(readers_folder):
     """The results of an identification in the folder of the reader."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(readers_folder)
-        assert main(["identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous+asymmetry", "--out", "results"]) == 0
+        assert (
+            main(
+                [
+                    "identify",
+                    "log.csv",
+                    "--axis",
+                    "axis.toml",
+                    "--model",
+                    "coulomb_viscous+asymmetry",
+                    "--out",
+                    "results",
+                ]
+            )
+            == 0
+        )
     return readers_folder / "results"
 
 

@@ -10,7 +10,9 @@ PAGE = ROOT / "docs" / "reference" / "json.md"
 
 def documented(command: str) -> list[str]:
     """Return the keys in the section of a command, abbreviated ones in full: a.b, .c is a.b, a.c."""
-    section = PAGE.read_text(encoding="utf-8").split(f"\n## bristle {command}\n")[1].split("\n## ")[0]
+    section = (
+        PAGE.read_text(encoding="utf-8").split(f"\n## bristle {command}\n")[1].split("\n## ")[0]
+    )
     keys: list[str] = []
     for line in re.findall(r"^\| (`.*?) \|", section, flags=re.MULTILINE):
         for key in re.findall(r"`([^`]+)`", line):
@@ -24,7 +26,9 @@ def is_found(skeleton: Any, key: str) -> bool:
         name, items = part.removesuffix("[]"), part.endswith("[]")
         if _is_list(skeleton):
             skeleton = next(iter(skeleton.values()))
-        if not isinstance(skeleton, dict) or (name not in skeleton and (name != "…" or not skeleton)):
+        if not isinstance(skeleton, dict) or (
+            name not in skeleton and (name != "…" or not skeleton)
+        ):
             return False
         skeleton = skeleton[name] if name != "…" else next(iter(skeleton.values()))
         if items and not _is_list(skeleton):

@@ -25,7 +25,11 @@ def test_the_table_matches_the_computed_certificates(result):
 
 
 def test_the_setting_matches_the_page():
-    assert (round(pictures.F_C), round(pictures.F_S), round(pictures.STIFFNESS / 1e6)) == (126, 163, 158)
+    assert (round(pictures.F_C), round(pictures.F_S), round(pictures.STIFFNESS / 1e6)) == (
+        126,
+        163,
+        158,
+    )
     assert [round(force) for force in pictures.RIPPLE] == [50, 101]
 
 

@@ -82,7 +82,9 @@ def test_pages_have_no_data_of_the_machine(page):
     text = page.read_text()
     assert not re.search(r"(^|[\s\"'(`])/(home|root|work|tmp|usr|opt|Users)/", text)
     for path in re.findall(r"(?:\.\./)+[\w./-]*", text):
-        assert (page.parent / path).resolve().is_relative_to(ROOT), f"{path} leads out of the project"
+        assert (page.parent / path).resolve().is_relative_to(ROOT), (
+            f"{path} leads out of the project"
+        )
 
 
 def test_the_map_reaches_every_page():
@@ -93,7 +95,9 @@ def test_the_map_reaches_every_page():
             continue
         reached.add(page)
         links = re.findall(r"\]\(([^)\s#]+)", page.read_text())
-        waiting += [(page.parent / link).resolve() for link in links if not link.startswith("https://")]
+        waiting += [
+            (page.parent / link).resolve() for link in links if not link.startswith("https://")
+        ]
     assert [page_ids(page) for page in PAGES if page not in reached] == []
 
 
@@ -110,7 +114,9 @@ def session_of(page):
 @each("python")
 def test_python_in_pages_is_a_session_whose_output_is_checked(block):
     assert block.text.startswith(">>>")
-    assert all(compile(example.source, block.name, "single") for example in session_of(block.page).examples)
+    assert all(
+        compile(example.source, block.name, "single") for example in session_of(block.page).examples
+    )
 
 
 @pytest.mark.slow
@@ -134,10 +140,17 @@ def positions_of(tables):
 READ = {
     "toml axis": lambda text: positions_of([tomllib.loads(text)]) != [""],
     "toml axis-part": lambda text: (
-        positions_of([merged(LEAST_AXIS, tomllib.loads(text))]) == [tomllib.loads(text)["columns"]["position"]["column"]]
+        positions_of([merged(LEAST_AXIS, tomllib.loads(text))])
+        == [tomllib.loads(text)["columns"]["position"]["column"]]
     ),
-    "toml joints": lambda text: positions_of(joints_in(Content(Path("joints.toml"), text.encode())).values()) == ["q1", "q2"],
-    "toml loop": lambda text: tomllib.loads(text).items() <= tomllib.loads((ROOT / "examples/own_loop/rig.toml").read_text()).items(),
+    "toml joints": lambda text: (
+        positions_of(joints_in(Content(Path("joints.toml"), text.encode())).values())
+        == ["q1", "q2"]
+    ),
+    "toml loop": lambda text: (
+        tomllib.loads(text).items()
+        <= tomllib.loads((ROOT / "examples/own_loop/rig.toml").read_text()).items()
+    ),
 }
 
 
@@ -164,7 +177,10 @@ def test_studies_in_pages_are_read(block, at_the_reader):
     (at_the_reader / "study.toml").write_text(block.text)
     study = read_study_file(at_the_reader / "study.toml")
     assert study.count == 4000
-    assert list(study.units) == [*tomllib.loads(block.text)["vary"], *tomllib.loads(block.text)["grid"]]
+    assert list(study.units) == [
+        *tomllib.loads(block.text)["vary"],
+        *tomllib.loads(block.text)["grid"],
+    ]
 
 
 @pytest.mark.slow
@@ -185,7 +201,11 @@ def test_experiments_in_pages_are_read(block, at_the_reader):
 def test_identified_models_of_experiments_in_pages_are_planned(block, at_the_reader):
     whole = next(item for item in blocks("toml experiment") if item.page == block.page)
     part = tomllib.loads(block.text)
-    read = (merged(tomllib.loads(whole.text), part), at_the_reader / "experiment.toml", Sources(at_the_reader))
+    read = (
+        merged(tomllib.loads(whole.text), part),
+        at_the_reader / "experiment.toml",
+        Sources(at_the_reader),
+    )
     assert planned_in(*read).keys() == part["identify"].keys()
     with pytest.raises(InputError, match=r"is not identified yet\. Run the experiment once"):
         with_models(*read)
@@ -195,7 +215,9 @@ def test_identified_models_of_experiments_in_pages_are_planned(block, at_the_rea
 def test_friction_tables_in_pages_are_read(block, at_the_reader):
     table = tomllib.loads(block.text)["friction"]
     with pytest.warns(InputWarning, match="is run"):
-        result = friction_from(table, kind="translational", folder=at_the_reader, path="friction", allow_code=True)
+        result = friction_from(
+            table, kind="translational", folder=at_the_reader, path="friction", allow_code=True
+        )
     assert result.name == table.get("file", table.get("model")).replace(".py", "")
 
 
@@ -224,7 +246,14 @@ def test_no_block_goes_unchecked():
 
 def keys_of(schema, prefix=""):
     for name, field in schema.model_fields.items():
-        inner = next((item for item in (field.annotation, *getattr(field.annotation, "__args__", ())) if is_table(item)), None)
+        inner = next(
+            (
+                item
+                for item in (field.annotation, *getattr(field.annotation, "__args__", ()))
+                if is_table(item)
+            ),
+            None,
+        )
         yield from keys_of(inner) if inner else [field.alias or name]
 
 
@@ -241,8 +270,13 @@ def test_the_axis_page_lists_every_key():
 
 def test_the_page_of_models_lists_every_quantity_with_its_units():
     page = (ROOT / "docs/how-to/your-own-model.md").read_text()
-    rows = {name: f"| `{name}` | {entry.translational} | {entry.rotational} |" for name, entry in NAMES.items()}
-    rows |= {name: f"{rows[name]} `{entry.product}` |" for name, entry in NAMES.items() if entry.product}
+    rows = {
+        name: f"| `{name}` | {entry.translational} | {entry.rotational} |"
+        for name, entry in NAMES.items()
+    }
+    rows |= {
+        name: f"{rows[name]} `{entry.product}` |" for name, entry in NAMES.items() if entry.product
+    }
     assert [name for name, row in rows.items() if row not in page] == []
 
 
@@ -266,16 +300,27 @@ def test_commands_in_pages_exist(block):
         assert [word for word in words if word.startswith("--") and word not in options] == [], line
 
 
-MAIN_JOB = [line for block in blocks("sh") if block.page == ROOT / "docs/how-to/your-own-log.md" for line in block.text.splitlines()]
+MAIN_JOB = [
+    line
+    for block in blocks("sh")
+    if block.page == ROOT / "docs/how-to/your-own-log.md"
+    for line in block.text.splitlines()
+]
 
 
 def test_the_main_job_has_five_steps():
-    assert [line.split()[:2] for line in MAIN_JOB] == [["bristle", name] for name in ("log", "log", "identify", "check", "predict")]
+    assert [line.split()[:2] for line in MAIN_JOB] == [
+        ["bristle", name] for name in ("log", "log", "identify", "check", "predict")
+    ]
 
 
 @pytest.mark.slow
-def test_the_steps_of_the_main_job_work_as_written(at_the_reader, results, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(Determined, "by_simulated_logs", lambda *_, **__: ())  # ten more identifications
+def test_the_steps_of_the_main_job_work_as_written(
+    at_the_reader, results, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(
+        Determined, "by_simulated_logs", lambda *_, **__: ()
+    )  # ten more identifications
     for line in MAIN_JOB:
         # The results of the folder are there already; a second copy goes elsewhere. Two models stand for all of them.
         stand_ins = {"results": str(tmp_path / "again"), "all": "coulomb_viscous,viscous"}

@@ -19,14 +19,24 @@ generate = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(generate)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=SLOW[name]) if name in SLOW else name for name in sorted(generate.PAGES)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=SLOW[name]) if name in SLOW else name
+        for name in sorted(generate.PAGES)
+    ],
+)
 def test_pages_made_from_the_code_are_up_to_date(name):
     assert (REFERENCE / name).read_text() == generate.PAGES[name](), "run: python docs/generate.py"
 
 
 def test_the_page_of_python_lists_every_name():
     page = (REFERENCE / "python.md").read_text()
-    assert [name for name in bristle.__all__ if name != "__version__" and not re.search(rf"\b{name}\b", page)] == []
+    assert [
+        name
+        for name in bristle.__all__
+        if name != "__version__" and not re.search(rf"\b{name}\b", page)
+    ] == []
 
 
 def printed(arguments, capsys):
@@ -48,12 +58,16 @@ def test_the_page_of_models_matches_the_command(capsys):
 def test_the_page_of_commands_lists_every_option_of_the_help(capsys):
     page = (REFERENCE / "command-line.md").read_text()
     main(["--help"])
-    commands = re.findall(r"^  (\w+)  ", capsys.readouterr().out.split("Commands:")[1], flags=re.MULTILINE)
+    commands = re.findall(
+        r"^  (\w+)  ", capsys.readouterr().out.split("Commands:")[1], flags=re.MULTILINE
+    )
     assert "identify" in commands
     for command in commands:
         section = page.split(f"\n## bristle {command}\n")[1].split("\n## ")[0]
         main([command, "--help"])
-        options = set(re.findall(r"^\s+(?:-\w, )?(--[a-z-]+)", capsys.readouterr().out, flags=re.MULTILINE)) - {"--help"}
+        options = set(
+            re.findall(r"^\s+(?:-\w, )?(--[a-z-]+)", capsys.readouterr().out, flags=re.MULTILINE)
+        ) - {"--help"}
         assert options == set(re.findall(r"^\| `(--[a-z-]+)", section, flags=re.MULTILINE))
 
 

@@ -44,7 +44,12 @@ class Composite:
     def slope(self, t, y):
         x, v, z = y
         z_dot = v * (1.0 - self.slip(self.ratio(y)))
-        return [v, (self.effort(t, x) - self.hysteretic(z) - self.sigma_1 * z_dot - self.sigma_2 * v) / self.J, z_dot]
+        return [
+            v,
+            (self.effort(t, x) - self.hysteretic(z) - self.sigma_1 * z_dot - self.sigma_2 * v)
+            / self.J,
+            z_dot,
+        ]
 
     def end_of_branch(self):
         if not self.turns:
@@ -76,7 +81,15 @@ class Composite:
         while t < times[-1]:
             end = ends[np.searchsorted(ends, t, side="right")]
             part = solve_ivp(
-                self.slope, (t, end), y, method="DOP853", rtol=1e-12, atol=1e-13, events=self.events(), dense_output=True, max_step=1e-3
+                self.slope,
+                (t, end),
+                y,
+                method="DOP853",
+                rtol=1e-12,
+                atol=1e-13,
+                events=self.events(),
+                dense_output=True,
+                max_step=1e-3,
             )
             within = (times >= t) & (times <= part.t[-1])
             if np.any(within):

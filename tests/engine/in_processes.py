@@ -44,7 +44,14 @@ def commit(state, memory, move, p):
     return state
 
 
-OF_THE_SCRIPT = FrictionModel(name="of_the_script", description="made here", Parameters=Parameters, State=State, trial=trial, commit=commit)
+OF_THE_SCRIPT = FrictionModel(
+    name="of_the_script",
+    description="made here",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+)
 
 
 def experiment(M: float, friction: Model) -> Experiment:
@@ -91,9 +98,14 @@ def main(method: str, file: str) -> list[str]:
         "models": (returned, models),
         "identifications": (identify, ["coulomb_viscous", "stribeck+asymmetry"]),
     }
-    here = {name: bits_of([function(item) for item in each]) for name, (function, each) in work.items()}
+    here = {
+        name: bits_of([function(item) for item in each]) for name, (function, each) in work.items()
+    }
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context(method)) as pool:
-        present = {name: list(pool.map(function, each, chunksize=5)) for name, (function, each) in work.items()}
+        present = {
+            name: list(pool.map(function, each, chunksize=5))
+            for name, (function, each) in work.items()
+        }
     return [name for name, result in present.items() if bits_of(result) != here[name]]
 
 

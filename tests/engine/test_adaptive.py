@@ -43,7 +43,9 @@ def stick_slip():
         return v, 2.0 * (0.1 * t - x) - sigma_0 * z - sigma_1 * z_dot - sigma_2 * v, z_dot
 
     times = 0.01 * np.arange(2000)
-    result = solve_ivp(rates, (0.0, times[-1]), np.zeros(3), method="LSODA", rtol=1e-11, atol=1e-14, t_eval=times)
+    result = solve_ivp(
+        rates, (0.0, times[-1]), np.zeros(3), method="LSODA", rtol=1e-11, atol=1e-14, t_eval=times
+    )
     return result.y
 
 
@@ -87,7 +89,9 @@ def test_rejected_steps_do_not_change_the_memory(in_plain_python):
     effort = 160.0 * np.sin(20.0 * np.pi * np.arange(0.0, 0.04, 2e-3))
     model = friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, **SLIDING)
     rough = run_adaptive(inertia(M=M), model, effort, 2e-3, tolerance=1e-3, hold="zero")
-    fixed = run_open_loop(inertia(M=M), model, effort, 2e-3, steps=200, hold="zero")  # rejects no step
+    fixed = run_open_loop(
+        inertia(M=M), model, effort, 2e-3, steps=200, hold="zero"
+    )  # rejects no step
     assert rough.rejected > 5
     assert np.max(np.abs(rough.position - fixed.position)) < 3e-4
 
@@ -95,11 +99,15 @@ def test_rejected_steps_do_not_change_the_memory(in_plain_python):
 @pytest.mark.slow
 def test_a_finer_tolerance_reveals_growth_of_errors():
     # The equations of the source paper on a spring: steady sliding is unstable, and so errors grow.
-    model = friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, transition="paper", **SLIDING)
+    model = friction.preisach_lugre(
+        kernel="dahl_masing", s=SPAN, f_p=156.0, transition="paper", **SLIDING
+    )
     plant, effort = pulled_inertia(M=M, k=20.0, v_e=200.0), np.zeros(1250)
     fine = run_open_loop(plant, model, effort, 2e-4, steps=200).position
     once = run_adaptive(plant, model, effort, 2e-4, tolerance=0.01)
-    finer, finest = (run_adaptive(plant, model, effort, 2e-4, tolerance=0.01 * share) for share in (1e-2, 1e-3))
+    finer, finest = (
+        run_adaptive(plant, model, effort, 2e-4, tolerance=0.01 * share) for share in (1e-2, 1e-3)
+    )
     assert np.max(np.abs(once.position - fine)) > 0.01
     assert np.max(np.abs(finest.position - finer.position)) <= 0.01
     assert np.max(np.abs(finest.position - fine)) <= 0.01
@@ -110,7 +118,15 @@ def test_a_finer_tolerance_reveals_growth_of_errors():
 def test_plain_python_is_identical(name):
     t = 1e-3 * np.arange(20)
     effort = 40.0 * np.sin(240.0 * t)  # to and fro
-    run = partial(run_adaptive, inertia(M=2.0), example_of(friction.MODELS[name]), effort, 1e-3, tolerance=1e-4, v=1e-3)
+    run = partial(
+        run_adaptive,
+        inertia(M=2.0),
+        example_of(friction.MODELS[name]),
+        effort,
+        1e-3,
+        tolerance=1e-4,
+        v=1e-3,
+    )
     compiled = run()
     with interpreted():
         plain = run()
@@ -133,7 +149,13 @@ def test_a_diverged_run_has_a_status():
 @pytest.mark.parametrize(
     ("effort", "hold", "knots", "starts", "ends"),
     [
-        ([0.0, 1.0, 2.0, 3.0, 3.0, 3.0], "linear", [0.0, 1.5, 3.0], [0.0, 3.0], [3.0, 3.0]),  # bends
+        (
+            [0.0, 1.0, 2.0, 3.0, 3.0, 3.0],
+            "linear",
+            [0.0, 1.5, 3.0],
+            [0.0, 3.0],
+            [3.0, 3.0],
+        ),  # bends
         ([2.0, 2.0, 5.0, 5.0], "zero", [0.0, 1.0, 2.0], [2.0, 5.0], [2.0, 5.0]),  # jumps
         ([0.0, 1.0, 2.0], "zero", [0.0, 0.5, 1.0, 1.5], [0.0, 1.0, 2.0], [0.0, 1.0, 2.0]),
         ([4.0], "linear", [0.0, 0.5], [4.0], [4.0]),
@@ -153,13 +175,19 @@ def stubbed(monkeypatch, model=DRY, reached=11, report=(7.0, 2.0, 0.0, 0.0), **o
 
     def steps(entries, vectors, before, full_step, course, limits, samples, counts):
         requested.append((vectors, course, limits, before.memory is not vectors.memory))
-        samples.x[:], samples.v[:], samples.impulse[:] = np.arange(11.0), -np.arange(11.0), 3.0 * samples.times
+        samples.x[:], samples.v[:], samples.impulse[:] = (
+            np.arange(11.0),
+            -np.arange(11.0),
+            3.0 * samples.times,
+        )
         counts[:] = report
         return reached
 
     monkeypatch.setattr(adaptive, "driver", lambda function: steps)
     with interpreted():
-        trace = run_adaptive(inertia(M=1.0), model, np.ones(10), 0.2, **{"tolerance": 1e-4} | options)
+        trace = run_adaptive(
+            inertia(M=1.0), model, np.ones(10), 0.2, **{"tolerance": 1e-4} | options
+        )
     return trace, requested[0]
 
 
@@ -176,14 +204,19 @@ def stubbed(monkeypatch, model=DRY, reached=11, report=(7.0, 2.0, 0.0, 0.0), **o
 def test_the_status_of_a_run_is_its_worst_event(monkeypatch, reached, report, status, size):
     trace, _ = stubbed(monkeypatch, reached=reached, report=report)
     assert (trace.status, trace.steps, trace.rejected) == (status, 7, 2)
-    assert (trace.position.tolist(), trace.velocity.tolist()) == (list(range(size)), [-k for k in range(size)])
+    assert (trace.position.tolist(), trace.velocity.tolist()) == (
+        list(range(size)),
+        [-k for k in range(size)],
+    )
     assert trace.friction == pytest.approx(np.full(size, 3.0))
     assert trace.time == pytest.approx(0.2 * np.arange(size))
 
 
 def test_a_tolerance_below_rounding_is_missed(monkeypatch):
     # The position goes to 10 m.
-    assert [stubbed(monkeypatch, tolerance=tolerance)[0].status for tolerance in (1.7e-13, 1.5e-13)] == [Status.OK, Status.TOLERANCE_MISSED]
+    assert [
+        stubbed(monkeypatch, tolerance=tolerance)[0].status for tolerance in (1.7e-13, 1.5e-13)
+    ] == [Status.OK, Status.TOLERANCE_MISSED]
 
 
 def test_limits_are_shares_of_the_tolerance_and_of_the_presliding_distance(monkeypatch):

@@ -34,7 +34,12 @@ class Bristles(Composite):
 def case(name):
     """Plant, effort at the samples and as a function, and where it bends."""
     if name == "stick-slip":
-        return plants.pulled_inertia(M=J, k=20.0, v_e=200.0), np.zeros(2501), lambda t, x: 20.0 * (200.0 * t - x), ()
+        return (
+            plants.pulled_inertia(M=J, k=20.0, v_e=200.0),
+            np.zeros(2501),
+            lambda t, x: 20.0 * (200.0 * t - x),
+            (),
+        )
     levels = BENDS[name]
     knots = 0.0125 * np.arange(len(levels))
     effort = np.interp(DT * np.arange(round(knots[-1] / DT) + 1), knots, levels)
@@ -42,15 +47,22 @@ def case(name):
 
 
 LONGEST = (("elastoplastic", "pre-sliding"), ("elastoplastic", "stick-slip"))
-UNSTABLE = ("paper", "stick-slip")  # steady sliding without the gate: errors grow, beyond the tolerance
+UNSTABLE = (
+    "paper",
+    "stick-slip",
+)  # steady sliding without the gate: errors grow, beyond the tolerance
 
 
 def model_and_reference(name, effort):
     if name == "lugre":
         values = {key: value for key, value in CONTACT.items() if key not in ("s", "f_p")}
-        return friction.lugre(sigma_0=CONTACT["s"], **values), Bristles(J=J, **CONTACT, rho=None, effort=effort)
+        return friction.lugre(sigma_0=CONTACT["s"], **values), Bristles(
+            J=J, **CONTACT, rho=None, effort=effort
+        )
     rho = {"elastoplastic": 0.9, "paper": None}[name]
-    return friction.preisach_lugre(**CONTACT, transition=name), Composite(J=J, **CONTACT, rho=rho, effort=effort)
+    return friction.preisach_lugre(**CONTACT, transition=name), Composite(
+        J=J, **CONTACT, rho=rho, effort=effort
+    )
 
 
 @pytest.mark.fast_cases(3)
@@ -83,12 +95,21 @@ def noisy_effort():
 @pytest.mark.parametrize("transition", TRANSITIONS)
 def test_under_noise_two_tolerances_agree(kernel, transition):
     model = friction.preisach_lugre(**CONTACT, kernel=kernel, transition=transition)
-    rough, fine = (run_adaptive(plants.inertia(M=J), model, noisy_effort(), 1e-3, tolerance=tolerance) for tolerance in (1e-2, 1e-3))
+    rough, fine = (
+        run_adaptive(plants.inertia(M=J), model, noisy_effort(), 1e-3, tolerance=tolerance)
+        for tolerance in (1e-2, 1e-3)
+    )
     assert np.max(np.abs(rough.position - fine.position)) <= 1e-2
 
 
 def test_rounding_does_not_reverse_the_deflection_in_fast_sliding():
-    trace = run_adaptive(plants.inertia(M=J), friction.preisach_lugre(**CONTACT), np.full(501, EFFORT), 1e-3, tolerance=0.1)
+    trace = run_adaptive(
+        plants.inertia(M=J),
+        friction.preisach_lugre(**CONTACT),
+        np.full(501, EFFORT),
+        1e-3,
+        tolerance=0.1,
+    )
     assert trace.velocity[500] == pytest.approx(SETTLED, abs=1.0)
     assert trace.steps < 400
 
@@ -114,7 +135,14 @@ def test_a_full_memory_is_reported():
 def test_plain_python_is_identical_across_events():
     t = 1e-3 * np.arange(60)
     effort = 40.0 * np.sin(150.0 * t) + 5.0 * np.sin(611.0 * t)
-    run = partial(run_adaptive, plants.inertia(M=2.0), example_of(friction.preisach_lugre), effort, 1e-3, tolerance=1e-6)
+    run = partial(
+        run_adaptive,
+        plants.inertia(M=2.0),
+        example_of(friction.preisach_lugre),
+        effort,
+        1e-3,
+        tolerance=1e-6,
+    )
     compiled = run()
     with interpreted():
         plain = run()

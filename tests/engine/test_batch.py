@@ -22,9 +22,15 @@ def mechanisms(name, count):
     base = example_of(friction.MODELS[name])
     changed = next((key for key in ("F_C", "F_v", "A", "f_p") if key in base.values), None)
     factors = generator.uniform(0.9, 1.0, count)
-    models = [base.with_values(**{changed: f * base.values[changed]}) for f in factors] if changed else [base] * count
+    models = (
+        [base.with_values(**{changed: f * base.values[changed]}) for f in factors]
+        if changed
+        else [base] * count
+    )
     t = 1e-4 * np.arange(60)
-    effort = 40.0 * np.sin(200.0 * t + generator.uniform(0.0, 3.0, (count, 1))) + generator.normal(0.0, 5.0, (count, 1))
+    effort = 40.0 * np.sin(200.0 * t + generator.uniform(0.0, 3.0, (count, 1))) + generator.normal(
+        0.0, 5.0, (count, 1)
+    )
     return models, effort
 
 
@@ -45,7 +51,9 @@ def test_every_model_in_a_batch_is_identical_to_a_serial_run(name):
 
 
 WITHOUT_MEMORY = [
-    name for name in friction.MODELS if not (model := example_of(friction.MODELS[name])).component.new_memory(model.parameters).size
+    name
+    for name in friction.MODELS
+    if not (model := example_of(friction.MODELS[name])).component.new_memory(model.parameters).size
 ]
 
 
@@ -54,11 +62,19 @@ def lanes(monkeypatch):
     """Let the implicit step run in lanes however short the work is, and count how often it does."""
     counted, original = [], bristle.engine.batch._Batch.in_lanes
     monkeypatch.setattr("bristle.engine.batch.WORTH_LANES", 0)
-    monkeypatch.setattr(bristle.engine.batch._Batch, "in_lanes", lambda *a: counted.append(a) or original(*a))
+    monkeypatch.setattr(
+        bristle.engine.batch._Batch, "in_lanes", lambda *a: counted.append(a) or original(*a)
+    )
     return counted
 
 
-@pytest.mark.parametrize("name", [name if name == "lugre" else pytest.param(name, marks=pytest.mark.slow) for name in WITHOUT_MEMORY])
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name == "lugre" else pytest.param(name, marks=pytest.mark.slow)
+        for name in WITHOUT_MEMORY
+    ],
+)
 def test_the_implicit_step_in_lanes_is_identical_to_a_serial_run(name, lanes):
     models, effort = mechanisms(name, 37)
     effort[:, 20:] *= -3.0  # turns most of them around
@@ -75,19 +91,27 @@ def test_the_implicit_step_in_lanes_is_identical_to_a_serial_run(name, lanes):
         with interpreted():
             plain = run_batch(plant, models[:32], effort[:32, :12], 1e-4, v=starts[:32], **options)
         for field in FIELDS:
-            assert np.array_equal(getattr(batch, field)[:32, :11], getattr(plain, field)[:, :11]), field
+            assert np.array_equal(getattr(batch, field)[:32, :11], getattr(plain, field)[:, :11]), (
+                field
+            )
     assert len(lanes) == 1 + (name == "lugre")
     assert np.sum(np.diff(np.sign(batch.velocity[1:]), axis=1) != 0) > 30  # they reverse
     v = batch.velocity[1:]
     assert np.sum((v.min(axis=1) < 0.0) & (v.max(axis=1) > 0.0)) > 12  # many of them
 
 
-@pytest.mark.parametrize(("name", "dt"), [pytest.param("coulomb", 1e-4, marks=pytest.mark.slow), ("lugre", 1e-4), ("lugre", 1e-2)])
+@pytest.mark.parametrize(
+    ("name", "dt"),
+    [pytest.param("coulomb", 1e-4, marks=pytest.mark.slow), ("lugre", 1e-4), ("lugre", 1e-2)],
+)
 def test_lanes_near_rest_are_identical_to_serial_runs(name, dt):
     models, _ = mechanisms(name, 1024)
     generator = np.random.default_rng(8)
     effort, v = generator.normal(0.0, 20.0, (1024, 12)), generator.normal(0.0, 1e-3, 1024)
-    both = [run_batch(inertia(M=2.0), models, effort, dt, v=v, in_lanes=in_lanes) for in_lanes in (True, False)]
+    both = [
+        run_batch(inertia(M=2.0), models, effort, dt, v=v, in_lanes=in_lanes)
+        for in_lanes in (True, False)
+    ]
     for field in FIELDS:
         assert np.array_equal(*(getattr(batch, field) for batch in both)), field
 
@@ -100,15 +124,21 @@ def test_a_diverging_trajectory_ends_like_a_serial_run_and_does_not_affect_other
     assert batch.status[4] == Status.NOT_FINITE
     for i in (4, 5):
         alone = run_open_loop(inertia(M=1e-6), models[i], effort[i], 1e-2)
-        assert np.array_equal(batch.position[i][: alone.position.size], alone.position, equal_nan=True)
+        assert np.array_equal(
+            batch.position[i][: alone.position.size], alone.position, equal_nan=True
+        )
         assert np.all(np.isnan(batch.position[i][alone.position.size :]))
         assert batch.status[i] is alone.status
 
 
-@pytest.mark.parametrize(("factors", "alike"), [((1.0, 1.0), True), ((1.0, 1.1), False), ((1.1, 1.1), False)])
+@pytest.mark.parametrize(
+    ("factors", "alike"), [((1.0, 1.0), True), ((1.0, 1.1), False), ((1.1, 1.1), False)]
+)
 def test_lanes_merge_directions_only_if_they_are_equal_in_every_lane(factors, alike):
     base = example_of(friction.find("lugre+asymmetry"))
-    both = base.with_values(**{name: base.values[f"{name[:-4]}_pos"] for name in base.values if name.endswith("_neg")})
+    both = base.with_values(
+        **{name: base.values[f"{name[:-4]}_pos"] for name in base.values if name.endswith("_neg")}
+    )
     models = [both.with_values(F_C_neg=factor * both.values["F_C_neg"]) for factor in factors]
     structure = structure_of(both.parameters)
     rows = np.array([flattener(structure)(model.parameters) for model in models])
@@ -138,4 +168,10 @@ def test_a_common_model_or_effort_is_shared():
 )
 def test_bad_batches_are_refused_with_their_path(models, options, words):
     with pytest.raises(InputError, match=words):
-        run_batch(inertia(M=1.0), [example_of(friction.MODELS[name]) for name in models], np.zeros(5), 1e-4, **options)
+        run_batch(
+            inertia(M=1.0),
+            [example_of(friction.MODELS[name]) for name in models],
+            np.zeros(5),
+            1e-4,
+            **options,
+        )

@@ -61,10 +61,17 @@ MODEL = FrictionModel(name="mine", description="mine", Parameters=Parameters, St
 @pytest.fixture
 def probe(tmp_path):
     def run(*arguments, **environment):
-        settings = os.environ | {"BRISTLE_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+        settings = os.environ | {
+            "BRISTLE_CACHE_DIR": str(tmp_path / "cache"),
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
         settings.pop("NUMBA_DISABLE_JIT", None)
         done = subprocess.run(
-            [sys.executable, "-c", PROBE, *map(str, arguments)], env=settings | environment, capture_output=True, text=True, check=False
+            [sys.executable, "-c", PROBE, *map(str, arguments)],
+            env=settings | environment,
+            capture_output=True,
+            text=True,
+            check=False,
         )
         assert done.returncode == 0, done.stderr
         force, compiled = json.loads(done.stdout)
@@ -85,7 +92,11 @@ def test_a_second_process_does_not_compile(probe):
 @pytest.mark.slow
 def test_invalid_settings_of_the_compiler_are_reported(tmp_path):
     ended = subprocess.run(
-        [sys.executable, "-c", "from bristle.cli.main import main; raise SystemExit(main(['paper', '--figure', '3']))"],
+        [
+            sys.executable,
+            "-c",
+            "from bristle.cli.main import main; raise SystemExit(main(['paper', '--figure', '3']))",
+        ],
         env=os.environ | {"NUMBA_NUM_THREADS": "0", "BRISTLE_CACHE_DIR": str(tmp_path)},
         capture_output=True,
         text=True,
@@ -105,7 +116,9 @@ def test_an_edited_source_of_bristle_never_returns_an_old_number(probe, tmp_path
     # A function two calls away from the entry, and a number in it.
     source = copy / "friction" / "lugre.py"
     text = source.read_text()
-    edited = text.replace("return p.F_C + (p.F_S - p.F_C) *", "return p.F_C + 2.0 * (p.F_S - p.F_C) *")
+    edited = text.replace(
+        "return p.F_C + (p.F_S - p.F_C) *", "return p.F_C + 2.0 * (p.F_S - p.F_C) *"
+    )
     assert edited != text
     source.write_text(edited)
     after, compiled = probe(PYTHONPATH=str(copy.parent))
@@ -119,9 +132,14 @@ def test_an_edited_source_of_bristle_never_returns_an_old_number(probe, tmp_path
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "name", "old", "new", "forces"),
-    [("3.0", "my_model.py", "3.0", "5.0", (6.0, 10.0)), ("LEVEL", "levels.py", "10.0", "11.0", (20.0, 22.0))],
+    [
+        ("3.0", "my_model.py", "3.0", "5.0", (6.0, 10.0)),
+        ("LEVEL", "levels.py", "10.0", "11.0", (20.0, 22.0)),
+    ],
 )
-def test_an_edited_file_of_a_user_never_returns_an_old_number(probe, tmp_path, factor, name, old, new, forces):
+def test_an_edited_file_of_a_user_never_returns_an_old_number(
+    probe, tmp_path, factor, name, old, new, forces
+):
     (tmp_path / "levels.py").write_text("LEVEL = 10.0\n")
     model, edited, place = tmp_path / "my_model.py", tmp_path / name, {"PYTHONPATH": str(tmp_path)}
     model.write_text(USER.format(helper="levels", factor=factor))
@@ -129,7 +147,9 @@ def test_an_edited_file_of_a_user_never_returns_an_old_number(probe, tmp_path, f
     assert probe(model, **place) == (forces[0], 0)
     stamp = edited.stat()
     edited.write_text(edited.read_text().replace(old, new))
-    os.utime(edited, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))  # same size, same time: only the text differs
+    os.utime(
+        edited, ns=(stamp.st_atime_ns, stamp.st_mtime_ns)
+    )  # same size, same time: only the text differs
     assert probe(model, **place) == (forces[1], 1)
 
 
@@ -265,7 +285,13 @@ def test_all_products_have_different_symbol_numbers(tmp_path):
     environment.pop("NUMBA_DISABLE_JIT", None)
     numbers = []
     for name in ("coulomb", "viscous", "coulomb", "dahl"):
-        done = subprocess.run([sys.executable, "-c", NUMBERS, name], env=environment, capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, "-c", NUMBERS, name],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
         numbers.append(int(done.stdout))
     assert numbers[0] == numbers[2]
     assert len({numbers[0], numbers[1], numbers[3]}) == 3

@@ -14,7 +14,10 @@ from bristle.engine.signature import flat
 
 
 def test_a_product_is_stored_by_name_signature_and_code():
-    names = {_EntryCache(*key)._file for key in (("a", "s", "c"), ("b", "s", "c"), ("a", "t", "c"), ("a", "s", "d"))}
+    names = {
+        _EntryCache(*key)._file
+        for key in (("a", "s", "c"), ("b", "s", "c"), ("a", "t", "c"), ("a", "s", "d"))
+    }
     assert len(names) == 4
     assert _EntryCache("a/b", "s", "c")._file.startswith("a-b-")
     assert all(len(name) == len("a-") + 16 + len(".bin") for name in names)
@@ -30,7 +33,12 @@ def test_a_product_that_names_a_module_of_another_time_is_compiled_anew(monkeypa
 
 def test_only_products_unused_for_a_month_are_removed(tmp_path):
     now, day = time.time(), 86400.0
-    kept = {"new-0123456789abcdef.bin": 29.0, "mine.txt": 99.0, "short-0123.bin": 99.0, "x-0123456789abcdef.bin.txt": 99.0}
+    kept = {
+        "new-0123456789abcdef.bin": 29.0,
+        "mine.txt": 99.0,
+        "short-0123.bin": 99.0,
+        "x-0123456789abcdef.bin.txt": 99.0,
+    }
     gone = {"old-0123456789abcdef.bin": 31.0, "left.partial": 31.0}
     for name, age in (kept | gone).items():
         (tmp_path / name).write_text("")
@@ -91,7 +99,11 @@ def test_arguments_of_a_driver_are_flat():
 def test_an_entry_is_compiled_once_without_interleaving_by_default(monkeypatch):
     requested = []
     monkeypatch.setattr(
-        compilation, "_compile", lambda name, function, kind, code, parts, interleaved: requested.append(interleaved) or function
+        compilation,
+        "_compile",
+        lambda name, function, kind, code, parts, interleaved: (
+            requested.append(interleaved) or function
+        ),
     )
     monkeypatch.setattr(compilation, "_entries", {})
     monkeypatch.setattr(compilation, "fingerprint", lambda *parts: "0")

@@ -28,7 +28,11 @@ def test_a_contact_moves_in_equal_steps_at_a_speed():
 
 
 def test_friction_depends_on_the_position_of_a_contact():
-    contact = Contact(friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0))
+    contact = Contact(
+        friction.find("viscous+position")(
+            F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0
+        )
+    )
     assert contact.move(0.4, 1.0, 2).tolist() == pytest.approx([10.3, 10.9])
     assert contact.force(0.0) == pytest.approx(1.2)
     assert contact.move(-0.4, 1.0).tolist() == pytest.approx([-10.0 + 0.6])
@@ -67,8 +71,14 @@ def test_the_initial_place_of_a_contact_is_found_from_its_force(place):
 def test_a_parabola_interpolates_the_initial_place_between_trials(monkeypatch, place):
     motion, tried = motion_of(), []
     monkeypatch.setattr(contact, "state_at", lambda friction, at: tried.append(at) or at)
-    monkeypatch.setattr(contact, "along", lambda friction, dt, state, **motion: np.full(motion["v"].size, 7.0 * state))
-    assert place_of(SLIDER, motion, 1e-3, np.full(300, 7.0 * place)) == pytest.approx(place, abs=1e-9)
+    monkeypatch.setattr(
+        contact,
+        "along",
+        lambda friction, dt, state, **motion: np.full(motion["v"].size, 7.0 * state),
+    )
+    assert place_of(SLIDER, motion, 1e-3, np.full(300, 7.0 * place)) == pytest.approx(
+        place, abs=1e-9
+    )
     assert min(abs(at - place) for at in tried) > 1e-6  # none of them was tried
     assert len(tried) < 40
 
@@ -87,13 +97,18 @@ def test_a_contact_without_memory_of_its_start_has_the_middle_place():
     assert place_of(flat, {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3, np.full(300, 20.0)) == 0.0
 
 
-UNEVEN = friction.find("coulomb+position")(F_C=20.0, x_0=0.1, x_L=0.1, p_1=0.5, p_2=0.1, a_1=3.0, a_2=1.0)
+UNEVEN = friction.find("coulomb+position")(
+    F_C=20.0, x_0=0.1, x_L=0.1, p_1=0.5, p_2=0.1, a_1=3.0, a_2=1.0
+)
 
 
 @pytest.mark.parametrize(
     ("model", "v", "force"),
     [
-        *((LUGRE, v, math.copysign(20.0 + 8.0 * math.exp(-((v / 2e-3) ** 2)), v) + 200.0 * v) for v in (1e-4, -2e-3, 0.3)),
+        *(
+            (LUGRE, v, math.copysign(20.0 + 8.0 * math.exp(-((v / 2e-3) ** 2)), v) + 200.0 * v)
+            for v in (1e-4, -2e-3, 0.3)
+        ),
         *((friction.dahl(F_C=20.0, sigma_0=sigma_0), 1e-5, 20.0) for sigma_0 in (1e2, 1e9)),
         (friction.coulomb_viscous(F_C=20.0, F_v=5.0), -2.0, -30.0),
         (UNEVEN, 1.0, 20.0),  # its value in the middle
@@ -115,4 +130,6 @@ def test_a_force_settles_to_that_of_steady_sliding(model, v, force):
 )
 def test_the_start_has_no_influence_after_both_extremes_slipped(speed, count, gap, steps):
     v = np.full(count, speed)
-    assert _forgotten(SLIDER.with_values(gap=gap), {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3) == steps
+    assert (
+        _forgotten(SLIDER.with_values(gap=gap), {"v": v, "x": 1e-3 * np.cumsum(v)}, 1e-3) == steps
+    )

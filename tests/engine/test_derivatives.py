@@ -20,7 +20,10 @@ CASES = [(name, slots) for name in MODELS for slots in ((), SLOTS)]
 NAMES = ["-".join([name, *("slots" for _ in slots[:1])]) for name, slots in CASES]
 # Slots are the same around every model: around these three among the fast tests.
 SLOTTED = ("coulomb_viscous", "lugre", "maxwell_slip")
-FEW = [pytest.param(*case, marks=[pytest.mark.slow] * (case[1] != () and case[0] not in SLOTTED)) for case in CASES]
+FEW = [
+    pytest.param(*case, marks=[pytest.mark.slow] * (case[1] != () and case[0] not in SLOTTED))
+    for case in CASES
+]
 DT = 1e-3
 EXPONENTS = ("exponent", "delta_S", "n", "nu")
 # Where `bristle.core.mathematics.power` takes a shortcut, complex steps see none of the exponent: 1.1 times it takes none.
@@ -41,7 +44,11 @@ def off_shortcuts(value):
 @cache
 def model_of(name, slots=(), is_off=True):
     model = example_of(with_slots(MODELS[name], slots) if slots else MODELS[name])
-    return type(model)(model.component, off_shortcuts(model.parameters), model.kind) if is_off else model
+    return (
+        type(model)(model.component, off_shortcuts(model.parameters), model.kind)
+        if is_off
+        else model
+    )
 
 
 def nasty(seed=1, count=64):
@@ -56,7 +63,11 @@ def nasty(seed=1, count=64):
 
 def around_of(count):
     turn = np.linspace(0.0, 6.0, count)
-    return {"load": 1.0 + 0.4 * np.sin(turn), "temperature": 300.0 + 15.0 * np.cos(turn), "transmitted": 10.0 * np.sin(3.0 * turn)}
+    return {
+        "load": 1.0 + 0.4 * np.sin(turn),
+        "temperature": 300.0 + 15.0 * np.cos(turn),
+        "transmitted": 10.0 * np.sin(3.0 * turn),
+    }
 
 
 def in_python(model, tangents, v, **beside):
@@ -76,7 +87,9 @@ def both(name, slots):
     """Return force and derivatives to all parameters, and what complex steps give."""
     model, v = model_of(name, slots), path_of(name)
     arguments, around = (model, directions_of(model), v), around_of(v.size)
-    return in_python(*arguments, around=around), force_by_complex_steps(*arguments, DT, np.cumsum(v) * DT, around=around)
+    return in_python(*arguments, around=around), force_by_complex_steps(
+        *arguments, DT, np.cumsum(v) * DT, around=around
+    )
 
 
 def agrees(derivatives, expected, tolerance=1e-8):
@@ -99,11 +112,22 @@ def test_parameter_derivatives_agree_with_complex_steps(name, slots):
     assert force.tobytes() == complex_force.tobytes() == alone.tobytes()
 
 
-@pytest.mark.parametrize("name", ["lugre", *(pytest.param(name, marks=pytest.mark.slow) for name in ("maxwell_slip", "preisach_lugre"))])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "lugre",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("maxwell_slip", "preisach_lugre")
+        ),
+    ],
+)
 def test_compiled_derivatives_agree_with_plain_python(name):
     model, v = model_of(name), path_of(name)
     (force, expected), _ = both(name, ())
-    compiled_force, derivatives = force_with_derivatives(model, directions_of(model), v, DT, np.cumsum(v) * DT, around=around_of(v.size))
+    compiled_force, derivatives = force_with_derivatives(
+        model, directions_of(model), v, DT, np.cumsum(v) * DT, around=around_of(v.size)
+    )
     assert compiled_force.tobytes() == force.tobytes()
     agrees(derivatives, expected, 1e-14)
 
@@ -127,8 +151,22 @@ def test_derivatives_are_continuous_at_shortcuts_of_a_power(name, field):
     agrees(derivatives, expected, 1e-6)
 
 
-CONTINUED = ["stribeck", "dahl", "lugre", "bouc_wen", "elastoplastic", "maxwell_stribeck"]  # laws that ask nothing about rest
-BRANCHING = ["maxwell_slip", "gms", "gap_slider", "reformed_dahl", "preisach_lugre", "leuven"]  # that take a branch of its own there
+CONTINUED = [
+    "stribeck",
+    "dahl",
+    "lugre",
+    "bouc_wen",
+    "elastoplastic",
+    "maxwell_stribeck",
+]  # laws that ask nothing about rest
+BRANCHING = [
+    "maxwell_slip",
+    "gms",
+    "gap_slider",
+    "reformed_dahl",
+    "preisach_lugre",
+    "leuven",
+]  # that take a branch of its own there
 LONGEST = ["bouc_wen", "elastoplastic", "leuven"]
 
 
@@ -146,14 +184,25 @@ def without_rest(v, least):
     return np.where(v == 0.0, np.copysign(least, v), v)
 
 
-@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in LONGEST)) for name in CONTINUED + BRANCHING])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] * (name in LONGEST))
+        for name in CONTINUED + BRANCHING
+    ],
+)
 def test_motion_derivatives_agree_with_complex_steps(name):
     # At rest a relaxation is clamped so that no number is divided by 0: the complex step is that of the clamp.
-    model, v = model_of(name, SLOTS), nasty(2) if name in BRANCHING else without_rest(nasty(2), 1e-6)
+    model, v = (
+        model_of(name, SLOTS),
+        nasty(2) if name in BRANCHING else without_rest(nasty(2), 1e-6),
+    )
     tangents, moved = moving(model, v)
     for mixed in (tangents, 0.0 * tangents):
         force, derivatives = in_python(model, mixed, v, motion_tangents=moved)
-        complex_force, expected = force_by_complex_steps(model, mixed, v, DT, np.cumsum(v) * DT, motion_tangents=moved)
+        complex_force, expected = force_by_complex_steps(
+            model, mixed, v, DT, np.cumsum(v) * DT, motion_tangents=moved
+        )
         assert force.tobytes() == complex_force.tobytes()
         assert np.isfinite(derivatives).all()
         agrees(derivatives, expected)
@@ -168,7 +217,9 @@ def test_motion_derivatives_at_rest_are_the_one_sided_limits(name):
     agrees(derivatives, expected, 1e-6)
 
 
-@pytest.mark.parametrize("name", ["dahl", "lugre", "bouc_wen", "reformed_dahl", "elastoplastic", "gap_slider"])
+@pytest.mark.parametrize(
+    "name", ["dahl", "lugre", "bouc_wen", "reformed_dahl", "elastoplastic", "gap_slider"]
+)
 @pytest.mark.parametrize("slots", [(), SLOTS])
 def test_initial_state_derivatives_agree_with_complex_steps(name, slots):
     model, v = model_of(name, slots), nasty(4) * 1e-3
@@ -186,20 +237,33 @@ def test_initial_state_derivatives_agree_with_complex_steps(name, slots):
 def test_many_directions_give_the_columns_of_each_alone(count):
     model, v = model_of("gms"), nasty()
     random = np.random.default_rng(6)
-    tangents, state_tangents = random.standard_normal((pack(model.parameters).size, count)), random.standard_normal((1, count))
-    state_tangents = np.repeat(state_tangents, pack(model.component.initial_state(model.parameters)).size, axis=0)
+    tangents, state_tangents = (
+        random.standard_normal((pack(model.parameters).size, count)),
+        random.standard_normal((1, count)),
+    )
+    state_tangents = np.repeat(
+        state_tangents, pack(model.component.initial_state(model.parameters)).size, axis=0
+    )
     moved = random.standard_normal((2, v.size, count))
-    force, derivatives = in_python(model, tangents, v, state_tangents=state_tangents, motion_tangents=(moved[0], moved[1]))
+    force, derivatives = in_python(
+        model, tangents, v, state_tangents=state_tangents, motion_tangents=(moved[0], moved[1])
+    )
     assert derivatives.shape == (v.size, count)
     for k in range(count):
         column = slice(k, k + 1)
-        beside = {"state_tangents": state_tangents[:, column], "motion_tangents": (moved[0][:, column], moved[1][:, column])}
+        beside = {
+            "state_tangents": state_tangents[:, column],
+            "motion_tangents": (moved[0][:, column], moved[1][:, column]),
+        }
         single_force, single = in_python(model, tangents[:, column], v, **beside)
         assert single_force.tobytes() == force.tobytes()
         assert single[:, 0].tobytes() == derivatives[:, k].tobytes()
 
 
-@pytest.mark.parametrize(("name", "slots"), [("lugre", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("gms", SLOTS)])
+@pytest.mark.parametrize(
+    ("name", "slots"),
+    [("lugre", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("gms", SLOTS)],
+)
 def test_a_motion_continues_with_state_memory_and_tangents_of_its_first_half(name, slots):
     model, v = model_of(name, slots), nasty()
     directions = directions_of(model)[:, :DIRECTIONS]
@@ -216,7 +280,11 @@ def test_a_motion_continues_with_state_memory_and_tangents_of_its_first_half(nam
 
 def test_compiled_derivatives_with_and_without_motion_coexist():
     model, v = model_of("viscous"), nasty()
-    x, still, moved = np.cumsum(v) * DT, np.zeros((1, 1)), (np.ones((v.size, 1)), np.ones((v.size, 1)))
+    x, still, moved = (
+        np.cumsum(v) * DT,
+        np.zeros((1, 1)),
+        (np.ones((v.size, 1)), np.ones((v.size, 1))),
+    )
     _, resting = force_with_derivatives(model, still, v, DT, x)
     _, moving_along = force_with_derivatives(model, still, v, DT, x, motion_tangents=moved)
     assert not resting.any()

@@ -48,7 +48,9 @@ def test_a_body_stopped_by_friction_does_not_reverse():
     generator, M, dt = np.random.default_rng(0), 1.0, 0.1
     F_C, steps = generator.uniform(0.5, 2.0, 400), generator.integers(2, 6, 400)
     v = F_C * steps * dt / M
-    trace = run_batch(inertia(M=M), [friction.coulomb(F_C=item) for item in F_C], np.zeros(8), dt, v=v)
+    trace = run_batch(
+        inertia(M=M), [friction.coulomb(F_C=item) for item in F_C], np.zeros(8), dt, v=v
+    )
     assert np.all(trace.velocity >= 0.0)
     assert np.all(trace.velocity[:, 6:] == 0.0)
     assert trace.position[:, -1] == pytest.approx(0.5 * M * v**2 / F_C, rel=1e-12)
@@ -58,7 +60,9 @@ def test_a_body_stopped_by_friction_does_not_reverse():
 def test_a_linear_effort_gives_the_momentum_of_its_integral(steps):
     effort, dt = np.random.default_rng(1).normal(0.0, 5.0, 30), 0.01
     with interpreted():
-        trace = run_open_loop(inertia(M=2.0), friction.viscous(F_v=30.0), effort, dt, steps=steps, hold="linear")
+        trace = run_open_loop(
+            inertia(M=2.0), friction.viscous(F_v=30.0), effort, dt, steps=steps, hold="linear"
+        )
     values = np.cumsum(0.5 * dt * (effort[1:] + effort[:-1]))
     taken = np.cumsum(dt * trace.friction[:-1])
     assert 2.0 * trace.velocity[1:] == pytest.approx(values - taken, abs=1e-12)
@@ -66,13 +70,21 @@ def test_a_linear_effort_gives_the_momentum_of_its_integral(steps):
 
 @pytest.mark.parametrize(
     ("v", "residual", "v_last", "residual_last", "slope"),
-    [(2.0, 0.5, 1.0, -1.0, 1.5), (2.0, 0.5, 1.0, 0.6, 1.0), (2.0, 0.5, 2.0, -1.0, 7.0), (2.0, 0.5, 1.0, 0.0, 7.0)],
+    [
+        (2.0, 0.5, 1.0, -1.0, 1.5),
+        (2.0, 0.5, 1.0, 0.6, 1.0),
+        (2.0, 0.5, 2.0, -1.0, 7.0),
+        (2.0, 0.5, 1.0, 0.0, 7.0),
+    ],
 )
 def test_the_slope_is_that_of_a_rising_secant(v, residual, v_last, residual_last, slope):
     assert slope_from(7.0, v, residual, v_last, residual_last) == slope
 
 
-@pytest.mark.parametrize(("low", "high", "guess"), [(0.0, 3.0, 1.75), (-math.inf, 3.0, 1.75), (1.9, math.inf, 1.0), (1.9, 3.0, None)])
+@pytest.mark.parametrize(
+    ("low", "high", "guess"),
+    [(0.0, 3.0, 1.75), (-math.inf, 3.0, 1.75), (1.9, math.inf, 1.0), (1.9, 3.0, None)],
+)
 def test_the_next_guess_is_the_secant_the_middle_or_an_extrapolation(low, high, guess):
     result = next_guess(Bracket(low, -1.0, high, 1.0, 0.0), 2.0, 0.5, 2.0)
     assert result == guess if guess is not None else low < result < high
@@ -88,7 +100,9 @@ def test_the_next_guess_is_the_secant_the_middle_or_an_extrapolation(low, high, 
         (0.3, 0.0, 0.0, 0.3, True),
     ],
 )
-def test_a_residual_is_small_relative_to_force_velocity_or_tolerance(residual, force, v, allowed, solved):
+def test_a_residual_is_small_relative_to_force_velocity_or_tolerance(
+    residual, force, v, allowed, solved
+):
     assert is_solved(residual, force, v, -1.0, allowed) is solved
 
 
@@ -139,7 +153,9 @@ Body = STAGE.component.State
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
-@pytest.mark.parametrize(("film", "effort", "time"), [(DryFilm(4.0, 0.0), 0.0, 1.0), (DryFilm(4.0, 3.0), 1.0, 2.0 / 3.0)])
+@pytest.mark.parametrize(
+    ("film", "effort", "time"), [(DryFilm(4.0, 0.0), 0.0, 1.0), (DryFilm(4.0, 3.0), 1.0, 2.0 / 3.0)]
+)
 def test_a_body_stops_when_its_momentum_is_zero(way, film, effort, time):
     ASKED.clear()
     outcome = stopping_time(Body(0.3, way * 2.0), (), (), way * effort, 3.0, STAGE.parameters, film)
@@ -157,7 +173,13 @@ def test_the_search_for_a_stop_ends_at_rounding(F_C):
 
 
 @pytest.mark.parametrize(
-    ("film", "is_interval"), [(DryFilm(4.0, 0.0), True), (DryFilm(4.0, 90.0), True), (DryFilm(0.0, 3.0), False), (DryFilm(0.0, 0.0), False)]
+    ("film", "is_interval"),
+    [
+        (DryFilm(4.0, 0.0), True),
+        (DryFilm(4.0, 90.0), True),
+        (DryFilm(0.0, 3.0), False),
+        (DryFilm(0.0, 0.0), False),
+    ],
 )
 def test_a_force_at_rest_is_an_interval_if_both_limits_differ(film, is_interval):
     ASKED.clear()
@@ -176,8 +198,21 @@ def test_a_force_at_rest_is_an_interval_if_both_limits_differ(film, is_interval)
 )
 def test_a_step_with_a_stop_is_split_at_the_stop(way, effort, x, v, force, v_mean):
     film = DryFilm(4.0, 0.0)
-    gone = stop_and_go_on(Body(0.0, way * 1.0), (), (), way * effort, 1.0, STAGE.parameters, film, 1.0)
+    gone = stop_and_go_on(
+        Body(0.0, way * 1.0), (), (), way * effort, 1.0, STAGE.parameters, film, 1.0
+    )
     assert (gone.plant_state.x, gone.plant_state.v) == pytest.approx((way * x, way * v), abs=1e-12)
-    assert (gone.force, gone.v_mean, gone.failures) == pytest.approx((way * force, way * v_mean, 0.0), abs=1e-12)
-    whole = advance(Body(0.0, way * 1.0), (), (), way * effort, 1.0, STAGE.parameters, film, Start(way * 0.5, 1.0, 0.0))
+    assert (gone.force, gone.v_mean, gone.failures) == pytest.approx(
+        (way * force, way * v_mean, 0.0), abs=1e-12
+    )
+    whole = advance(
+        Body(0.0, way * 1.0),
+        (),
+        (),
+        way * effort,
+        1.0,
+        STAGE.parameters,
+        film,
+        Start(way * 0.5, 1.0, 0.0),
+    )
     assert whole[:4] == gone[:4]

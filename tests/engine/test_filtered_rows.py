@@ -20,7 +20,11 @@ DT, CUTOFF, DROPPED = 1e-3, 100.0, 37
 def rows_of(signals, step):
     """The rows of signals, shape (sample, direction), each by the filters of scipy."""
     passed = low_passed(signals.T, CUTOFF, DT)[:, DROPPED : len(signals) - DROPPED]
-    return passed.T if step == 1 else resample_poly(passed, 1, step, axis=1, window=_taps(step), padtype="edge").T
+    return (
+        passed.T
+        if step == 1
+        else resample_poly(passed, 1, step, axis=1, window=_taps(step), padtype="edge").T
+    )
 
 
 def blocks_of(signals, bounds):
@@ -31,7 +35,9 @@ def blocks_of(signals, bounds):
 
 def filtered(signals, step, bounds):
     taps = _taps(step) if step > 1 else np.ones(1)
-    return filtered_rows(blocks_of(signals, bounds), len(signals), *butterworth(CUTOFF, DT), DROPPED, step, taps)
+    return filtered_rows(
+        blocks_of(signals, bounds), len(signals), *butterworth(CUTOFF, DT), DROPPED, step, taps
+    )
 
 
 @pytest.mark.parametrize(("step", "compiled"), [(10, True), (7, True), (1, True), (10, False)])
@@ -44,7 +50,10 @@ def test_every_derivative_passes_the_filters_of_the_signal(step, compiled):
     assert np.max(np.abs(rows - expected)) < 1e-13 * np.max(np.abs(expected))
 
 
-@pytest.mark.parametrize("bounds", [(0, 1000, 2000, 3000), (0, 40, 2960, 3000), (0, 1500, 1560, 3000), (0, *range(50, 3001, 50))])
+@pytest.mark.parametrize(
+    "bounds",
+    [(0, 1000, 2000, 3000), (0, 40, 2960, 3000), (0, 1500, 1560, 3000), (0, *range(50, 3001, 50))],
+)
 @pytest.mark.parametrize("step", [1, 10])
 def test_the_rows_of_a_log_in_blocks_are_those_of_the_log(step, bounds):
     signals = np.cumsum(np.random.default_rng(2).standard_normal((3000, DIRECTIONS)), axis=0)

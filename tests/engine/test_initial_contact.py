@@ -27,7 +27,9 @@ def problem():
         x = 8e-3 * np.sin(2.0 * np.pi * (0.4 + 0.2 * number) * t)
         v, a = np.gradient(x, DT), np.gradient(np.gradient(x, DT), DT)
         state = model.component.start(place, model.parameters)
-        force = br.engine.force_along(model, v, DT, x + 0.5 * DT * v, state=state) + rng.normal(0.0, 0.2, t.size)
+        force = br.engine.force_along(model, v, DT, x + 0.5 * DT * v, state=state) + rng.normal(
+            0.0, 0.2, t.size
+        )
         segments.append(Segment(t + 6.0 * number, x, v, a, force + 2.0 * a, number))
     dataset = Dataset(tuple(segments), "translational", DT, 1e-9, 0.0, 100.0, 4, 50)
     parameters = parameters_of(model.component, PriorKnowledge(plant=inertia), dataset)
@@ -59,7 +61,9 @@ def test_the_search_also_updates_the_start(problem):
     theta = search.space.theta(TRUTH | {"M": 2.0, "offset": 0.0})
     solution = search.descend(theta, limit=1)
     for step, result in zip(0.02 * np.eye(theta.size), solution.jacobian.T, strict=True):
-        low, high = (problem.residual(search.space.values(theta + side * step)) for side in (-1.0, 1.0))
+        low, high = (
+            problem.residual(search.space.values(theta + side * step)) for side in (-1.0, 1.0)
+        )
         anew = (low - high) / 0.04
         assert np.linalg.norm(result - anew) < 0.08 * np.linalg.norm(anew)
 
@@ -75,7 +79,9 @@ def test_a_prediction_reports_the_initial_place_of_the_contact(problem):
         kind="translational",
     )
     notes = notes_of(br.predict(inertia(M=2.0), br.friction.find("gap_slider")(**TRUTH), log))
-    (message,) = [note for note in notes if note.startswith("at the start the contact was deflected by")]
+    (message,) = [
+        note for note in notes if note.startswith("at the start the contact was deflected by")
+    ]
     assert float(message.split()[8]) == pytest.approx(60.0, abs=3.0)
     static = br.predict(inertia(M=2.0), br.friction.coulomb(F_C=20.0), log)
     assert not any("was deflected" in note for note in notes_of(static))

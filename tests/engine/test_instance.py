@@ -55,7 +55,9 @@ def test_lost_pairs_of_turning_points_are_counted_and_reported():
     part = Instance(PREISACH)
     part.begin(PREISACH.component.State(0.0, 0.0, 1.0, 2, 3))
     assert part.lost == 3
-    with pytest.warns(InputWarning, match="lost its innermost pair 3 times.*Raise the parameter capacity above 4"):
+    with pytest.warns(
+        InputWarning, match="lost its innermost pair 3 times.*Raise the parameter capacity above 4"
+    ):
         warn_of_lost(part)
 
 
@@ -67,7 +69,10 @@ def test_lost_pairs_of_turning_points_are_counted_and_reported():
             r"state: belongs to a different model.*a state of lugre",
         ),
         (lambda: Instance(friction.lugre), "model: must be a model with parameters"),
-        (lambda: memory_of(PREISACH, np.zeros(3)), r"memory: has the wrong size; found '?\(3,\).*allowed shape \(10,\)"),
+        (
+            lambda: memory_of(PREISACH, np.zeros(3)),
+            r"memory: has the wrong size; found '?\(3,\).*allowed shape \(10,\)",
+        ),
     ],
 )
 def test_what_is_not_of_a_model_is_refused(call, words):

@@ -53,7 +53,10 @@ def test_load_dependent_friction_in_lanes_is_identical_to_serial_runs():
     model = friction.find("coulomb_viscous+transmitted")(F_C=20.0, F_v=30.0, c_T=0.2)
     effort = 60.0 + 20.0 * np.sin(np.linspace(0.0, 3.0, 5)) * np.linspace(0.5, 1.0, 32)[:, None]
     with interpreted():
-        lanes, alone = (run_batch(inertia(M=2.0), model, effort, 1e-3, v=0.1, in_lanes=in_lanes) for in_lanes in (True, False))
+        lanes, alone = (
+            run_batch(inertia(M=2.0), model, effort, 1e-3, v=0.1, in_lanes=in_lanes)
+            for in_lanes in (True, False)
+        )
     for field in ("position", "velocity", "friction"):
         assert np.array_equal(getattr(lanes, field), getattr(alone, field)), field
     # F = 20 + 30 * 0.1 + 0.2 (60 - F)
@@ -69,7 +72,14 @@ def test_evaluation_ends_when_all_lanes_are_solved(monkeypatch):
 
     monkeypatch.setattr(lanes, "evaluate", counted)
     with interpreted():
-        run_batch(inertia(M=2.0), friction.viscous(F_v=3.0), np.full((LANES, 3), 6.0), 0.1, v=1.0, in_lanes=True)
+        run_batch(
+            inertia(M=2.0),
+            friction.viscous(F_v=3.0),
+            np.full((LANES, 3), 6.0),
+            0.1,
+            v=1.0,
+            in_lanes=True,
+        )
     # The residual of a film is a line: what the start misses two evaluations find, once its slope is known one.
     assert len(evaluated) % LANES == 0
     assert 3 <= len(evaluated) // LANES <= 2 + 3 * 2

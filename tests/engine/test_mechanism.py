@@ -15,9 +15,13 @@ Body = PLANT.component.State
 
 
 def after(command, end, lag=0.0, dt=0.5, steps=10, *, model, effort=0.0, v=0.0):
-    before = Mechanism(Body(0.0, v), model.component.initial_state(model.parameters), effort, 0.0, 0.0, 0.0, 0.0)
+    before = Mechanism(
+        Body(0.0, v), model.component.initial_state(model.parameters), effort, 0.0, 0.0, 0.0, 0.0
+    )
     memory = model.component.new_memory(model.parameters)
-    return mechanism(before, memory, command, end, lag, 0.0, dt, steps, PLANT.parameters, model.parameters)
+    return mechanism(
+        before, memory, command, end, lag, 0.0, dt, steps, PLANT.parameters, model.parameters
+    )
 
 
 def test_a_drive_without_lag_follows_at_once():
@@ -47,7 +51,9 @@ def test_a_lag_reduces_the_impulse_by_time_constant_times_command_step():
     left = math.exp(-dt / lag)
     assert result.effort == pytest.approx(4.0 * (1.0 - left))
     assert 2.0 * result.plant.v == pytest.approx(4.0 * (dt - lag * (1.0 - left)))
-    assert after(4.0, 4.0, lag, model=friction.viscous(F_v=0.0), effort=4.0).plant.v == pytest.approx(1.0)
+    assert after(
+        4.0, 4.0, lag, model=friction.viscous(F_v=0.0), effort=4.0
+    ).plant.v == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize("steps", [1, 50])
@@ -60,7 +66,10 @@ def test_the_start_acceleration_of_a_step_is_that_of_the_last_step(steps):
 
 def test_the_start_slope_is_divided_by_the_step_length():
     # The residual of a step of length h rises by 1 + h F_v / (2 M).
-    slopes = [after(6.0, 6.0, dt=dt, steps=4, model=friction.viscous(F_v=3.0), v=0.1).slope for dt in (0.4, 0.8)]
+    slopes = [
+        after(6.0, 6.0, dt=dt, steps=4, model=friction.viscous(F_v=3.0), v=0.1).slope
+        for dt in (0.4, 0.8)
+    ]
     assert slopes == pytest.approx([3.0 / 4.0, 3.0 / 4.0])
 
 
@@ -86,9 +95,12 @@ dispatch.register("friction", CountedFilm, {"trial": counted, "commit": lambda s
 
 
 @pytest.mark.parametrize(
-    ("acceleration", "slope", "evaluations"), [(2.0 * (1.15 / 1.075 - 1.0) / 0.1, 0.0, 1), (0.0, 0.75, 2), (0.0, 0.0, 3)]
+    ("acceleration", "slope", "evaluations"),
+    [(2.0 * (1.15 / 1.075 - 1.0) / 0.1, 0.0, 1), (0.0, 0.75, 2), (0.0, 0.0, 3)],
 )
-def test_a_step_begins_with_acceleration_and_slope_of_the_last_step(acceleration, slope, evaluations):
+def test_a_step_begins_with_acceleration_and_slope_of_the_last_step(
+    acceleration, slope, evaluations
+):
     ASKED.clear()
     before = Mechanism(Body(0.0, 1.0), (), 0.0, slope, acceleration, 0.0, 0.0)
     # 2 v' = 6 - 3 v from 1 m/s on over 0.1 s: the mean velocity is 1.15 / 1.075.
@@ -100,4 +112,9 @@ def test_a_step_begins_with_acceleration_and_slope_of_the_last_step(acceleration
 
 def test_failed_solves_are_counted():
     before = Mechanism(Body(0.0, 1.0), (), 0.0, 0.0, 0.0, 0.0, 0.0)
-    assert mechanism(before, (), 6.0, 6.0, 0.0, 0.0, 0.1, 3, PLANT.parameters, CountedFilm(math.nan)).failures == 3.0
+    assert (
+        mechanism(
+            before, (), 6.0, 6.0, 0.0, 0.0, 0.1, 3, PLANT.parameters, CountedFilm(math.nan)
+        ).failures
+        == 3.0
+    )

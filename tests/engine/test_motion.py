@@ -9,7 +9,13 @@ from bristle import friction, hysteresis
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.engine import force_along, response, settled
-from bristle.engine.motion import along, compensation_along, conditioned, in_turns, presliding_distance
+from bristle.engine.motion import (
+    along,
+    compensation_along,
+    conditioned,
+    in_turns,
+    presliding_distance,
+)
 from bristle.models.controllers.feedforward import Shape
 
 pytestmark = pytest.mark.usefixtures("in_plain_python")
@@ -18,14 +24,21 @@ PLAIN = Shape(1.0, 0.0, 0.0, math.inf, math.inf)
 
 
 def lugre(**changes):
-    return friction.lugre(**{"F_C": 20.0, "F_S": 20.0, "v_S": 1.0, "sigma_0": 1e6, "sigma_1": 0.0, "sigma_2": 0.0} | changes)
+    return friction.lugre(
+        **{"F_C": 20.0, "F_S": 20.0, "v_S": 1.0, "sigma_0": 1e6, "sigma_1": 0.0, "sigma_2": 0.0}
+        | changes
+    )
 
 
-PLACED = friction.find("viscous+position")(F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0)
+PLACED = friction.find("viscous+position")(
+    F_v=10.0, x_0=0.0, x_L=1.0, p_1=0.0, p_2=0.0, a_1=3.0, a_2=0.0
+)
 WARM = friction.find("coulomb+load+temperature")(F_C=20.0, k_L=0.5, k_T=-0.01)
 GEARED = friction.find("coulomb_viscous+transmitted")(F_C=20.0, F_v=100.0, c_T=0.1)
 FILM = friction.find("viscous+transmitted")(F_v=100.0, c_T=0.1)
-RIPPLED = friction.find("coulomb+ripple")(F_C=20.0, pitch=0.4, h_c1=0.0, h_s1=5.0, h_c2=0.0, h_s2=0.0)
+RIPPLED = friction.find("coulomb+ripple")(
+    F_C=20.0, pitch=0.4, h_c1=0.0, h_s1=5.0, h_c2=0.0, h_s2=0.0
+)
 LUGRE = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
 
 
@@ -48,13 +61,23 @@ LUGRE = friction.lugre(F_C=20.0, F_S=20.0, v_S=1.0, sigma_0=1e6)
         (RIPPLED, [2.0, -2.0], {"x": [0.2, 0.2]}, [25.0, -15.0]),
     ],
 )
-def test_the_force_of_a_step_depends_on_its_middle_its_start_and_what_surrounds_it(model, v, around, force):
+def test_the_force_of_a_step_depends_on_its_middle_its_start_and_what_surrounds_it(
+    model, v, around, force
+):
     assert force_along(model, v, 0.1, **around) == pytest.approx(force)
 
 
 def test_a_memory_sets_the_start_and_is_not_changed():
     memory = np.array([2.0, 3.0])
-    assert force_along(friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5]), [0.0], 1.0, memory=memory)[0] != 0.0
+    assert (
+        force_along(
+            friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.5, 0.5]),
+            [0.0],
+            1.0,
+            memory=memory,
+        )[0]
+        != 0.0
+    )
     assert memory.tolist() == [2.0, 3.0]
 
 
@@ -62,16 +85,31 @@ def test_turns_have_separate_parameters_and_surroundings():
     model = friction.find("coulomb+load")(F_C=20.0, k_L=1.0)
     rows = np.array([pack(model.with_values(F_C=level).parameters) for level in (20.0, 30.0, 40.0)])
     v = np.ones(6)
-    result = in_turns(model, rows, v, 0.1, 0.1 * np.cumsum(v), [0, 2, 5], load=np.array([1.0, 2.0, 1.0, 2.0, 1.0, 2.0]))
+    result = in_turns(
+        model,
+        rows,
+        v,
+        0.1,
+        0.1 * np.cumsum(v),
+        [0, 2, 5],
+        load=np.array([1.0, 2.0, 1.0, 2.0, 1.0, 2.0]),
+    )
     assert result == pytest.approx([20.0, 40.0, 30.0, 60.0, 30.0, 80.0])
 
 
 @pytest.mark.parametrize(
-    ("around", "force"), [({}, [20.0, 20.0]), ({"transmitted": 50.0}, [25.0, 25.0]), ({"transmitted": np.array([0.0, 50.0])}, [20.0, 25.0])]
+    ("around", "force"),
+    [
+        ({}, [20.0, 20.0]),
+        ({"transmitted": 50.0}, [25.0, 25.0]),
+        ({"transmitted": np.array([0.0, 50.0])}, [20.0, 25.0]),
+    ],
 )
 def test_a_compensator_along_a_motion_receives_position_and_transmitted_effort(around, force):
     model = friction.find("coulomb+transmitted")(F_C=20.0, c_T=0.1)
-    assert compensation_along(model, PLAIN, np.ones(2), 0.1, np.array([0.1, 0.2]), **around) == pytest.approx(force)
+    assert compensation_along(
+        model, PLAIN, np.ones(2), 0.1, np.array([0.1, 0.2]), **around
+    ) == pytest.approx(force)
 
 
 @pytest.mark.parametrize("v", [1e-3, -0.2])
@@ -90,7 +128,9 @@ def test_a_contact_of_any_stiffness_settles(sigma_0):
 def test_a_sweep_ends_at_its_start():
     _, memory = conditioned(friction.maxwell_slip(F_C=1.0, k_i=[1e-6], nu_i=[1.0]), 1e-5)
     assert memory[0] == pytest.approx(0.0, abs=1e-15)
-    assert conditioned(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), 0.0)[1].tolist() == [0.0]
+    assert conditioned(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), 0.0)[1].tolist() == [
+        0.0
+    ]
 
 
 @pytest.mark.parametrize("length", [1e-9, 2e-5, 1e-2])
@@ -102,7 +142,10 @@ def test_a_contact_reaches_half_of_its_force_over_seven_tenths_of_its_bristles(l
 
 def test_a_static_map_and_a_contact_without_force_have_no_presliding_distance():
     assert presliding_distance(friction.coulomb(F_C=20.0)) == math.inf
-    assert presliding_distance(friction.lugre(F_C=1.0, F_S=1.0, v_S=1.0, sigma_0=0.0, validate=False)) == math.inf
+    assert (
+        presliding_distance(friction.lugre(F_C=1.0, F_S=1.0, v_S=1.0, sigma_0=0.0, validate=False))
+        == math.inf
+    )
 
 
 def test_a_response_begins_at_the_first_sample_without_a_force():
@@ -144,11 +187,30 @@ LOADED, COULOMB = friction.find("coulomb+load")(F_C=20.0, k_L=0.5), friction.cou
             r"laod: is not a channel of coulomb.*load, temperature, transmitted.*Did you mean 'load'",
         ),
         (lambda: along(LOADED, [1.0, 1.0], 0.1, load=["1", "3"]), None),
-        (lambda: along(LOADED, [1.0, 1.0], 0.1, load=np.ma.array([1.0, 3.0], mask=[True, False])), None),
-        (lambda: force_along(lugre(), [0.0], 1.0, state=(1.0, 2.0)), "state: belongs to a different model"),
-        (lambda: compensation_along(COULOMB, PLAIN, np.ones(2), 0.1, np.ones(1)), "x: has the wrong length"),
-        (lambda: compensation_along(COULOMB, PLAIN, np.ones(2), 0.1, np.ones(2), transmitted=np.zeros(3)), "transmitted"),
-        (lambda: response(hysteresis.stop(r=1.0), [0.5], 0.1), r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt"),
+        (
+            lambda: along(
+                LOADED, [1.0, 1.0], 0.1, load=np.ma.array([1.0, 3.0], mask=[True, False])
+            ),
+            None,
+        ),
+        (
+            lambda: force_along(lugre(), [0.0], 1.0, state=(1.0, 2.0)),
+            "state: belongs to a different model",
+        ),
+        (
+            lambda: compensation_along(COULOMB, PLAIN, np.ones(2), 0.1, np.ones(1)),
+            "x: has the wrong length",
+        ),
+        (
+            lambda: compensation_along(
+                COULOMB, PLAIN, np.ones(2), 0.1, np.ones(2), transmitted=np.zeros(3)
+            ),
+            "transmitted",
+        ),
+        (
+            lambda: response(hysteresis.stop(r=1.0), [0.5], 0.1),
+            r"dt: does not apply to a hysteresis operator; found 0.1.*Omit dt",
+        ),
         (
             lambda: response(COULOMB, [0.0, 1.0], 0.1, history=[1.0]),
             r"history: applies only to hysteresis operators.*Prepend the earlier motion to x",

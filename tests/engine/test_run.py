@@ -13,7 +13,12 @@ from bristle.models.plants import inertia
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 MAXWELL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.5])
-LOOP = (inertia(M=1.0), friction.coulomb(F_C=1.0), controllers.cascade(k_p=1.0, k_v=1.0), sensors.encoder())
+LOOP = (
+    inertia(M=1.0),
+    friction.coulomb(F_C=1.0),
+    controllers.cascade(k_p=1.0, k_v=1.0),
+    sensors.encoder(),
+)
 
 
 @pytest.mark.parametrize(
@@ -22,7 +27,10 @@ LOOP = (inertia(M=1.0), friction.coulomb(F_C=1.0), controllers.cascade(k_p=1.0, 
         (lambda: force_along(MAXWELL, np.ones(3), 1e-3, memory=np.zeros(1)), "memory.*size"),
         (lambda: force_along(MAXWELL, np.ones(3), 1e-3, np.ones(2)), "x: .*length"),
         (lambda: force_along(MAXWELL, np.ones(3), 0.0), "dt: must be positive"),
-        (lambda: force_along(MAXWELL, [1.0, np.nan], 1e-3), "v: contains values that are not finite"),
+        (
+            lambda: force_along(MAXWELL, [1.0, np.nan], 1e-3),
+            "v: contains values that are not finite",
+        ),
         (lambda: response(MAXWELL, [0.0, np.inf], 1e-3), "x: contains values that are not finite"),
         (lambda: response(MAXWELL, [[0.0, 1.0]], 1e-3), "1-D"),
         (lambda: response(MAXWELL, [0.0, 1.0], -1.0), "dt"),
@@ -31,20 +39,50 @@ LOOP = (inertia(M=1.0), friction.coulomb(F_C=1.0), controllers.cascade(k_p=1.0, 
         (lambda: response(MAXWELL, [0.0, 1j], 1e-3), "x: must hold real numbers"),
         (lambda: response(MAXWELL, ["1 mm"], 1e-3), "x: must hold real numbers"),
         (lambda: response(MAXWELL, [[1.0], [1.0, 2.0]], 1e-3), "x: must hold real numbers"),
-        (lambda: response(MAXWELL, np.ma.masked_invalid([0.0, np.nan]), 1e-3), "x: has masked values"),
-        (lambda: response(MAXWELL, [0.0, 1e308, -1e308], 1e-3), "v: contains values that are not finite"),
-        (lambda: response(friction.coulomb, [0.0, 1.0], 1e-3), "model: must be a friction model or hysteresis operator with parameters"),
-        (lambda: response("coulomb", [0.0, 1.0], 1e-3), "model: must be a friction model or hysteresis operator with parameters"),
-        (lambda: friction.with_presliding(friction.coulomb(F_C=1.0), np.nan), "distance: must be a finite"),
-        (lambda: friction.with_presliding(friction.coulomb(F_C=1.0), 2e-6).with_values(presliding=-1.0), "presliding"),
-        *((lambda dt=dt: run_open_loop(*LOOP[:2], np.zeros(2), dt), "dt") for dt in (1.001e5, 0.0, -1e-3)),
+        (
+            lambda: response(MAXWELL, np.ma.masked_invalid([0.0, np.nan]), 1e-3),
+            "x: has masked values",
+        ),
+        (
+            lambda: response(MAXWELL, [0.0, 1e308, -1e308], 1e-3),
+            "v: contains values that are not finite",
+        ),
+        (
+            lambda: response(friction.coulomb, [0.0, 1.0], 1e-3),
+            "model: must be a friction model or hysteresis operator with parameters",
+        ),
+        (
+            lambda: response("coulomb", [0.0, 1.0], 1e-3),
+            "model: must be a friction model or hysteresis operator with parameters",
+        ),
+        (
+            lambda: friction.with_presliding(friction.coulomb(F_C=1.0), np.nan),
+            "distance: must be a finite",
+        ),
+        (
+            lambda: friction.with_presliding(friction.coulomb(F_C=1.0), 2e-6).with_values(
+                presliding=-1.0
+            ),
+            "presliding",
+        ),
+        *(
+            (lambda dt=dt: run_open_loop(*LOOP[:2], np.zeros(2), dt), "dt")
+            for dt in (1.001e5, 0.0, -1e-3)
+        ),
         # Values that are not validated keep kernels within their arrays.
         *(
-            (lambda nu=nu: friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=nu, validate=False), "of the same length")
+            (
+                lambda nu=nu: friction.maxwell_slip(
+                    F_C=1.0, k_i=[4e5, 1e5], nu_i=nu, validate=False
+                ),
+                "of the same length",
+            )
             for nu in ([0.5], [], [0.5, 0.3, 0.2])
         ),
         (
-            lambda: friction.find("maxwell_slip+asymmetry")(F_C_pos=1, F_C_neg=1, k_i=[4e5, 1e5], nu_i=[0.5], validate=False),
+            lambda: friction.find("maxwell_slip+asymmetry")(
+                F_C_pos=1, F_C_neg=1, k_i=[4e5, 1e5], nu_i=[0.5], validate=False
+            ),
             "of the same length",
         ),
         (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, steps=0), "steps"),
@@ -52,10 +90,16 @@ LOOP = (inertia(M=1.0), friction.coulomb(F_C=1.0), controllers.cascade(k_p=1.0, 
         (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, hold="cubic"), "hold"),
         (lambda: run_open_loop(*LOOP[:2], [1.0, np.nan], 1e-3), "effort"),
         (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, v=np.nan), "v: must be a finite"),
-        (lambda: run_open_loop(inertia(M=1.0), MAXWELL, np.ones(3), 1e-3, memory=np.zeros(9)), "memory"),
+        (
+            lambda: run_open_loop(inertia(M=1.0), MAXWELL, np.ones(3), 1e-3, memory=np.zeros(9)),
+            "memory",
+        ),
         (lambda: run_closed_loop(*LOOP, np.zeros((4, 10)), 1e-3, delay=-1), "delay"),
         (lambda: run_closed_loop(*LOOP, np.zeros((4, 10)), 1e-3, injected=np.zeros(5)), "injected"),
-        (lambda: run_closed_loop(*LOOP, np.zeros((4, 10)), 1e-3, disturbance=np.zeros(5)), "disturbance"),
+        (
+            lambda: run_closed_loop(*LOOP, np.zeros((4, 10)), 1e-3, disturbance=np.zeros(5)),
+            "disturbance",
+        ),
         (lambda: run_closed_loop(*LOOP, np.zeros((3, 10)), 1e-3), "reference"),
         (lambda: run_closed_loop(*LOOP, np.full((4, 10), np.nan), 1e-3), "reference"),
     ],
@@ -88,7 +132,17 @@ def test_a_settled_model_stays_settled(name, v):
 
 
 def test_signals_of_a_run_have_separate_rows():
-    rows = ("POSITION", "VELOCITY", "MEASURED", "COMMAND", "EFFORT", "FRICTION", "MOTOR_POSITION", "MOTOR_VELOCITY", "FED")
+    rows = (
+        "POSITION",
+        "VELOCITY",
+        "MEASURED",
+        "COMMAND",
+        "EFFORT",
+        "FRICTION",
+        "MOTOR_POSITION",
+        "MOTOR_VELOCITY",
+        "FED",
+    )
     assert sorted(getattr(drivers, row) for row in rows) == list(range(drivers.ROWS))
 
 
@@ -96,7 +150,10 @@ FREE = (inertia(M=2.0), friction.viscous(F_v=0.0))
 
 
 def test_by_default_a_run_begins_at_rest_at_the_origin():
-    still, stepped = run_open_loop(*FREE, np.zeros(5), 0.1), run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1)
+    still, stepped = (
+        run_open_loop(*FREE, np.zeros(5), 0.1),
+        run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1),
+    )
     linear = run_open_loop(*FREE, [2.0, 0.0, 0.0], 0.1, hold="linear")
     law = controllers.cascade(k_p=0.0, k_v=0.0)
     loop = run_closed_loop(*FREE, law, sensors.encoder(), np.zeros((4, 5)), 0.1)
@@ -121,7 +178,9 @@ def test_by_default_a_loop_has_no_delay_lag_or_limit(options, effort):
     loop = *FREE, controllers.cascade(k_p=0.0, k_v=0.0), sensors.encoder(), reference, 1e-3
     assert run_closed_loop(*loop, **options).effort.tolist() == effort
     # Of the impulse of a sample a drive with a lag as long gives 1/e.
-    assert [run_closed_loop(*loop, **lag).velocity[1] for lag in ({}, {"lag": 1e-3})] == pytest.approx([5e5, 5e5 * math.exp(-1.0)])
+    assert [
+        run_closed_loop(*loop, **lag).velocity[1] for lag in ({}, {"lag": 1e-3})
+    ] == pytest.approx([5e5, 5e5 * math.exp(-1.0)])
 
 
 @pytest.mark.parametrize(
@@ -146,7 +205,9 @@ def test_a_sample_may_last_a_day():
 
 
 def test_models_are_equal_if_all_numbers_of_their_arrays_are_equal():
-    again, other = (friction.maxwell_slip(F_C=1.0, k_i=[4e5, k], nu_i=[0.5, 0.5]) for k in (1e5, 2e5))
+    again, other = (
+        friction.maxwell_slip(F_C=1.0, k_i=[4e5, k], nu_i=[0.5, 0.5]) for k in (1e5, 2e5)
+    )
     assert (again == MAXWELL, hash(again) == hash(MAXWELL), other == MAXWELL) == (True, True, False)
 
 

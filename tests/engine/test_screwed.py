@@ -25,7 +25,9 @@ MOTOR, TABLE = LAW(kind="rotational", F_C=0.02, F_v=0.0), LAW(F_C=40.0, F_v=0.0)
 
 
 def screw(**values):
-    return ball_screw(kind="rotational", **({"J": J, "M": M, "lead": 5e-3, "k": K, "d": 0.0} | values))
+    return ball_screw(
+        kind="rotational", **({"J": J, "M": M, "lead": 5e-3, "k": K, "d": 0.0} | values)
+    )
 
 
 def energy(trace, k=K):
@@ -51,7 +53,11 @@ def test_a_stiff_screw_is_one_inertia_with_the_sum_of_both_frictions():
     t = h * np.arange(4000)
     effort = 0.12 * np.sin(2.0 * np.pi * 4.0 * t)
     rigid = run_open_loop(
-        inertia(kind="rotational", M=J + M * ARM**2), LAW(kind="rotational", F_C=0.02 + 40.0 * ARM, F_v=0.0), effort, h, steps=2
+        inertia(kind="rotational", M=J + M * ARM**2),
+        LAW(kind="rotational", F_C=0.02 + 40.0 * ARM, F_v=0.0),
+        effort,
+        h,
+        steps=2,
     ).position
     missed = []
     for k, d in ((1e8, 2e3), (1e10, 1e5), (1e12, 2e6)):
@@ -73,15 +79,35 @@ def test_backlash_agrees_with_a_solver_of_differential_equations():
     def right_hand_side(at, y):
         twist = y[0] - y[2]
         touches = abs(twist) > gap
-        force = (k * (twist - math.copysign(gap, twist)) + d * (y[1] - y[3])) * ARM**2 if touches else 0.0
-        return [y[1], (effort(at) - 1e-3 * y[1] - force) / J, y[3], (force - 200.0 * ARM**2 * y[3]) / (M * ARM**2)]
+        force = (
+            (k * (twist - math.copysign(gap, twist)) + d * (y[1] - y[3])) * ARM**2
+            if touches
+            else 0.0
+        )
+        return [
+            y[1],
+            (effort(at) - 1e-3 * y[1] - force) / J,
+            y[3],
+            (force - 200.0 * ARM**2 * y[3]) / (M * ARM**2),
+        ]
 
-    solved = solve_ivp(right_hand_side, (0.0, t[-1]), [0.0] * 4, method="Radau", rtol=1e-8, atol=1e-11, max_step=2e-4, t_eval=t).y
+    solved = solve_ivp(
+        right_hand_side,
+        (0.0, t[-1]),
+        [0.0] * 4,
+        method="Radau",
+        rtol=1e-8,
+        atol=1e-11,
+        max_step=2e-4,
+        t_eval=t,
+    ).y
     plant = screw(k=k, d=d, backlash=5e-5)
     viscous, guides = LAW(kind="rotational", F_C=0.0, F_v=1e-3), LAW(F_C=0.0, F_v=200.0)
     errors = []
     for steps in (1, 4):
-        trace = run_open_loop(plant, viscous, effort(t), h, table=guides, steps=steps, hold="linear")
+        trace = run_open_loop(
+            plant, viscous, effort(t), h, table=guides, steps=steps, hold="linear"
+        )
         errors.append(np.max(np.abs(trace.position - solved[2])))
     assert np.ptp(trace.motor_position - trace.position) > 1.9 * gap
     assert errors[1] < 0.4 * errors[0] < 1e-4 * np.ptp(solved[2])
@@ -123,7 +149,9 @@ def test_a_stopped_table_does_not_move():
 @pytest.mark.slow
 def test_memory_of_both_sides_is_identical_in_plain_python():
     motor = friction.maxwell_slip(kind="rotational", F_C=0.02, k_i=[20.0, 5.0], nu_i=[0.5, 0.5])
-    table = friction.gms(F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], sigma_2=800.0)
+    table = friction.gms(
+        F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], sigma_2=800.0
+    )
     effort = 0.06 * np.sin(np.arange(150) * 0.1)
     compiled = run_open_loop(screw(d=2e3), motor, effort, 1e-4, table=table, steps=2)
     with interpreted():
@@ -132,13 +160,26 @@ def test_memory_of_both_sides_is_identical_in_plain_python():
         assert np.array_equal(getattr(compiled, name), getattr(plain, name)), name
 
 
-@pytest.mark.parametrize(("side", "seen", "unseen"), [("motor", "motor_position", "position"), ("load", "position", "motor_position")])
+@pytest.mark.parametrize(
+    ("side", "seen", "unseen"),
+    [("motor", "motor_position", "position"), ("load", "position", "motor_position")],
+)
 def test_the_sensor_reads_either_side(side, seen, unseen):
     reference = np.zeros((4, 150))
     reference[0] = 0.5 * (1.0 - np.cos(0.05 * np.arange(150)))
     law, sensor = cascade(kind="rotational", k_p=40.0, k_v=0.02), encoder(kind="rotational")
     with interpreted():
-        trace = run_closed_loop(screw(d=2e3, backlash=2e-5), MOTOR, law, sensor, reference, 1e-3, table=TABLE, sensor_at=side, steps=4)
+        trace = run_closed_loop(
+            screw(d=2e3, backlash=2e-5),
+            MOTOR,
+            law,
+            sensor,
+            reference,
+            1e-3,
+            table=TABLE,
+            sensor_at=side,
+            steps=4,
+        )
     assert trace.status is Status.OK
     assert np.array_equal(trace.measured, getattr(trace, seen))
     assert np.max(np.abs(trace.measured - getattr(trace, unseen))) > 1e-5 / ARM
@@ -147,10 +188,19 @@ def test_the_sensor_reads_either_side(side, seen, unseen):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: run_open_loop(inertia(M=1.0), TABLE, np.zeros(5), 1e-3, table=TABLE), "no table behind a screw"),
-        (lambda: run_open_loop(screw(), MOTOR, np.zeros(5), 1e-3, table=MOTOR), "must be translational"),
+        (
+            lambda: run_open_loop(inertia(M=1.0), TABLE, np.zeros(5), 1e-3, table=TABLE),
+            "no table behind a screw",
+        ),
+        (
+            lambda: run_open_loop(screw(), MOTOR, np.zeros(5), 1e-3, table=MOTOR),
+            "must be translational",
+        ),
         (lambda: run_batch(screw(), MOTOR, np.zeros(5), 1e-3), "simulates one mass only"),
-        (lambda: run_adaptive(screw(), MOTOR, np.zeros(5), 1e-3, tolerance=1e-6), "simulates one mass only"),
+        (
+            lambda: run_adaptive(screw(), MOTOR, np.zeros(5), 1e-3, tolerance=1e-6),
+            "simulates one mass only",
+        ),
     ],
 )
 def test_invalid_arguments_are_refused(call, words):
@@ -162,9 +212,17 @@ def test_invalid_arguments_are_refused(call, words):
     ("twist", "turned", "force"),
     [
         (0.0, 0.05, 0.0),  # inside the gap
-        (0.3, 0.2, 10.0 * 0.3 + 2.0 * 0.4),  # in touch throughout: the mean of 0.2 and 0.4, and damping
+        (
+            0.3,
+            0.2,
+            10.0 * 0.3 + 2.0 * 0.4,
+        ),  # in touch throughout: the mean of 0.2 and 0.4, and damping
         (-0.3, -0.2, -10.0 * 0.3 - 2.0 * 0.4),
-        (0.0, 0.3, (10.0 * 0.1 + 2.0 * 0.4) * 2.0 / 3.0),  # comes into touch after a third of the way
+        (
+            0.0,
+            0.3,
+            (10.0 * 0.1 + 2.0 * 0.4) * 2.0 / 3.0,
+        ),  # comes into touch after a third of the way
         (0.3, 0.0, 10.0 * 0.2),
         (0.05, 0.0, 0.0),
     ],
@@ -175,7 +233,9 @@ def test_a_screw_pulls_by_its_stretch_beyond_the_gap(twist, turned, force):
 
 
 def test_a_screw_without_a_gap_acts_as_a_spring_at_once():
-    assert screw_force(0.3, 0.0, 0.0, Pulled(None, k=10.0, d=2.0, gap=0.0, arm=1.0, v_m=0.0, twist=0.3)) == pytest.approx(3.0)
+    assert screw_force(
+        0.3, 0.0, 0.0, Pulled(None, k=10.0, d=2.0, gap=0.0, arm=1.0, v_m=0.0, twist=0.3)
+    ) == pytest.approx(3.0)
 
 
 def test_each_side_of_an_export_has_its_own_memory():

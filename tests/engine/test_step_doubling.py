@@ -77,7 +77,13 @@ def test_samples_inside_a_step_follow_the_cubic_through_its_ends(part):
         (1.0, 1.0, 0.25, 0.0, 1.0 / 128.0),
         (1.0, 1.0, 0.125, 0.0, 9.0 / 256.0),
         (1.0, -1.0, -0.125, 0.0, 9.0 / 256.0),
-        (2.0, 1.0, 0.25, 0.0, 9.0 / 128.0),  # the same way to the stop over twice the time: twice as far
+        (
+            2.0,
+            1.0,
+            0.25,
+            0.0,
+            9.0 / 128.0,
+        ),  # the same way to the stop over twice the time: twice as far
     ],
 )
 def test_a_cubic_deviates_if_the_body_stops_inside(h, v_0, x_1, v_1, distance):
@@ -112,7 +118,9 @@ def test_samples_of_both_halves_have_position_velocity_and_the_impulse_of_fricti
         ((0.0, 0.0), (1.0, 1.0), (2.0, 1.0), 0.9, False),
     ],
 )
-def test_a_contact_slides_if_both_halves_are_long_without_a_reversal(before, middle, after, far, along):
+def test_a_contact_slides_if_both_halves_are_long_without_a_reversal(
+    before, middle, after, far, along
+):
     assert slides(before, *middle, after, far) is along
 
 
@@ -123,7 +131,9 @@ def test_an_extrapolation_cancels_a_second_order_error():
 
 
 def test_the_mechanism_before_a_step_is_stored_with_its_memory():
-    now, before = (MechanismVectors(*(np.full(2, value + k) for k in range(6))) for value in (0.0, 10.0))
+    now, before = (
+        MechanismVectors(*(np.full(2, value + k) for k in range(6))) for value in (0.0, 10.0)
+    )
     remember(now, before)
     assert [part[0] for part in before] == [10.0, 1.0, 12.0, 3.0, 4.0, 15.0]
 
@@ -134,24 +144,44 @@ COULOMB, STAGE = friction.coulomb(F_C=20.0), inertia(M=2.0)
 @pytest.mark.parametrize(
     ("model", "effort", "left"),
     [
-        *((COULOMB, effort, left) for effort, left in ((0.0, 20.0), (12.0, 8.0), (-12.0, 8.0), (25.0, -5.0), (-25.0, -5.0))),
+        *(
+            (COULOMB, effort, left)
+            for effort, left in (
+                (0.0, 20.0),
+                (12.0, 8.0),
+                (-12.0, 8.0),
+                (25.0, -5.0),
+                (-25.0, -5.0),
+            )
+        ),
         (friction.coulomb_viscous(F_C=20.0, F_v=900.0), 12.0, 8.0),
         (friction.viscous(F_v=3.0), 5.0, float("inf")),  # on a film a body cannot rest
     ],
 )
 def test_the_reserve_of_a_body_at_rest_is_friction_minus_effort(model, effort, left):
     at_rest, p = STAGE.component.State(0.7, 0.0), model.parameters
-    assert reserve(at_rest, model.component.initial_state(p), (), effort, 1e-3, STAGE.parameters, p) == pytest.approx(left)
+    assert reserve(
+        at_rest, model.component.initial_state(p), (), effort, 1e-3, STAGE.parameters, p
+    ) == pytest.approx(left)
 
 
 @pytest.mark.parametrize(
     ("effort", "end", "time"),
-    [(0.0, 80.0, 0.125), (10.0, -70.0, 0.1875), (10.0, 19.0, 0.5), (20.0, 60.0, 0.0), (30.0, 60.0, 0.0), (0.0, 0.0, 0.5)],
+    [
+        (0.0, 80.0, 0.125),
+        (10.0, -70.0, 0.1875),
+        (10.0, 19.0, 0.5),
+        (20.0, 60.0, 0.0),
+        (30.0, 60.0, 0.0),
+        (0.0, 0.0, 0.5),
+    ],
 )
 def test_a_body_rests_until_the_effort_reaches_friction(effort, end, time):
     plant, contact = Instance(STAGE), Instance(COULOMB)
     entry = make_rest_time(*plant.structures, *contact.structures)
-    vectors = MechanismVectors(plant.parameters, plant.state, contact.parameters, contact.state, np.zeros(0), np.zeros(0))
+    vectors = MechanismVectors(
+        plant.parameters, plant.state, contact.parameters, contact.state, np.zeros(0), np.zeros(0)
+    )
     assert entry(vectors, effort, end, 0.5, 1) == pytest.approx(time, abs=1e-9)
 
 
@@ -160,7 +190,9 @@ class Driven:
 
     def __init__(self, step, rest_time=lambda vectors, effort, effort_end, dt, steps: dt):
         self.step, self.rest_time, self.asked = step, rest_time, []
-        self.vectors = [MechanismVectors(*(np.zeros(size) for size in (0, 2, 0, 0, 1, 8))) for _ in range(3)]
+        self.vectors = [
+            MechanismVectors(*(np.zeros(size) for size in (0, 2, 0, 0, 1, 8))) for _ in range(3)
+        ]
         self.report = np.zeros(4)
 
     def substeps(self, vectors, effort, effort_end, dt, steps):
@@ -175,7 +207,9 @@ class Driven:
         vectors, before, full = self.vectors
         full = full._replace(memory=vectors.memory)
         entries = DoublingEntries(self.substeps, self.rest_time)
-        return doubling(entries, vectors, before, full, course, limits, samples, self.report), samples
+        return doubling(
+            entries, vectors, before, full, course, limits, samples, self.report
+        ), samples
 
 
 def thrown(x, v, effort, effort_end, dt):
@@ -208,7 +242,11 @@ def test_exact_steps_grow_to_the_limit_and_give_every_sample():
 
 def test_an_effort_is_linear_over_both_halves_of_a_step():
     body = Driven(thrown)
-    body.run(course_of(1.0, 5.0, knots=[0.0, 2.0]), Limits(1e-9, 1e9, 9.0, 0.5, 0.5, 1e9, 1e9), np.zeros(0))
+    body.run(
+        course_of(1.0, 5.0, knots=[0.0, 2.0]),
+        Limits(1e-9, 1e9, 9.0, 0.5, 0.5, 1e9, 1e9),
+        np.zeros(0),
+    )
     whole, first, second = body.asked[:3]
     assert whole == pytest.approx((1.0, 2.0, 0.5))
     assert first == pytest.approx((1.0, 1.5, 0.25))
@@ -222,9 +260,15 @@ def test_each_solve_starts_from_the_extrapolated_acceleration():
         def substeps(self, vectors, effort, effort_end, dt, steps):
             told.append(float(vectors.out[ACCELERATION]))
             super().substeps(vectors, effort, effort_end, dt, steps)
-            vectors.out[ACCELERATION] = 0.5 * (effort + effort_end)  # the mean acceleration of a mass of 1 kg
+            vectors.out[ACCELERATION] = 0.5 * (
+                effort + effort_end
+            )  # the mean acceleration of a mass of 1 kg
 
-    Told(thrown).run(course_of(1.0, 9.0, knots=[0.0, 8.0]), Limits(1e9, 1e9, 1.0, 1.0, 1.0, 1e9, 1e9), np.zeros(0))
+    Told(thrown).run(
+        course_of(1.0, 9.0, knots=[0.0, 8.0]),
+        Limits(1e9, 1e9, 1.0, 1.0, 1.0, 1e9, 1e9),
+        np.zeros(0),
+    )
     whole, first, second = np.reshape(told, (-1, 3)).T
     middles = 1.5 + np.arange(8.0)  # of the effort over each step of 1 s
     assert second == pytest.approx(middles + 0.25)
@@ -240,7 +284,11 @@ def bent(x, v, effort, effort_end, dt):
 def test_an_inexact_step_is_rejected_without_effect():
     body = Driven(bent)
     # Over 1 s both results differ by 0.0075; 1e-3 is allowed a second.
-    body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-3, 1e9, 9.0, 1e-6, 1.0, 1e9, 1e9), np.zeros(0))
+    body.run(
+        course_of(0.0, 0.0, knots=[0.0, 4.0]),
+        Limits(1e-3, 1e9, 9.0, 1e-6, 1.0, 1e9, 1e9),
+        np.zeros(0),
+    )
     accepted, rejected, missed, _ = body.report
     assert body.asked[3][2] == pytest.approx(0.9 * 7.5**-0.35)
     assert (rejected, missed) == (2.0, 0.0)
@@ -256,17 +304,26 @@ def sped(x, v, effort, effort_end, dt):
 
 
 @pytest.mark.parametrize(
-    ("step", "per_time", "per_step", "missed"), [(bent, 1e-3, 1e9, 7.5), (bent, 1.0, 1e-3, 7.5), (sped, 1e-3, 1e9, 15.0)]
+    ("step", "per_time", "per_step", "missed"),
+    [(bent, 1e-3, 1e9, 7.5), (bent, 1.0, 1e-3, 7.5), (sped, 1e-3, 1e9, 15.0)],
 )
 def test_the_error_of_a_step_is_allowed_by_its_length_and_bounded(step, per_time, per_step, missed):
     body = Driven(step)
-    body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(per_time, per_step, 9.0, 1e-6, 1.0, 1e9, 1e9), np.zeros(0))
+    body.run(
+        course_of(0.0, 0.0, knots=[0.0, 4.0]),
+        Limits(per_time, per_step, 9.0, 1e-6, 1.0, 1e9, 1e9),
+        np.zeros(0),
+    )
     assert body.asked[3][2] == pytest.approx(0.9 * missed**-0.35)
 
 
 def test_too_many_steps_that_miss_the_tolerance_end_a_run():
     body = Driven(lambda x, v, effort, effort_end, dt: (x + 1.0, v))
-    reached, _ = body.run(course_of(0.0, 0.0, knots=[0.0, 1e9]), Limits(1e-9, 1e-9, 1.0, 0.5, 0.5, 1e9, 1e-9), np.array([0.0, 1e8]))
+    reached, _ = body.run(
+        course_of(0.0, 0.0, knots=[0.0, 1e9]),
+        Limits(1e-9, 1e-9, 1.0, 0.5, 0.5, 1e9, 1e-9),
+        np.array([0.0, 1e8]),
+    )
     # The one more than a thousand is counted, and the next one ends it.
     assert (reached, body.report[0], body.report[2]) == (1, 1001.0, 1001.0)
 
@@ -274,7 +331,9 @@ def test_too_many_steps_that_miss_the_tolerance_end_a_run():
 def test_a_diverged_run_ends_at_once():
     body = Driven(lambda x, v, effort, effort_end, dt: (x, v + 1e101 * dt))
     reached, _ = body.run(
-        course_of(0.0, 0.0, knots=[0.0, 1e3]), Limits(1e200, 1e200, 1.0, 1.0, 1.0, 1e300, 1e200), np.array([0.0, 0.5, 500.0])
+        course_of(0.0, 0.0, knots=[0.0, 1e3]),
+        Limits(1e200, 1e200, 1.0, 1.0, 1.0, 1e300, 1e200),
+        np.array([0.0, 0.5, 500.0]),
     )
     assert reached == 2
 
@@ -289,7 +348,9 @@ def test_a_step_from_rest_ends_at_break_away():
         return min(dt, max(3.0 - effort, 0.0)) if effort_end > effort else dt
 
     body, times = Driven(held_to_three, rest_time), np.linspace(0.0, 8.0, 33)
-    _, samples = body.run(course_of(0.0, 8.0, knots=[0.0, 8.0]), Limits(1e-6, 1e-3, 8.0, 1e-9, 2.5, 1e9, 1e-9), times)
+    _, samples = body.run(
+        course_of(0.0, 8.0, knots=[0.0, 8.0]), Limits(1e-6, 1e-3, 8.0, 1e-9, 2.5, 1e9, 1e-9), times
+    )
     assert samples.x == pytest.approx(0.5 * np.maximum(times - 3.0, 0.0) ** 2, abs=1e-9)
     assert any(effort == pytest.approx(3.0, abs=1e-9) for effort, _, _ in body.asked[::3])
     assert np.all(samples.v[times <= 3.0] == 0.0)
@@ -302,9 +363,14 @@ def gliding(x, v, effort, effort_end, dt):
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_extrapolation_in_sliding_corrects_position_and_middle(way):
-    body, times = Driven(lambda x, v, *about: (x + way * (gliding(0.0, v, *about)[0]), v)), np.linspace(0.0, 4.0, 33)
+    body, times = (
+        Driven(lambda x, v, *about: (x + way * (gliding(0.0, v, *about)[0]), v)),
+        np.linspace(0.0, 4.0, 33),
+    )
     body.vectors[0].plant_state[:] = 3.0, way
-    _, samples = body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-2, 1e9, 9.0, 1e-6, 1.0, 0.0, 1e9), times)
+    _, samples = body.run(
+        course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-2, 1e9, 9.0, 1e-6, 1.0, 0.0, 1e9), times
+    )
     assert samples.x == pytest.approx(3.0 + way * times, abs=1e-12)
     # Of a difference of 0.0075 m in a way of 1 m a hundred times its square is left.
     assert body.asked[3][2] == pytest.approx(0.9 * (100.0 * 0.0075**2 / 1e-2) ** -0.35)
@@ -314,5 +380,9 @@ def test_extrapolation_in_sliding_corrects_position_and_middle(way):
 def test_extrapolation_in_sliding_corrects_the_velocity():
     body = Driven(lambda x, v, effort, effort_end, dt: (x + dt, v + 0.01 * dt**3))
     body.vectors[0].plant_state[1] = 1.0
-    _, samples = body.run(course_of(0.0, 0.0, knots=[0.0, 4.0]), Limits(1e-2, 1e9, 1.0, 1e-6, 1.0, 0.0, 1e9), np.linspace(0.0, 4.0, 33))
+    _, samples = body.run(
+        course_of(0.0, 0.0, knots=[0.0, 4.0]),
+        Limits(1e-2, 1e9, 1.0, 1e-6, 1.0, 0.0, 1e9),
+        np.linspace(0.0, 4.0, 33),
+    )
     assert samples.v == pytest.approx(np.ones(33), abs=1e-12)

@@ -94,7 +94,9 @@ def no_compiler(monkeypatch):
 
 def test_parallel_runs_inherit_the_mode_of_their_caller(no_compiler):
     variant = loop(run=Run(0.02, 1e-3, settle=0.0))
-    several = Experiment("small", "translational", (replace(variant, run=replace(variant.run, seeds=3)),))
+    several = Experiment(
+        "small", "translational", (replace(variant, run=replace(variant.run, seeds=3)),)
+    )
     with interpreted():
         assert br.simulate(several).variants["fed"].runs == 3
 
@@ -148,7 +150,13 @@ def test_concurrent_requests_for_entries_give_the_same_entries():
     environment.pop("NUMBA_DISABLE_JIT", None)
     result = []
     for way in ("in turn", "abreast"):
-        done = subprocess.run([sys.executable, "-c", COMPILING, way], env=environment, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [sys.executable, "-c", COMPILING, way],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         assert done.returncode == 0, done.stderr
         result.append(json.loads(done.stdout))
     assert result[0] == result[1]
@@ -157,7 +165,9 @@ def test_concurrent_requests_for_entries_give_the_same_entries():
 
 
 def test_a_model_in_several_threads_is_identical_to_one_thread():
-    several = Experiment("small", "translational", (loop(run=Run(0.05, 1e-3, settle=0.0, seeds=4)),))
+    several = Experiment(
+        "small", "translational", (loop(run=Run(0.05, 1e-3, settle=0.0, seeds=4)),)
+    )
     result = []
     in_threads(*[lambda: result.append(bits_of(br.simulate(several)))] * 4)
     assert result == [bits_of(br.simulate(several))] * 4

@@ -29,14 +29,22 @@ def data_of(ended):
 
 def printed(name, timeout=900):
     """Return what an example prints."""
-    done = subprocess.run([sys.executable, EXAMPLES / name], capture_output=True, text=True, check=False, timeout=timeout)
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / name],
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=timeout,
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 
 
 def values_of(notebook):
     """Run a notebook, and return what its cells show."""
-    spec = importlib.util.spec_from_file_location("thumbnails", EXAMPLES / "notebooks" / "thumbnails.py")
+    spec = importlib.util.spec_from_file_location(
+        "thumbnails", EXAMPLES / "notebooks" / "thumbnails.py"
+    )
     thumbnails = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(thumbnails)
     return thumbnails.values_of(notebook)

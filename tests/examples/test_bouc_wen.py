@@ -24,20 +24,38 @@ TRUE_FRICTION = friction.bouc_wen_classic(alpha=5e4, beta=1e3, gamma=0.8, delta=
 @pytest.mark.measured
 def test_the_truth_is_recovered_and_unseen_motion_is_predicted(bristle, tmp_path):  # noqa: F811
     folder, out = measured("bouc_wen", "train.h5").parent, tmp_path / "out"
-    result = data_of(bristle("identify", folder / "train.h5", "--axis", AXIS, "--model", "bouc_wen_classic", "--out", out, "--json"))
+    result = data_of(
+        bristle(
+            "identify",
+            folder / "train.h5",
+            "--axis",
+            AXIS,
+            "--model",
+            "bouc_wen_classic",
+            "--out",
+            out,
+            "--json",
+        )
+    )
     known = result["parameters"] | result["combinations"]
     for name, true in TRUTH.items():
         percent = 1.0 if name == "c" else 0.5
         assert abs(known[name]["value"] / true - 1.0) < percent / 100.0, name
         assert abs(known[name]["value"] - true) < 3.5 * known[name]["std"], name
     assert known["beta"]["status"] == "unidentifiable"
-    assert any(item.startswith("parameter beta cannot be identified") for item in result["warnings"])
+    assert any(
+        item.startswith("parameter beta cannot be identified") for item in result["warnings"]
+    )
     assert 7.3e-6 < result["metrics"]["position_rmse"] < 7.5e-6
     assert result["metrics"]["held_out_error_percent"] < 1.2
     parts = [folder / f"{name}val_multisine.mat" for name in "uy"]
-    subprocess.run([sys.executable, AXIS.with_name("join.py"), *parts, tmp_path / "test.npz"], check=True)
+    subprocess.run(
+        [sys.executable, AXIS.with_name("join.py"), *parts, tmp_path / "test.npz"], check=True
+    )
     for log, allowed in ((tmp_path / "test.npz", 1e-6), (swept(tmp_path / "sweep.mat"), 1e-6)):
-        predicted = bristle("predict", out / "model.toml", log, "--axis", AXIS, "--mode", "open-loop", "--json")
+        predicted = bristle(
+            "predict", out / "model.toml", log, "--axis", AXIS, "--mode", "open-loop", "--json"
+        )
         assert predicted.data["metrics"]["position_rmse"] < allowed
 
 

@@ -20,7 +20,13 @@ def test_every_example_is_short_and_tested():
     assert [script.name for script in SCRIPTS if script.name not in asserted] == []
     assert len(SCRIPTS) >= 4
     assert max(len(script.read_text().splitlines()) for script in SCRIPTS) < 40
-    assert max(len((EXAMPLES / name).read_text().splitlines()) for name in ("gymnasium_environment.py", "torch_friction.py")) <= 40
+    assert (
+        max(
+            len((EXAMPLES / name).read_text().splitlines())
+            for name in ("gymnasium_environment.py", "torch_friction.py")
+        )
+        <= 40
+    )
 
 
 def test_response():
@@ -55,12 +61,16 @@ def test_own_model():
     # At 1 m/s the drag is the number of its coefficient.
     assert number_after("force at 1 m/s:", output) == pytest.approx(20.0 + 125.0, rel=1e-6)
     # 100 N carry 80 N of drag.
-    assert number_after("speed under 100 N:", output) == pytest.approx((80.0 / 125.0) ** 0.5, rel=1e-3)
+    assert number_after("speed under 100 N:", output) == pytest.approx(
+        (80.0 / 125.0) ** 0.5, rel=1e-3
+    )
     assert "under 10 N: friction 10.000 N, speed 0.0 m/s" in output
 
 
 def test_many_at_once():
-    least, most = re.search(r"following error of 100 axes: ([\d.]+) to ([\d.]+) um", printed("05_many_at_once.py")).groups()
+    least, most = re.search(
+        r"following error of 100 axes: ([\d.]+) to ([\d.]+) um", printed("05_many_at_once.py")
+    ).groups()
     # 15 % of the friction is missing at most, on either side, and the loop holds against it with 60 * 6700 N/m.
     stiffness = 60.0 * 6700.0
     assert 0.5 * 2e6 * 0.15 * 20.0 / stiffness < float(most) < 1.2 * 2e6 * 0.15 * 28.0 / stiffness

@@ -27,7 +27,9 @@ def site(tmp_path):
     """A folder that is served, and its address."""
     folder = tmp_path / "site"
     folder.mkdir()
-    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(folder)))
+    server = http.server.ThreadingHTTPServer(
+        ("127.0.0.1", 0), functools.partial(Quiet, directory=str(folder))
+    )
     threading.Thread(target=server.serve_forever, daemon=True).start()
     yield folder, f"http://127.0.0.1:{server.server_port}"
     server.shutdown()
@@ -40,7 +42,12 @@ def fetch(tmp_path):
     target.mkdir()
 
     def run(url):
-        done = subprocess.run([sys.executable, SCRIPT, "--url", url, "--to", target], capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            [sys.executable, SCRIPT, "--url", url, "--to", target],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
         return done, sorted(item.name for item in target.iterdir())
 
     return run

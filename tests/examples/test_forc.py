@@ -44,8 +44,12 @@ def test_the_table_along_the_curves_and_the_positive_measure(bristle, curves_fil
     assert grid["metrics"]["held_out_error_percent"] <= 0.2
     assert any("the sign of a magnet" in note for note in grid["notes"])
     # What is left is what neighbouring curves differ by.
-    assert result["congruency"]["alike"] == pytest.approx(0.0002 * result["log"]["full_scale"], rel=0.3)
-    text = data_of(bristle("predict", tmp_path / "out" / "model.toml", curves_file, "--axis", AXIS, "--json"))
+    assert result["congruency"]["alike"] == pytest.approx(
+        0.0002 * result["log"]["full_scale"], rel=0.3
+    )
+    text = data_of(
+        bristle("predict", tmp_path / "out" / "model.toml", curves_file, "--axis", AXIS, "--json")
+    )
     # What was smoothed away is the noise of a sample.
     assert text["metrics"]["error_percent"] == pytest.approx(table["metrics"]["error_percent"])
     assert text["metrics"]["error_percent"] < 0.015
@@ -63,5 +67,7 @@ def test_the_measure_of_cells_has_the_documented_values(recorded, tmp_path):
 @pytest.mark.measured
 def test_the_sign_of_friction_does_not_fit_a_magnet(recorded):
     sample = Curves(recorded.curves[::5], recorded.start, recorded.kind)
-    friction, magnet = (fit_grid(sample, cells=20, signs=(sign,)) for sign in ("friction", "magnet"))
+    friction, magnet = (
+        fit_grid(sample, cells=20, signs=(sign,)) for sign in ("friction", "magnet")
+    )
     assert friction.rms > 20.0 * magnet.rms

@@ -20,7 +20,9 @@ def test_a_slider_behind_a_gap_beats_coulomb_and_elements_that_slip(bristle, tmp
     logs = [f"{file}::{TEST.format(name)}" for name in FITTED]
     models = "coulomb,maxwell_slip,gap_slider+asymmetry"
     out = tmp_path / "out"
-    result = data_of(bristle("identify", *logs, "--axis", AXIS, "--model", models, "--out", out, "--json"))
+    result = data_of(
+        bristle("identify", *logs, "--axis", AXIS, "--model", models, "--out", out, "--json")
+    )
     assert result["model"] == "gap_slider+asymmetry"
     error = {item["name"]: item["metrics"]["held_out_error_percent"] for item in result["models"]}
     assert error["coulomb"] > 5.0 * error["gap_slider+asymmetry"]
@@ -30,5 +32,7 @@ def test_a_slider_behind_a_gap_beats_coulomb_and_elements_that_slip(bristle, tmp
     # The same history elsewhere, in a file of its own that holds nothing else: the backlash is found anew.
     array = np.load(file)[TEST.format(FITTED[1])]
     np.savez(tmp_path / "history.npz", history=array[1500:])
-    predicted = bristle("predict", out / "model.toml", tmp_path / "history.npz", "--axis", AXIS, "--json")
+    predicted = bristle(
+        "predict", out / "model.toml", tmp_path / "history.npz", "--axis", AXIS, "--json"
+    )
     assert predicted.data["metrics"]["force_error_percent"] < 16.0

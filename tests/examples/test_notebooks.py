@@ -38,12 +38,17 @@ def figures_in(shown):
 
 
 def test_each_notebook_is_small_stripped_listed_and_tested():
-    page, asserted = (FOLDER / "README.md").read_text(encoding="utf-8"), Path(__file__).read_text(encoding="utf-8")
+    page, asserted = (
+        (FOLDER / "README.md").read_text(encoding="utf-8"),
+        Path(__file__).read_text(encoding="utf-8"),
+    )
     assert len(NOTEBOOKS) >= 3
     for notebook in NOTEBOOKS:
         cells = json.loads(notebook.read_text(encoding="utf-8"))["cells"]
         assert 6 <= len(cells) <= 12, notebook
-        assert all(not cell.get("outputs") and not cell.get("execution_count") for cell in cells), notebook
+        assert all(not cell.get("outputs") and not cell.get("execution_count") for cell in cells), (
+            notebook
+        )
         assert f"({notebook.name})" in page
         assert notebook.with_suffix(".png").is_file()
         assert f'run("{notebook.stem}")' in asserted
@@ -70,7 +75,9 @@ def test_limit_cycle(run):
     amplitude, frequency = numbers(r"predicted (\S+) % and (\S+) %", printed)
     assert abs(amplitude) < 1.5
     assert abs(frequency) < 0.4
-    nearest, hunted = numbers(r"nearest to a balance: ([\d.]+); the axis hunts by (\d+) um", printed)
+    nearest, hunted = numbers(
+        r"nearest to a balance: ([\d.]+); the axis hunts by (\d+) um", printed
+    )
     assert nearest > 0.1
     assert hunted > 200.0
 
@@ -83,6 +90,9 @@ def test_log_to_loop(run):
     assert identified.parameters["M"].value == pytest.approx(28.0, rel=0.01)
     assert float(next(value for value in shown if isinstance(value, str)).split()[0]) < 3.0
     loop = next(value for value in shown if hasattr(value, "variants")).variants
-    errors = [loop[name].following_error.peak_to_peak for name in ("as_recorded", "feedforward", "compensated")]
+    errors = [
+        loop[name].following_error.peak_to_peak
+        for name in ("as_recorded", "feedforward", "compensated")
+    ]
     assert errors[0] > 10.0 * errors[1] > 80.0 * errors[2]  # 0.9 of the friction is fed forward
     assert 4 <= printed.count(" N\n") <= 8

@@ -8,14 +8,24 @@ import pytest
 from bristle import identify
 
 FOLDER = Path(__file__).parents[2] / "examples" / "servo_pendulum"
-DATA = Path(os.environ.get("BRISTLE_DATA", FOLDER.parents[2] / "shared" / "data")) / "servo_pendulum"
-pytestmark = [pytest.mark.slow, pytest.mark.skipif(not DATA.exists(), reason="the logs of the arms are not here")]
+DATA = (
+    Path(os.environ.get("BRISTLE_DATA", FOLDER.parents[2] / "shared" / "data")) / "servo_pendulum"
+)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not DATA.exists(), reason="the logs of the arms are not here"),
+]
 
 
 @pytest.fixture(scope="module")
 def arms():
     pytest.importorskip("bristle.logs.json_records", reason="JSON of records is not read")
-    return [identify(DATA / f"arm_{mass}g.json", "stribeck_free", axis=FOLDER / "axis.toml", draws=0).best for mass in (200, 400)]
+    return [
+        identify(
+            DATA / f"arm_{mass}g.json", "stribeck_free", axis=FOLDER / "axis.toml", draws=0
+        ).best
+        for mass in (200, 400)
+    ]
 
 
 def test_gravity_is_in_proportion_to_the_weight(arms):

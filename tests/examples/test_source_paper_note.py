@@ -16,12 +16,20 @@ NOTE = FOLDER / "note.ipynb"
 
 
 def cells(kind):
-    return ["".join(one["source"]) for one in json.loads(NOTE.read_text(encoding="utf-8"))["cells"] if one["cell_type"] == kind]
+    return [
+        "".join(one["source"])
+        for one in json.loads(NOTE.read_text(encoding="utf-8"))["cells"]
+        if one["cell_type"] == kind
+    ]
 
 
 def test_the_note_is_stripped_and_its_second_program_knows_nothing_of_bristle():
-    assert all(not one.get("outputs") for one in json.loads(NOTE.read_text(encoding="utf-8"))["cells"])
-    assert "bristle" not in re.sub(r'""".*?"""', "", (FOLDER / "independent.py").read_text(encoding="utf-8"), flags=re.DOTALL)
+    assert all(
+        not one.get("outputs") for one in json.loads(NOTE.read_text(encoding="utf-8"))["cells"]
+    )
+    assert "bristle" not in re.sub(
+        r'""".*?"""', "", (FOLDER / "independent.py").read_text(encoding="utf-8"), flags=re.DOTALL
+    )
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +46,13 @@ def printed(tmp_path_factory):
 @pytest.mark.slow
 def test_two_programs_agree(printed):
     rows = re.findall(
-        r"^([AC]) (\w+) +bristle +([\d.]+) ± [\d.]+ +second program +([\d.]+).*effort ([\d.]+) and ([\d.]+)", printed[0], re.M
+        r"^([AC]) (\w+) +bristle +([\d.]+) ± [\d.]+ +second program +([\d.]+).*effort ([\d.]+) and ([\d.]+)",
+        printed[0],
+        re.M,
     )
-    assert [row[:2] for row in rows] == [(label, name) for label in "AC" for name in ("none", "printed", "position")]
+    assert [row[:2] for row in rows] == [
+        (label, name) for label in "AC" for name in ("none", "printed", "position")
+    ]
     for row in rows:
         first, second, effort, other = map(float, row[2:])
         assert second == pytest.approx(first, rel=0.05), row
@@ -48,13 +60,17 @@ def test_two_programs_agree(printed):
     errors = {row[:2]: float(row[2]) for row in rows}
     for label in "AC":
         assert errors[label, "printed"] < 0.5 * errors[label, "none"]
-    with_limits_of_the_present = float(re.search(r"limits of the present direction: ([\d.]+) µm", printed[0])[1])
+    with_limits_of_the_present = float(
+        re.search(r"limits of the present direction: ([\d.]+) µm", printed[0])[1]
+    )
     assert with_limits_of_the_present < 0.85 * errors["A", "none"]
 
 
 @pytest.mark.slow
 def test_the_compensator_helps_on_rigs_of_another_kind(printed):
-    shares = [float(one) for one in re.findall(r"error +[\d.]+ um or urad, +([\d.]+) %", printed[0])]
+    shares = [
+        float(one) for one in re.findall(r"error +[\d.]+ um or urad, +([\d.]+) %", printed[0])
+    ]
     assert len(shares) == 6
     for none, paper, identified in (shares[:3], shares[3:]):
         assert none == 100.0
@@ -64,5 +80,8 @@ def test_the_compensator_helps_on_rigs_of_another_kind(printed):
 
 @pytest.mark.slow
 def test_the_figures_and_numbers_of_the_note_are_written(printed):
-    assert sorted(path.name for path in printed[1].iterdir()) == ["following-error.svg", "two-programs.csv"]
+    assert sorted(path.name for path in printed[1].iterdir()) == [
+        "following-error.svg",
+        "two-programs.csv",
+    ]
     assert len((printed[1] / "two-programs.csv").read_text().splitlines()) == 7

@@ -28,11 +28,17 @@ def result(log_file):
     axis = read_axis(AXIS)
     log = read_log(log_file, axis)
     models = "dahl,maxwell_slip,maxwell_slip+position"
-    return (identify(within(log, (12.0, MIDDLE)), models, axis=axis, free="exponent", draws=0), within(log, (MIDDLE, 205.0)), axis)
+    return (
+        identify(within(log, (12.0, MIDDLE)), models, axis=axis, free="exponent", draws=0),
+        within(log, (MIDDLE, 205.0)),
+        axis,
+    )
 
 
 @pytest.mark.measured
-@pytest.mark.parametrize(("name", "most"), [("dahl", 0.121), ("maxwell_slip", 0.112), ("maxwell_slip+position", 0.085)])
+@pytest.mark.parametrize(
+    ("name", "most"), [("dahl", 0.121), ("maxwell_slip", 0.112), ("maxwell_slip+position", 0.085)]
+)
 def test_the_second_half_is_predicted_from_the_first(result, name, most):
     identification, second, axis = result
     fit = next(item for item in identification.fits if item.name == name)
@@ -64,5 +70,9 @@ def test_the_model_file_predicts_the_log_through_the_command_line(bristle, log_f
     requested = ("--model", "maxwell_slip", "--draws", "0", "--out", tmp_path / "out")
     done = data_of(bristle("identify", log_file, "--axis", AXIS, *requested, "--json"))
     assert done["parameters"]["F_C"]["value"] == pytest.approx(2.37, abs=0.05)
-    text = data_of(bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json"))
-    assert text["metrics"]["force_error_percent"] == pytest.approx(done["metrics"]["force_error_percent"])
+    text = data_of(
+        bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json")
+    )
+    assert text["metrics"]["force_error_percent"] == pytest.approx(
+        done["metrics"]["force_error_percent"]
+    )

@@ -8,13 +8,21 @@ from bristle.exports.targets import TARGETS, Request
 TURNING = {
     "schema": 1,
     "kind": "rotational",
-    "columns": {"time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "deg"}, "effort": {"column": "u", "unit": "%"}},
+    "columns": {
+        "time": {"column": "t", "unit": "s"},
+        "position": {"column": "q", "unit": "deg"},
+        "effort": {"column": "u", "unit": "%"},
+    },
     "effort": {"rated": "0.5 N*m"},
 }
 LINEAR = {
     "schema": 1,
     "kind": "translational",
-    "columns": {"time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "A"}},
+    "columns": {
+        "time": {"column": "t", "unit": "s"},
+        "position": {"column": "q", "unit": "mm"},
+        "effort": {"column": "u", "unit": "A"},
+    },
     "effort": {"force_constant": "50 N/A"},
 }
 SCREW = LINEAR | {
@@ -29,14 +37,23 @@ STRIBECK = br.friction.find("stribeck")(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0, o
 def product_of(target, model=STRIBECK, axis=None, **options):
     """Return what a target writes of a model, for an axis as in its file."""
     options = {"speed": 0.2, "rest": "held"} | options
-    return TARGETS[target].write(Request(model, "axis_x", 1e-3, axis=axis and br.read_axis(axis), **options))
+    return TARGETS[target].write(
+        Request(model, "axis_x", 1e-3, axis=axis and br.read_axis(axis), **options)
+    )
 
 
 def rows_of(product, end="axis_x.csv", separator=","):
     """Return the cells of each line that is no comment."""
-    return [line.split(separator) for line in product.files[end].splitlines() if not line.startswith(("#", ";"))]
+    return [
+        line.split(separator)
+        for line in product.files[end].splitlines()
+        if not line.startswith(("#", ";"))
+    ]
 
 
 def listed(product):
     """Return the values of a list for the CNC by their keys."""
-    return {key.removeprefix("frict_comp."): float(value) for key, value in rows_of(product, "axis_x.txt", None)}
+    return {
+        key.removeprefix("frict_comp."): float(value)
+        for key, value in rows_of(product, "axis_x.txt", None)
+    }

@@ -45,10 +45,17 @@ class Importer:
 
         self.described = fmpy.read_model_description(str(path))
         self.fmi = int(self.described.fmiVersion[0])
-        self.places = {variable.name: variable.valueReference for variable in self.described.modelVariables}
+        self.places = {
+            variable.name: variable.valueReference for variable in self.described.modelVariables
+        }
         fmpy.extract(str(path), str(folder))
         identifier = self.described.coSimulation.modelIdentifier
-        kinds = {(2, False): FMU2Slave, (2, True): FMU2Model, (3, False): FMU3Slave, (3, True): FMU3Model}
+        kinds = {
+            (2, False): FMU2Slave,
+            (2, True): FMU2Model,
+            (3, False): FMU3Slave,
+            (3, True): FMU3Model,
+        }
         self.unit = kinds[self.fmi, exchanged](
             guid=self.described.guid or self.described.instantiationToken,
             unzipDirectory=str(folder),

@@ -61,18 +61,31 @@ def counted(model: br.core.Model, core: str, folder: Path, steps: int = STEPS) -
         "RESTS": f"{RESTS}U",
         "PART": f"{PART}U",
     }
-    text = ['#include "axis_x.h"', *(f"#define {name} {value}" for name, value in lines.items()), ""]
+    text = [
+        '#include "axis_x.h"',
+        *(f"#define {name} {value}" for name, value in lines.items()),
+        "",
+    ]
     (folder / "walk.h").write_text("\n".join(text), encoding="ascii")
     built = [*target.build, *FLAGS, "-I."]
     _said([*built, "-fstack-usage", "-c", "axis_x.c", "-o", "axis_x.o"], folder)
     start = _said([*target.build[:5], "-print-file-name=rdimon-crt0.o"], folder)
     count = Path(target.further[0]).with_name("count.c")
     _said([*built, "axis_x.o", str(count), *target.further, start, "-o", "count", "-lm"], folder)
-    size = _said([target.build[0].replace("gcc", "size"), "axis_x.o"], folder).splitlines()[1].split()[0]
-    mean, median, worst, step = (
-        int(number) for number in _said([*target.run[:-1], "-icount", f"shift={SHIFT}", target.run[-1], "count"], folder).split()
+    size = (
+        _said([target.build[0].replace("gcc", "size"), "axis_x.o"], folder)
+        .splitlines()[1]
+        .split()[0]
     )
-    frames = [line.split("\t") for line in (folder / "axis_x.su").read_text(encoding="ascii").splitlines()]
+    mean, median, worst, step = (
+        int(number)
+        for number in _said(
+            [*target.run[:-1], "-icount", f"shift={SHIFT}", target.run[-1], "count"], folder
+        ).split()
+    )
+    frames = [
+        line.split("\t") for line in (folder / "axis_x.su").read_text(encoding="ascii").splitlines()
+    ]
     stack = sum(int(size) for place, size, _ in frames if not place.endswith(NOT_IN_A_STEP))
     return Count(mean / TICKS, median / TICKS, worst / TICKS, step, int(size), stack)
 
@@ -92,7 +105,9 @@ def main() -> int:
         if TARGETS[core].lacking:
             print(f"{core}: not counted, for {TARGETS[core].lacking} is not here")
             continue
-        print(f"{core}, {'single' if single else 'double'} precision, {' '.join(FLAGS)}, {STEPS} steps")
+        print(
+            f"{core}, {'single' if single else 'double'} precision, {' '.join(FLAGS)}, {STEPS} steps"
+        )
         for name in models or br.friction.MODELS:
             with tempfile.TemporaryDirectory() as place:
                 result = counted(example_with(name), core, Path(place) / "out")
@@ -105,7 +120,9 @@ def main() -> int:
                 f"{result.code} B of code, {result.stack} B of stack{'' if is_stated else '; files state less'}"
             )
     if "--write" in sys.argv:
-        STATED.write_text(json.dumps(stated).replace("], ", "],\n").replace("{", "{\n") + "\n", encoding="ascii")
+        STATED.write_text(
+            json.dumps(stated).replace("], ", "],\n").replace("{", "{\n") + "\n", encoding="ascii"
+        )
     return int(bool(wrong))
 
 

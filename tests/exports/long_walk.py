@@ -18,9 +18,15 @@ import bristle as br
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED
 
 STEPS, ST_STEPS, DT = 1_000_000, 100_000, 5e-4
-SLOTS = {"plain": (), "sided": ("asymmetry",), "varied": ("position", "periodic", "load", "temperature", "asymmetry")}
+SLOTS = {
+    "plain": (),
+    "sided": ("asymmetry",),
+    "varied": ("position", "periodic", "load", "temperature", "asymmetry"),
+}
 LEVELS = (("-O0",), ("-O2",), ("-O3", "-march=native"))
-COMPILERS = tuple(fromkey for fromkey in dict.fromkeys((COMPILER, shutil.which("clang"))) if fromkey is not None)
+COMPILERS = tuple(
+    fromkey for fromkey in dict.fromkeys((COMPILER, shutil.which("clang"))) if fromkey is not None
+)
 
 
 def main() -> int:
@@ -28,7 +34,11 @@ def main() -> int:
     if COMPILER is None:
         print("no C compiler here: nothing compared")
         return 0
-    models = {f"{kind}_{name}": example_with(name, slots) for kind, slots in SLOTS.items() for name in br.friction.MODELS}
+    models = {
+        f"{kind}_{name}": example_with(name, slots)
+        for kind, slots in SLOTS.items()
+        for name in br.friction.MODELS
+    }
     x, wrong = walk(STEPS), 0
     with tempfile.TemporaryDirectory() as place:
         built = {}
@@ -43,7 +53,9 @@ def main() -> int:
                 wrong += count > 0
                 if count:
                     print(f"{name} {level}: {count} of {STEPS} forces differ")
-    print(f"{len(models)} models, {len(built)} ways of compiling, {STEPS} steps each; wrong: {wrong or 'none'}")
+    print(
+        f"{len(models)} models, {len(built)} ways of compiling, {STEPS} steps each; wrong: {wrong or 'none'}"
+    )
     wrong += structured_text(models)
     return 1 if wrong else 0
 
@@ -61,7 +73,11 @@ def structured_text(models):
             folder = Path(place)
             br.export(model, "st", folder / "out", name=name)
             texts = [(folder / "out" / f"{name}{end}.st").read_text() for end in ("", "_selftest")]
-            signals = {"load": NOMINAL_LOAD, "temperature": NOMINAL_TEMPERATURE, "transmitted": NOTHING_TRANSMITTED}
+            signals = {
+                "load": NOMINAL_LOAD,
+                "temperature": NOMINAL_TEMPERATURE,
+                "transmitted": NOTHING_TRANSMITTED,
+            }
             expected = br.response(model, x, DT, rest="held")
             for rounded in ("nearbyint", "trunc"):
                 try:
@@ -70,12 +86,17 @@ def structured_text(models):
                     # At rest from below the velocity is -2^-1000 there, for that language has no -0.0: viscous friction shows it.
                     tiny = (np.abs(force) < 2.0**-900) & (np.abs(expected) < 2.0**-900)
                     force = np.where(tiny, expected, force)
-                    count, passed = differing(force, expected) + np.count_nonzero(flags), block.selftest(name)[1]
+                    count, passed = (
+                        differing(force, expected) + np.count_nonzero(flags),
+                        block.selftest(name)[1],
+                    )
                 except StandardError as stopped:
                     count, passed = str(stopped), False
                 if count or not passed:
                     wrong += 1
-                    print(f"{name}, {rounded}: {count} of {ST_STEPS} differ; self-test passed: {passed}")
+                    print(
+                        f"{name}, {rounded}: {count} of {ST_STEPS} differ; self-test passed: {passed}"
+                    )
     print(f"Structured Text: {len(models)} models, {ST_STEPS} steps each; wrong: {wrong or 'none'}")
     return wrong
 

@@ -59,19 +59,35 @@ def example_with(name, slots=None):
 
 def compiled(folder, *arguments, compiler=COMPILER):
     """Let a compiler work in a folder, without a warning."""
-    made = subprocess.run([compiler, *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    made = subprocess.run(
+        [compiler, *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
     assert made.returncode == 0, made.stderr[:4000]
 
 
 def built(folder, main, *flags, compiler=COMPILER, name="axis_x"):
     """Return how a program of an export ran."""
-    compiled(folder, "-O0", *FLAGS, *WARNINGS, *flags, f"{name}.c", main, "-o", "program", "-lm", compiler=compiler)
+    compiled(
+        folder,
+        "-O0",
+        *FLAGS,
+        *WARNINGS,
+        *flags,
+        f"{name}.c",
+        main,
+        "-o",
+        "program",
+        "-lm",
+        compiler=compiler,
+    )
     return subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
 
 
 def library(folder, *arguments, compiler=COMPILER):
     """Return sources as a library in this process."""
-    compiled(folder, *FLAGS, *arguments, "-shared", "-fPIC", "-o", "library.so", "-lm", compiler=compiler)
+    compiled(
+        folder, *FLAGS, *arguments, "-shared", "-fPIC", "-o", "library.so", "-lm", compiler=compiler
+    )
     return ctypes.CDLL(str(folder / "library.so"))
 
 
@@ -81,13 +97,23 @@ def library_of_laws(folder, texts, callers):
         (folder / name).mkdir(exist_ok=True, parents=True)
         for file, text in {**files, "run.c": callers[name]}.items():
             (folder / name / file).write_text(text, encoding="ascii")
-    return library(folder, "-O0", *WARNINGS, *(f"{name}/{file}.c" for name in texts for file in (name, "run")))
+    return library(
+        folder, "-O0", *WARNINGS, *(f"{name}/{file}.c" for name in texts for file in (name, "run"))
+    )
 
 
 def selected_cases(request, *keys):
     """Return the values of some parameters that tests of this file run with: what no test asks for is not compiled."""
-    items = [item for item in request.session.items if item.path == request.path and hasattr(item, "callspec")]
-    return {tuple(item.callspec.params[key] for key in keys) for item in items if all(key in item.callspec.params for key in keys)}
+    items = [
+        item
+        for item in request.session.items
+        if item.path == request.path and hasattr(item, "callspec")
+    ]
+    return {
+        tuple(item.callspec.params[key] for key in keys)
+        for item in items
+        if all(key in item.callspec.params for key in keys)
+    }
 
 
 def in_structured_text(texts, folder, **options):
@@ -100,7 +126,10 @@ def in_structured_text(texts, folder, **options):
 def texts_of(model, folder, name="axis_x", **options):
     """Return a model in Structured Text: its block and its self-test."""
     br.export(model, "st", folder / f"out_{name}", name=name, **options)
-    return [(folder / f"out_{name}" / f"{name}{end}.st").read_text(encoding="ascii") for end in ("", "_selftest")]
+    return [
+        (folder / f"out_{name}" / f"{name}{end}.st").read_text(encoding="ascii")
+        for end in ("", "_selftest")
+    ]
 
 
 class Native:
@@ -112,7 +141,11 @@ class Native:
             br.export(model, "c", folder / f"out_{name}", name=name, **options)
             run = RUN_OPERATOR if model.component.family == "hysteresis" else RUN
             (folder / f"run_{name}.c").write_text(run.format(name=name))
-        sources = [file for name in models for file in (f"-Iout_{name}", f"out_{name}/{name}.c", f"run_{name}.c")]
+        sources = [
+            file
+            for name in models
+            for file in (f"-Iout_{name}", f"out_{name}/{name}.c", f"run_{name}.c")
+        ]
         self._library = library(folder, optimise, *WARNINGS, *more, *sources, compiler=compiler)
 
     def forces(self, name, x, dt):
@@ -140,4 +173,9 @@ def walk(count, seed=20260):
 
 def differing(first, second):
     """Return how many numbers have other bits."""
-    return int(np.count_nonzero(np.ascontiguousarray(first).view(np.int64) != np.ascontiguousarray(second).view(np.int64)))
+    return int(
+        np.count_nonzero(
+            np.ascontiguousarray(first).view(np.int64)
+            != np.ascontiguousarray(second).view(np.int64)
+        )
+    )

@@ -13,7 +13,18 @@ import pytest
 from tests.apps.targets.other_targets import TARGETS, answer, examples
 from tests.contract.models import with_fast
 from tests.exports.instructions import WORST, counted
-from tests.exports.native import ALL, COMPILER, FLAGS, Native, built, compiled, differing, example_with, selected_cases, walk
+from tests.exports.native import (
+    ALL,
+    COMPILER,
+    FLAGS,
+    Native,
+    built,
+    compiled,
+    differing,
+    example_with,
+    selected_cases,
+    walk,
+)
 
 import bristle as br
 from bristle.apps.targets import st_code
@@ -26,8 +37,24 @@ from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, VOID, Unit, st
 from bristle.exports import c_code, subject
 from bristle.exports.c import CFiles, builds, write
 from bristle.exports.c_code import Names, Printer, number
-from bristle.exports.c_parts import array_text, constant_text, declared, helpers_text, literal, parameters_text, saved_facts, started
-from bristle.exports.printing import element, loops_of, needs_wide_integers, structures_of, types_in, wrapped
+from bristle.exports.c_parts import (
+    array_text,
+    constant_text,
+    declared,
+    helpers_text,
+    literal,
+    parameters_text,
+    saved_facts,
+    started,
+)
+from bristle.exports.printing import (
+    element,
+    loops_of,
+    needs_wide_integers,
+    structures_of,
+    types_in,
+    wrapped,
+)
 from bristle.exports.subject import subject_of
 from bristle.exports.targets import Request
 from bristle.exports.tunable import tunable_of
@@ -45,7 +72,11 @@ def example(name, slots=()):
 def models(request):
     plain = {f"plain_{name}": example(name) for name in ("lugre", "coulomb", "maxwell_slip")}
     varied = {f"varied_{name}": example(name, ALL) for name in ("lugre", "gms", "preisach_lugre")}
-    every = {f"sided_{name}": example(name, ("asymmetry",)) for name in br.friction.MODELS} | plain | varied
+    every = (
+        {f"sided_{name}": example(name, ("asymmetry",)) for name in br.friction.MODELS}
+        | plain
+        | varied
+    )
     return {name: every[name] for (name,) in selected_cases(request, "model")}
 
 
@@ -90,7 +121,9 @@ def test_the_self_test_passes_and_the_example_runs(written, name, compiler):
     watched = "-fsanitize=undefined"
     if compiler is None or not builds(compiler):
         pytest.skip(f"needs {compiler or 'a C compiler'}")
-    watching = (watched,) if builds(compiler, watched) else ()  # some compilers come without the library of it
+    watching = (
+        (watched,) if builds(compiler, watched) else ()
+    )  # some compilers come without the library of it
     done = built(written / name, "axis_x_selftest.c", *watching, compiler=compiler)
     assert done.returncode == 0, done.stdout
     assert "identical to bristle" in done.stdout
@@ -142,7 +175,11 @@ def test_a_parameter_outside_its_range_is_refused_and_the_force_repeated(written
     ("seen", "instead", "said"),
     [
         (r"220\.00000000000003, ", "220.0, ", "results differ"),
-        (r"axis->state\.lost = after\.lost;", "axis->state.lost = after.lost + 1;", "continues differently"),
+        (
+            r"axis->state\.lost = after\.lost;",
+            "axis->state.lost = after.lost + 1;",
+            "continues differently",
+        ),
         (r"\|\| got\(bytes \+ last\) != digest\(bytes, last\)", "|| last == 0U", "damaged bytes"),
         (r"!\(velocity - velocity == 0.0\) \|\| ", "", "not a number is accepted"),
     ],
@@ -182,7 +219,12 @@ int main(void)
 def test_parameters_change_at_run_time(written):
     model = example("gms", ("asymmetry",)).with_values(k_i=[6e6, 2e6, 1e6], F_S_neg=26.5)
     x = 1e-5 * ((np.arange(400) * 37) % 91).astype(float)
-    assert differing(np.array(ran(written / "gms", CHANGED).split(), dtype=float), br.response(model, x, DT)) == 0
+    assert (
+        differing(
+            np.array(ran(written / "gms", CHANGED).split(), dtype=float), br.response(model, x, DT)
+        )
+        == 0
+    )
 
 
 HELD = """
@@ -215,7 +257,9 @@ def test_a_position_that_is_not_a_number_repeats_the_force_and_sets_a_flag(writt
 
 def test_the_square_root_is_the_only_library_function(written):
     compiled(written / "gms", "-O1", *FLAGS, "-c", "axis_x.c", "-o", "axis_x.o")
-    listed = subprocess.run(["nm", "-u", "axis_x.o"], cwd=written / "gms", capture_output=True, text=True, check=True).stdout
+    listed = subprocess.run(
+        ["nm", "-u", "axis_x.o"], cwd=written / "gms", capture_output=True, text=True, check=True
+    ).stdout
     assert set(listed.split()) - {"U"} <= {"sqrt", "memcpy", "memset", "__stack_chk_fail"}
 
 
@@ -231,7 +275,9 @@ def test_the_header_describes_each_parameter(tmp_path):
     assert result.files[:3] == ("knee.h", "knee.c", "knee_selftest.c")
     header = (tmp_path / "axis" / "knee.h").read_text()
     assert re.search(r"F_S +0\.04 +N\*m +>= 1e-12 +static", header)
-    assert re.search(r"double position;.*\n.*begun;.*\n.*double force;", header)  # apart, for the time of a step
+    assert re.search(
+        r"double position;.*\n.*begun;.*\n.*double force;", header
+    )  # apart, for the time of a step
     assert "[rad]" in header
     assert "[N*m]" in header
     assert all(len(line) <= 130 for line in header.splitlines())
@@ -286,7 +332,9 @@ int main(void)
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not builds(str(COMPILER), WATCHED), reason="needs a compiler with its sanitizers")
+@pytest.mark.skipif(
+    not builds(str(COMPILER), WATCHED), reason="needs a compiler with its sanitizers"
+)
 def test_no_saved_bytes_cause_access_outside_the_memory(written):
     (written / "preisach_contact" / "forged.c").write_text(FORGED)
     done = built(written / "preisach_contact", "forged.c", WATCHED, "-fno-sanitize-recover")
@@ -300,17 +348,28 @@ def test_an_export_neither_compiles_nor_loads_a_compiler(tmp_path, monkeypatch):
     br.export(br.friction.coulomb(F_C=2.0), "c", tmp_path / "out")
 
 
-SINGLE = {"lugre": ALL, "maxwell_stribeck": ("asymmetry",), "preisach_contact": ("asymmetry",), "elastoplastic": ()}
+SINGLE = {
+    "lugre": ALL,
+    "maxwell_stribeck": ("asymmetry",),
+    "preisach_contact": ("asymmetry",),
+    "elastoplastic": (),
+}
 
 
 @pytest.fixture(scope="module")
 def singles(tmp_path_factory):
-    return Native({name: example(name, slots) for name, slots in SINGLE.items()}, tmp_path_factory.mktemp("single"), float32=True)
+    return Native(
+        {name: example(name, slots) for name, slots in SINGLE.items()},
+        tmp_path_factory.mktemp("single"),
+        float32=True,
+    )
 
 
 @pytest.mark.parametrize("name", SINGLE)
 def test_single_precision_error_is_near_its_rounding(singles, name):
-    x = np.cumsum(np.repeat([1e-7, -2e-6, 3e-5, -3e-5], 100) * np.tile([1.0, 0.5, -1.25, 0.75], 100))
+    x = np.cumsum(
+        np.repeat([1e-7, -2e-6, 3e-5, -3e-5], 100) * np.tile([1.0, 0.5, -1.25, 0.75], 100)
+    )
     with interpreted():
         expected = br.response(example(name, SINGLE[name]), x, DT)
     off = np.max(np.abs(singles.forces(name, x, DT) - expected)) / np.max(np.abs(expected))
@@ -323,7 +382,10 @@ def test_the_single_precision_self_test_prints_its_deviation(tmp_path):
     done = built(tmp_path / "gms", "axis_x_selftest.c")
     assert done.returncode == 0, done.stdout
     text = (tmp_path / "gms" / "axis_x.c").read_text()
-    assert "double" not in text[text.index("typedef struct") : text.index("static inline bool is_finite")]
+    assert (
+        "double"
+        not in text[text.index("typedef struct") : text.index("static inline bool is_finite")]
+    )
     (tmp_path / "gms" / "axis_x.c").write_text(text.replace("6000000.0f", "6600000.0f"))
     assert built(tmp_path / "gms", "axis_x_selftest.c").returncode == 1
 
@@ -350,7 +412,14 @@ def test_load_and_temperature_are_inputs_if_friction_depends_on_them(tmp_path):
     i = np.arange(40)
     x = 1e-5 * ((i * 37) % 91)
     with interpreted():
-        expected = force_along(model, np.diff(x) / DT, DT, x[1:], load=1.0 + 0.01 * i[1:], temperature=300.0 + i[1:].astype(float))
+        expected = force_along(
+            model,
+            np.diff(x) / DT,
+            DT,
+            x[1:],
+            load=1.0 + 0.01 * i[1:],
+            temperature=300.0 + i[1:].astype(float),
+        )
     assert differing(forces[1:], expected) == 0
 
 
@@ -372,7 +441,10 @@ def test_a_step_fits_the_instruction_budget_of_a_drive(core, name, mean, code, t
         pytest.skip(f"needs {TARGETS[core].lacking}")
     result = counted(example_with(name), core, tmp_path / "out", steps=20_000)
     assert result.mean < mean
-    stated = re.search(r"took (\d+) instructions in the median and at most (\d+)", (tmp_path / "out" / "axis_x.h").read_text())
+    stated = re.search(
+        r"took (\d+) instructions in the median and at most (\d+)",
+        (tmp_path / "out" / "axis_x.h").read_text(),
+    )
     assert result.worst <= 1.05 * int(stated[2]) <= 1.05 * WORST * int(stated[1])
     assert result.code < code
     assert result.stack <= 1024
@@ -419,14 +491,19 @@ def function_of(*body, parameters=(), result: t.Type = REAL, name="value", descr
     return t.Function(name, print, list(parameters), result, list(body), description)
 
 
-G, MADE = function_of(parameters=[A, MEMORY], name="inner"), function_of(parameters=[A], result=PAIR, name="made")
+G, MADE = (
+    function_of(parameters=[A, MEMORY], name="inner"),
+    function_of(parameters=[A], result=PAIR, name="made"),
+)
 DIVIDED = less(binary("/", A, B), C)
 
 
 def in_c(*statements, parameters=(), scalar="double"):
     """Return the body of a function in C in one line."""
     function = function_of(*statements, parameters=parameters)
-    lines = c_code.Body(c_code.Printer(t.Unit([function]), scalar, [PAIR, NOTHING]), function).lines()
+    lines = c_code.Body(
+        c_code.Printer(t.Unit([function]), scalar, [PAIR, NOTHING]), function
+    ).lines()
     return " ".join(line.strip() for line in lines)
 
 
@@ -454,15 +531,31 @@ def in_st(*statements, parameters=(), result: t.Type = REAL, scalar="LREAL"):
         (binary("+", A, t.Constant(REAL, -2.0)), "alpha + -2.0", "alpha + (-2.0)"),
         (t.Negative(REAL, t.Constant(REAL, -2.0)), "-(-2.0)", ""),
         (binary(">>", N, THREE), "place >> 3", "axis_floor_divided(first := place, second := 8)"),
-        (binary("+", binary(">>", N, THREE), K), "(place >> 3) + count", "axis_floor_divided(first := place, second := 8) + count"),
+        (
+            binary("+", binary(">>", N, THREE), K),
+            "(place >> 3) + count",
+            "axis_floor_divided(first := place, second := 8) + count",
+        ),
         (
             binary("&", binary("+", N, K), K),
             "(place + count) & count",
             "LWORD_TO_LINT(LINT_TO_LWORD(place + count) AND LINT_TO_LWORD(count))",
         ),
-        (binary("^", N, K), "place ^ count", "LWORD_TO_LINT(LINT_TO_LWORD(place) XOR LINT_TO_LWORD(count))"),
-        (binary("//", N, K), "floor_divided(place, count)", "axis_floor_divided(first := place, second := count)"),
-        (binary("%", N, K), "floor_rest(place, count)", "axis_floor_rest(first := place, second := count)"),
+        (
+            binary("^", N, K),
+            "place ^ count",
+            "LWORD_TO_LINT(LINT_TO_LWORD(place) XOR LINT_TO_LWORD(count))",
+        ),
+        (
+            binary("//", N, K),
+            "floor_divided(place, count)",
+            "axis_floor_divided(first := place, second := count)",
+        ),
+        (
+            binary("%", N, K),
+            "floor_rest(place, count)",
+            "axis_floor_rest(first := place, second := count)",
+        ),
         (less(binary("-", A, B), binary("*", A, B)), "alpha - beta < alpha * beta", ""),
         (less(A, B, "=="), "alpha == beta", "alpha = beta"),
         (less(A, B, "!="), "alpha != beta", "alpha <> beta"),
@@ -474,13 +567,33 @@ def in_st(*statements, parameters=(), result: t.Type = REAL, scalar="LREAL"):
             "!open || (open && closed)",
             "NOT open OR (open AND closed)",
         ),
-        (t.Convert(REAL, binary("+", N, K)), "(double)(place + count)", "DINT_TO_LREAL(place + count)"),
-        (t.Convert(INTEGER, t.Negative(REAL, A)), "(int32_t)-alpha", "axis_truncated(number := -alpha)"),
+        (
+            t.Convert(REAL, binary("+", N, K)),
+            "(double)(place + count)",
+            "DINT_TO_LREAL(place + count)",
+        ),
+        (
+            t.Convert(INTEGER, t.Negative(REAL, A)),
+            "(int32_t)-alpha",
+            "axis_truncated(number := -alpha)",
+        ),
         (t.Index(REAL, MEMORY, binary("+", N, K)), "memory[place + count]", ""),
         (t.Field(REAL, PARTS, "second"), "parts.second", ""),
-        (t.Intrinsic(REAL, "sqrt", [binary("+", A, B)]), "root(alpha + beta)", "SQRT(alpha + beta)"),
-        (t.Intrinsic(REAL, "min", [A, B]), "least(alpha, beta)", "axis_min(first := alpha, second := beta)"),
-        (t.Intrinsic(INTEGER, "min", [N, K]), "whole_least(place, count)", "axis_whole_min(first := place, second := count)"),
+        (
+            t.Intrinsic(REAL, "sqrt", [binary("+", A, B)]),
+            "root(alpha + beta)",
+            "SQRT(alpha + beta)",
+        ),
+        (
+            t.Intrinsic(REAL, "min", [A, B]),
+            "least(alpha, beta)",
+            "axis_min(first := alpha, second := beta)",
+        ),
+        (
+            t.Intrinsic(INTEGER, "min", [N, K]),
+            "whole_least(place, count)",
+            "axis_whole_min(first := place, second := count)",
+        ),
         (
             t.Call(REAL, G, [binary("-", A, B), MEMORY]),
             "inner(alpha - beta, memory)",
@@ -495,7 +608,10 @@ def in_st(*statements, parameters=(), result: t.Type = REAL, scalar="LREAL"):
 )
 def test_brackets_appear_where_precedence_requires_them(expression, c, st):
     assert in_c(t.Return(expression)) == f"return {c};"
-    assert st is None or in_st(t.Return(expression), result=expression.type) == f"axis_value := {st or c};"
+    assert (
+        st is None
+        or in_st(t.Return(expression), result=expression.type) == f"axis_value := {st or c};"
+    )
 
 
 CHOSEN = binary("*", t.Select(REAL, P, A, t.Select(REAL, Q, B, C)), C)
@@ -504,7 +620,10 @@ SWAPPED = t.Make(PAIR, [t.Field(REAL, PARTS, "second"), t.Field(REAL, PARTS, "fi
 
 def test_a_choice_and_a_tuple_are_expressions_in_c():
     assert in_c(t.Return(CHOSEN)) == "return (open ? alpha : (closed ? beta : gamma)) * gamma;"
-    assert in_c(t.Return(t.Field(REAL, SWAPPED, "first"))) == "return (Pair){parts.second, parts.first}.first;"
+    assert (
+        in_c(t.Return(t.Field(REAL, SWAPPED, "first")))
+        == "return (Pair){parts.second, parts.first}.first;"
+    )
 
 
 STEP = t.Assign(A, B)
@@ -533,7 +652,11 @@ STEP = t.Assign(A, B)
             "while (alpha / beta < gamma) { break; }",
             "WHILE TRUE DO IF NOT (alpha / beta < gamma) THEN EXIT; END_IF; EXIT; END_WHILE;",
         ),
-        (t.If(P, [], [STEP]), "if (!open) { alpha = beta; }", "IF NOT open THEN alpha := beta; END_IF;"),
+        (
+            t.If(P, [], [STEP]),
+            "if (!open) { alpha = beta; }",
+            "IF NOT open THEN alpha := beta; END_IF;",
+        ),
         (
             t.If(P, [STEP], [t.If(Q, [STEP], [STEP])]),
             "if (open) { alpha = beta; } else { if (closed) { alpha = beta; } else { alpha = beta; } }",
@@ -564,7 +687,9 @@ def test_statements_are_printed_in_their_blocks(statement, c, st):
 
 COPYING = function_of(STEP, parameters=[A, B], name="inner")
 WIDE = binary("//", binary(">>", N, THREE), K)
-EIGHTH = "axis_floor_divided(first := axis_floor_divided(first := place, second := 8), second := count)"
+EIGHTH = (
+    "axis_floor_divided(first := axis_floor_divided(first := place, second := 8), second := count)"
+)
 
 
 @pytest.mark.parametrize(
@@ -582,22 +707,42 @@ EIGHTH = "axis_floor_divided(first := axis_floor_divided(first := place, second 
             {},
             "IF open THEN alpha := alpha; ELSE IF alpha / beta < gamma THEN alpha := beta; ELSE alpha := gamma; END_IF; END_IF;",
         ),
-        ([t.Return(t.Convert(REAL, P))], {}, "IF open THEN aside_1 := 1.0; ELSE aside_1 := 0.0; END_IF; axis_value := aside_1;"),
+        (
+            [t.Return(t.Convert(REAL, P))],
+            {},
+            "IF open THEN aside_1 := 1.0; ELSE aside_1 := 0.0; END_IF; axis_value := aside_1;",
+        ),
         (
             [t.Return(t.Convert(INTEGER, P))],
             {"result": INTEGER},
             "IF open THEN aside_1 := 1; ELSE aside_1 := 0; END_IF; axis_value := aside_1;",
         ),
         # A tuple is written in place unless it reads itself.
-        ([t.Assign(PARTS, t.Make(PAIR, [A, B]))], {}, "parts.first := alpha; parts.second := beta;"),
-        ([t.Assign(PARTS, SWAPPED)], {}, "aside_1.first := parts.second; aside_1.second := parts.first; parts := aside_1;"),
-        ([t.Assign(PARTS, t.Call(PAIR, MADE, [A]))], {}, "aside_1 := axis_made(alpha := alpha, given_back := parts);"),
+        (
+            [t.Assign(PARTS, t.Make(PAIR, [A, B]))],
+            {},
+            "parts.first := alpha; parts.second := beta;",
+        ),
+        (
+            [t.Assign(PARTS, SWAPPED)],
+            {},
+            "aside_1.first := parts.second; aside_1.second := parts.first; parts := aside_1;",
+        ),
+        (
+            [t.Assign(PARTS, t.Call(PAIR, MADE, [A]))],
+            {},
+            "aside_1 := axis_made(alpha := alpha, given_back := parts);",
+        ),
         (
             [t.Return(t.Field(REAL, t.Call(PAIR, MADE, [A]), "first"))],
             {},
             "aside_2 := axis_made(alpha := alpha, given_back := aside_1); axis_value := aside_1.first;",
         ),
-        ([t.Return(t.Make(PAIR, [A, B]))], {"result": PAIR}, "axis_value := TRUE; given_back.first := alpha; given_back.second := beta;"),
+        (
+            [t.Return(t.Make(PAIR, [A, B]))],
+            {"result": PAIR},
+            "axis_value := TRUE; given_back.first := alpha; given_back.second := beta;",
+        ),
         # Conditions that may trap are short-circuited.
         (
             [t.Return(t.Logic(TRUTH, "and", [P, DIVIDED, Q]))],
@@ -611,14 +756,34 @@ EIGHTH = "axis_floor_divided(first := axis_floor_divided(first := place, second 
             "aside_1 := open; IF NOT aside_1 THEN aside_1 := alpha / beta < gamma; "
             "IF NOT aside_1 THEN aside_1 := closed; END_IF; END_IF; axis_value := aside_1;",
         ),
-        ([t.Return(t.Logic(TRUTH, "or", [DIVIDED, P]))], {"result": TRUTH}, "axis_value := (alpha / beta < gamma) OR open;"),
+        (
+            [t.Return(t.Logic(TRUTH, "or", [DIVIDED, P]))],
+            {"result": TRUTH},
+            "axis_value := (alpha / beta < gamma) OR open;",
+        ),
         # An argument that is assigned is copied.
-        ([STEP, t.Return(A)], {"parameters": [A, B]}, "alpha := alpha_given; alpha := beta; axis_value := alpha;"),
-        ([t.Return(t.Call(REAL, COPYING, [C, ONE]))], {}, "axis_value := axis_inner(alpha_given := gamma, beta := 1.0);"),
+        (
+            [STEP, t.Return(A)],
+            {"parameters": [A, B]},
+            "alpha := alpha_given; alpha := beta; axis_value := alpha;",
+        ),
+        (
+            [t.Return(t.Call(REAL, COPYING, [C, ONE]))],
+            {},
+            "axis_value := axis_inner(alpha_given := gamma, beta := 1.0);",
+        ),
         ([t.Return(None)], {"result": VOID}, "axis_value := TRUE;"),
         # Indices stay of 32 bits beside wide integers.
-        ([t.Return(t.Index(REAL, MEMORY, WIDE))], {}, f"axis_value := memory[LINT_TO_DINT({EIGHTH})];"),
-        ([t.Return(t.Index(REAL, MEMORY, THREE)), t.Return(WIDE)], {}, f"axis_value := memory[3]; RETURN; axis_value := {EIGHTH};"),
+        (
+            [t.Return(t.Index(REAL, MEMORY, WIDE))],
+            {},
+            f"axis_value := memory[LINT_TO_DINT({EIGHTH})];",
+        ),
+        (
+            [t.Return(t.Index(REAL, MEMORY, THREE)), t.Return(WIDE)],
+            {},
+            f"axis_value := memory[3]; RETURN; axis_value := {EIGHTH};",
+        ),
         (
             [t.Return(t.Intrinsic(REAL, "min", [A, B]))],
             {"scalar": "REAL"},
@@ -638,8 +803,14 @@ def test_a_shift_by_a_variable_number_is_refused():
 @pytest.mark.parametrize(
     ("statements", "text"),
     [
-        ([t.Assign(A, ONE), t.Assign(A, binary("+", A, ONE)), t.Return(A)], "double alpha = 1.0; alpha = alpha + 1.0; return alpha;"),
-        ([t.Assign(C, ONE), t.If(P, [STEP, t.Assign(C, A)], [])], "double gamma = 1.0; if (open) { double alpha = beta; gamma = alpha; }"),
+        (
+            [t.Assign(A, ONE), t.Assign(A, binary("+", A, ONE)), t.Return(A)],
+            "double alpha = 1.0; alpha = alpha + 1.0; return alpha;",
+        ),
+        (
+            [t.Assign(C, ONE), t.If(P, [STEP, t.Assign(C, A)], [])],
+            "double gamma = 1.0; if (open) { double alpha = beta; gamma = alpha; }",
+        ),
         # Looked at elsewhere it is zero first.
         ([t.If(P, [STEP], []), t.Return(A)], "double alpha = 0.0; if"),
         ([t.If(P, [STEP], [STEP])], "double alpha = 0.0; if"),
@@ -656,23 +827,40 @@ def test_a_variable_is_declared_with_its_first_value_if_that_precedes_all_uses(s
 
 @pytest.mark.parametrize(
     ("value", "double", "single"),
-    [(-2.0, "-2.0", "-2.0f"), (math.inf, "(double)INFINITY", "(float)INFINITY"), (-math.inf, "-(double)INFINITY", "-(float)INFINITY")],
+    [
+        (-2.0, "-2.0", "-2.0f"),
+        (math.inf, "(double)INFINITY", "(float)INFINITY"),
+        (-math.inf, "-(double)INFINITY", "-(float)INFINITY"),
+    ],
 )
 def test_a_number_is_written_exactly(value, double, single):
-    assert (number(value), number(value, "float"), number(math.nan)) == (double, single, "(double)NAN")
+    assert (number(value), number(value, "float"), number(math.nan)) == (
+        double,
+        single,
+        "(double)NAN",
+    )
 
 
 def test_a_unit_has_structures_and_functions_with_descriptions():
     table = t.Variable(t.Array(2), "table")
-    plain, described = function_of(t.Return(ONE), name="g"), function_of(t.Return(PARTS), parameters=[PARTS, table, MEMORY], result=PAIR)
+    plain, described = (
+        function_of(t.Return(ONE), name="g"),
+        function_of(t.Return(PARTS), parameters=[PARTS, table, MEMORY], result=PAIR),
+    )
     described.description = "Return `parts`."
-    text = c_code.Printer(t.Unit([plain, described]), "float", [NOTHING]).definitions().partition("#endif\n")[2]
+    text = (
+        c_code.Printer(t.Unit([plain, described]), "float", [NOTHING])
+        .definitions()
+        .partition("#endif\n")[2]
+    )
     assert text == (
         "\ntypedef struct {\n    float first;\n    float second;\n} Pair;\n\ntypedef struct {\n    char nothing;\n} Inner;\n"
         "\nstatic inline float g(void)\n{\n    return 1.0f;\n}\n"
         "\n/* Return parts. */\nstatic inline Pair value(Pair parts, const float *table, float *memory)\n{\n    return parts;\n}\n"
     )
-    types, (_, pou) = st_code.Printer(t.Unit([plain, described]), "axis", (NOTHING, t.Array(0))).parts()
+    types, (_, pou) = st_code.Printer(
+        t.Unit([plain, described]), "axis", (NOTHING, t.Array(0))
+    ).parts()
     assert [(part.name, getattr(part, "size", None)) for part in types[:3]] == [
         ("axis_Numbers_0", 1),
         ("axis_Numbers_2", 2),
@@ -683,18 +871,41 @@ def test_a_unit_has_structures_and_functions_with_descriptions():
         [("first", "LREAL"), ("second", "LREAL")],
         [("nothing", "BOOL")],
     ]
-    assert (pou.kind, pou.returns, {variable.section for variable in pou.variables}) == ("FUNCTION", "BOOL", {"VAR_IN_OUT"})
+    assert (pou.kind, pou.returns, {variable.section for variable in pou.variables}) == (
+        "FUNCTION",
+        "BOOL",
+        {"VAR_IN_OUT"},
+    )
 
 
 def test_names_in_c_are_distinct_and_not_keywords():
     twin, of_user = (
-        type("Pair", (tuple,), {"_fields": (), "__module__": name}) for name in ("bristle.models.friction.slip_law", "bristle_user_2")
+        type("Pair", (tuple,), {"_fields": (), "__module__": name})
+        for name in ("bristle.models.friction.slip_law", "bristle_user_2")
     )
-    kinds = [PAIR, *(t.Struct(cls, ()) for cls in (twin, of_user, tuple)), t.Struct(tuple, (("_0", REAL),))]
-    assert list(Names(kinds).structures.values()) == ["TestCPair", "SlipLawPair", "OwnPair", "Several", "Several_2"]
+    kinds = [
+        PAIR,
+        *(t.Struct(cls, ()) for cls in (twin, of_user, tuple)),
+        t.Struct(tuple, (("_0", REAL),)),
+    ]
+    assert list(Names(kinds).structures.values()) == [
+        "TestCPair",
+        "SlipLawPair",
+        "OwnPair",
+        "Several",
+        "Several_2",
+    ]
     assert list(Names([PAIR], ["Pair"]).structures.values()) == ["Pair_2"]
     names = ("int", "int_", "x", "_0", "root", "g", "DBL_MAX")
-    assert [Names([], ["g"]).variable(name) for name in names] == ["int_", "int__", "x", "part_0", "root_", "g_", "DBL_MAX_"]
+    assert [Names([], ["g"]).variable(name) for name in names] == [
+        "int_",
+        "int__",
+        "x",
+        "part_0",
+        "root_",
+        "g_",
+        "DBL_MAX_",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -718,7 +929,11 @@ def test_expressions_that_may_trap_or_need_a_statement_are_unsafe(expression, sa
 def test_minus_zero_is_just_below_zero():
     printer = st_code.Printer(t.Unit([]), "axis")
     assert printer.real(0.0) == "0.0"
-    assert -1e-30 < math.prod(float(part) for part in printer.real(-0.0).strip("()").split(" * ")) < 0.0
+    assert (
+        -1e-30
+        < math.prod(float(part) for part in printer.real(-0.0).strip("()").split(" * "))
+        < 0.0
+    )
 
 
 @pytest.mark.parametrize(
@@ -730,7 +945,12 @@ def test_minus_zero_is_just_below_zero():
 )
 def test_numbers_convert_to_single_precision(scalar, texts):
     printer = st_code.Printer(t.Unit([]), "axis", scalar=scalar)
-    assert [printer.narrowed("x"), printer.widened("x"), printer.array(3), printer.array(3, "LREAL")] == texts
+    assert [
+        printer.narrowed("x"),
+        printer.widened("x"),
+        printer.array(3),
+        printer.array(3, "LREAL"),
+    ] == texts
 
 
 SPEED, COUNT = t.Variable(REAL, "x"), t.Variable(INTEGER, "n")
@@ -745,9 +965,21 @@ def void_of(*body, parameters=(SPEED, COUNT), result=VOID, name="f", description
 
 
 def test_integers_beyond_31_bits_and_bitwise_operations_are_64_bit():
-    narrow = [whole(2**31 - 1), whole(1 - 2**31), t.Constant(REAL, 1e12), *(t.Binary(INTEGER, operator, COUNT, COUNT) for operator in "+%")]
-    wide = [whole(2**31), whole(-(2**31)), *(t.Binary(INTEGER, operator, COUNT, COUNT) for operator in ("&", "^", ">>"))]
-    outcome = [[needs_wide_integers(t.Unit([void_of(), void_of(t.Return(e))])) for e in group] for group in (narrow, wide)]
+    narrow = [
+        whole(2**31 - 1),
+        whole(1 - 2**31),
+        t.Constant(REAL, 1e12),
+        *(t.Binary(INTEGER, operator, COUNT, COUNT) for operator in "+%"),
+    ]
+    wide = [
+        whole(2**31),
+        whole(-(2**31)),
+        *(t.Binary(INTEGER, operator, COUNT, COUNT) for operator in ("&", "^", ">>")),
+    ]
+    outcome = [
+        [needs_wide_integers(t.Unit([void_of(), void_of(t.Return(e))])) for e in group]
+        for group in (narrow, wide)
+    ]
     assert outcome == [[False] * 5, [True] * 5]
 
 
@@ -769,7 +1001,13 @@ def test_a_tuple_is_listed_once_after_its_inner_tuples():
 
 
 def test_types_of_a_function_include_result_arguments_and_body():
-    kinds = types_in(void_of(t.Return(t.Compare(TRUTH, "<", SPEED, t.Constant(REAL, 0.0))), parameters=[COUNT], result=TRUTH))
+    kinds = types_in(
+        void_of(
+            t.Return(t.Compare(TRUTH, "<", SPEED, t.Constant(REAL, 0.0))),
+            parameters=[COUNT],
+            result=TRUTH,
+        )
+    )
     assert kinds == [TRUTH, INTEGER, TRUTH, REAL, REAL]
 
 
@@ -780,15 +1018,23 @@ def test_types_of_a_function_include_result_arguments_and_body():
         ("a" * 50 + ", " + "b" * 58, ["a" * 50 + ", " + "b" * 58]),
         ("a" * 50 + ", " + "b" * 59, ["a" * 50 + ",", "        " + "b" * 59]),
         ("a" * 50 + " + " + "b" * 60, ["a" * 50, "        + " + "b" * 60]),
-        ("a" * 50 + ", " + "b" * 20 + " ? " + "c" * 60, ["a" * 50 + ", " + "b" * 20, "        ? " + "c" * 60]),
-        ("a" * 30 + ", " + "b" * 90, ["a" * 30 + ", " + "b" * 90]),  # in the first forty letters no line ends
+        (
+            "a" * 50 + ", " + "b" * 20 + " ? " + "c" * 60,
+            ["a" * 50 + ", " + "b" * 20, "        ? " + "c" * 60],
+        ),
+        (
+            "a" * 30 + ", " + "b" * 90,
+            ["a" * 30 + ", " + "b" * 90],
+        ),  # in the first forty letters no line ends
     ],
 )
 def test_a_line_of_more_than_110_letters_breaks_after_a_comma_or_before_an_operator(line, lines):
     assert wrapped(line, "") == lines
 
 
-@pytest.mark.parametrize(("used", "free"), [({"g"}, "f"), ({"f"}, "f_2"), ({"f", "f_2", "f_4"}, "f_3")])
+@pytest.mark.parametrize(
+    ("used", "free"), [({"g"}, "f"), ({"f"}, "f_2"), ({"f", "f_2", "f_4"}, "f_3")]
+)
 def test_a_used_name_gets_the_first_free_number_from_two(used, free):
     assert free_name("f", used) == free
 
@@ -803,9 +1049,18 @@ def test_rounds_of_bounded_loops_are_counted():
     counted = t.For(COUNT, whole(2), whole(7), [t.Assign(SPEED, SPEED)])
     open_end, open_start = t.For(COUNT, whole(0), COUNT, []), t.For(COUNT, COUNT, whole(7), [])
     until = t.While(t.Compare(TRUTH, "<", SPEED, SPEED), [counted])
-    unit = t.Unit([void_of(name="none"), void_of(until, open_end, open_start, name="many", description="of `x`")])
+    unit = t.Unit(
+        [
+            void_of(name="none"),
+            void_of(until, open_end, open_start, name="many", description="of `x`"),
+        ]
+    )
     assert loops_of(unit, 21) == [
-        {"function": "many", "description": "of x", "most": "3, which halve the stored turning points"},
+        {
+            "function": "many",
+            "description": "of x",
+            "most": "3, which halve the stored turning points",
+        },
         {"function": "many", "description": "of x", "most": "5"},
         {"function": "many", "description": "of x", "most": "the number in its argument"},
         {"function": "many", "description": "of x", "most": "the number in its argument"},
@@ -825,7 +1080,9 @@ def test_only_used_helpers_and_bit_unions_are_written():
         "static inline double least(double a, double b)\n{\n    return b < a ? b : a;\n}\n"
     )
     for name in ("copysign", "abs", "power_of_two", "mantissa", "exponent"):
-        assert helpers_text([name], "float", "int32_t").startswith("typedef union {\n    float number;\n    uint32_t bits;\n} Bits;\n")
+        assert helpers_text([name], "float", "int32_t").startswith(
+            "typedef union {\n    float number;\n    uint32_t bits;\n} Bits;\n"
+        )
     assert "uint64_t bits" in helpers_text(["abs"], "double", "int32_t")
     assert "int64_t next_below(float x)" in helpers_text(["floor"], "float", "int64_t")
     assert helpers_text([], "double", "int32_t") == ""
@@ -833,12 +1090,20 @@ def test_only_used_helpers_and_bit_unions_are_written():
 
 def test_masks_and_shifts_follow_from_the_format():
     for scalar, kind, bits in (("double", np.float64, np.uint64), ("float", np.float32, np.uint32)):
-        text, info = helpers_text(["power_of_two", "mantissa", "exponent", "copysign"], scalar, "int32_t"), np.finfo(kind)
+        text, info = (
+            helpers_text(["power_of_two", "mantissa", "exponent", "copysign"], scalar, "int32_t"),
+            np.finfo(kind),
+        )
         masks = {int(mask, 16) for mask in re.findall(r"_C\((0x[0-9A-F]+)\)", text)}
         (place,) = re.findall(r"\{k \+ ([0-9.]+)", text)
         # The sign, the fraction, the bits of 1, and those of the number whose last place is 1; k and the bias beside it.
         rounder = kind(1.5 * 2.0**info.nmant)
-        assert masks == {1 << (info.bits - 1), (1 << info.nmant) - 1, int(kind(1.0).view(bits)), int(rounder.view(bits))}
+        assert masks == {
+            1 << (info.bits - 1),
+            (1 << info.nmant) - 1,
+            int(kind(1.0).view(bits)),
+            int(rounder.view(bits)),
+        }
         assert float(place) == float(rounder) + 2.0 ** (info.bits - info.nmant - 2) - 1.0
         assert set(re.findall(r"(?:<<=|>>) (\d+)U", text)) == {str(info.nmant)}
 
@@ -854,26 +1119,44 @@ def test_seven_numbers_take_two_lines_and_an_empty_array_one_element():
     assert array_text("table", np.arange(7.0), printer("float")) == (
         "static const float table[7] = {\n    0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f,\n    6.0f\n};"
     )
-    assert array_text("table", np.zeros(0), printer()) == "static const double table[1] = {\n    0\n};"
-    assert (literal(2.0, INTEGER, "double"), literal(2, REAL, "float"), literal(True, INTEGER, "float")) == ("2", "2.0f", "1")
+    assert (
+        array_text("table", np.zeros(0), printer()) == "static const double table[1] = {\n    0\n};"
+    )
+    assert (
+        literal(2.0, INTEGER, "double"),
+        literal(2, REAL, "float"),
+        literal(True, INTEGER, "float"),
+    ) == ("2", "2.0f", "1")
 
 
 def test_variable_parameters_are_checked_against_their_ranges():
     offset = br.friction.with_slots(br.friction.coulomb, [])(F_C=1.0, offset=-0.5)
     tuned = tunable_of(offset)
     text = parameters_text(
-        offset.parameters, struct_type(offset.parameters), Printer(Unit([]), "float", [struct_type(offset.parameters)]), "axis", tuned
+        offset.parameters,
+        struct_type(offset.parameters),
+        Printer(Unit([]), "float", [struct_type(offset.parameters)]),
+        "axis",
+        tuned,
     )
     assert "bool within_ranges(const axis_parameters *given)" in text
     assert "given->offset >= -FLT_MAX && given->offset <= FLT_MAX" in text
     low = offset.component.variables["F_C"].min
     assert f"given->F_C >= {low!r}f" in text
     assert "given->F_C <=" not in text
-    assert [line.partition(";")[0] for line in declared(tunable_of(SLIP), printer())][:2] == ["double F_C", "double k_i[2]"]
-    assert started(tunable_of(SLIP), printer())[1:3] == ["axis->parameters.k_i[0] = 100000.0;", "axis->parameters.k_i[1] = 200000.0;"]
+    assert [line.partition(";")[0] for line in declared(tunable_of(SLIP), printer())][:2] == [
+        "double F_C",
+        "double k_i[2]",
+    ]
+    assert started(tunable_of(SLIP), printer())[1:3] == [
+        "axis->parameters.k_i[0] = 100000.0;",
+        "axis->parameters.k_i[1] = 200000.0;",
+    ]
 
 
-@pytest.mark.parametrize(("scalar", "widened", "narrowed"), [("double", "", ""), ("float", "(double)", "(float)")])
+@pytest.mark.parametrize(
+    ("scalar", "widened", "narrowed"), [("double", "", ""), ("float", "(double)", "(float)")]
+)
 def test_saved_numbers_have_eight_bytes_after_layout_and_marks(scalar, widened, narrowed):
     fields = [("z", REAL, "", 0.0), ("depth", INTEGER, "", 0)]
     facts = saved_facts(printer(scalar), ("position", "force"), fields, 20, "layout")
@@ -882,16 +1165,33 @@ def test_saved_numbers_have_eight_bytes_after_layout_and_marks(scalar, widened, 
     assert (facts["marks_at"], facts["memory_at"], facts["saved"]) == (24, 48, 8 * (4 + 2 + 20 + 1))
     z, depth = facts["saved_state"]
     assert z["put"] == f"put_real(at, {widened}axis->state.z)"
-    assert (z["got"], z["refused"]) == (f"axis->state.z = {narrowed}got_real(bytes + 32)", "!is_finite(got_real(bytes + 32))")
+    assert (z["got"], z["refused"]) == (
+        f"axis->state.z = {narrowed}got_real(bytes + 32)",
+        "!is_finite(got_real(bytes + 32))",
+    )
     assert depth["put"] == "put(at, (uint64_t)axis->state.depth)"
-    assert (depth["got"], depth["refused"]) == ("axis->state.depth = (int32_t)got(bytes + 40)", "got(bytes + 40) >= 10U")
+    assert (depth["got"], depth["refused"]) == (
+        "axis->state.depth = (int32_t)got(bytes + 40)",
+        "got(bytes + 40) >= 10U",
+    )
     assert saved_facts(printer(), ("effort",), [], 0, "layout")["saved"] == 8 * (3 + 1)
-    assert facts["layout"] != saved_facts(printer(scalar), ("position", "force"), fields, 20, "other")["layout"]
+    assert (
+        facts["layout"]
+        != saved_facts(printer(scalar), ("position", "force"), fields, 20, "other")["layout"]
+    )
 
 
-@pytest.mark.parametrize(("dt", "cycles", "period", "every"), [(1e-3, 1000, "1", 100), (0.4, 2, "0.8", 1), (3.0, 2, "6", 1)])
+@pytest.mark.parametrize(
+    ("dt", "cycles", "period", "every"),
+    [(1e-3, 1000, "1", 100), (0.4, 2, "0.8", 1), (3.0, 2, "6", 1)],
+)
 def test_an_example_runs_a_second_and_prints_ten_numbers(dt, cycles, period, every):
     coulomb = br.friction.coulomb(F_C=1.0)
     facts = CFiles(subject_of(coulomb), Request(coulomb, "axis_x", dt)).facts()
-    assert (facts["cycles"], facts["period"], facts["every"], facts["drive"]) == (cycles, period, every, None)
+    assert (facts["cycles"], facts["period"], facts["every"], facts["drive"]) == (
+        cycles,
+        period,
+        every,
+        None,
+    )
     assert facts["zero"] == "0.0"

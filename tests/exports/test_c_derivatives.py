@@ -5,7 +5,17 @@ import ctypes
 import numpy as np
 import pytest
 from tests.engine.test_derivatives import SLOTS
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, built, compiled, differing, library, selected_cases, walk
+from tests.exports.native import (
+    COMPILER,
+    FLAGS,
+    WARNINGS,
+    built,
+    compiled,
+    differing,
+    library,
+    selected_cases,
+    walk,
+)
 from tests.exports.test_names import TEXT
 
 import bristle as br
@@ -48,10 +58,17 @@ class Library:
         for name, model in models.items():
             br.export(model, "c", folder / name, name=name, derivatives=True, **options)
             signals = subject_of(model).signals
-            heads, at = "".join(f"const double *{s}, " for s in signals), "".join(f"{s}[i], NULL, " for s in signals)
-            run = RUN.format(name=name, change=change, guard=name.upper(), dt=DT, signals=heads, at=at)
+            heads, at = (
+                "".join(f"const double *{s}, " for s in signals),
+                "".join(f"{s}[i], NULL, " for s in signals),
+            )
+            run = RUN.format(
+                name=name, change=change, guard=name.upper(), dt=DT, signals=heads, at=at
+            )
             (folder / f"run_{name}.c").write_text(run)
-        sources = [file for name in models for file in (f"-I{name}", f"{name}/{name}.c", f"run_{name}.c")]
+        sources = [
+            file for name in models for file in (f"-I{name}", f"{name}/{name}.c", f"run_{name}.c")
+        ]
         self._library = library(folder, "-O0", *WARNINGS, *sources)
 
     def along(self, name, x, parameters, d_x, d_dt=None, around=None):
@@ -60,7 +77,10 @@ class Library:
         signals = [(around or {})[signal] for signal in subject_of(self.models[name]).signals]
         arrays = [np.ascontiguousarray(a, dtype=float) for a in (parameters, d_x)]
         optional = [None if d_dt is None else np.ascontiguousarray(d_dt)]
-        handed = [a if a is None else a.ctypes for a in (*arrays, *optional, *map(np.ascontiguousarray, signals), force, slopes)]
+        handed = [
+            a if a is None else a.ctypes
+            for a in (*arrays, *optional, *map(np.ascontiguousarray, signals), force, slopes)
+        ]
         run = getattr(self._library, f"run_{name}")
         run(x.ctypes, ctypes.c_size_t(x.size), ctypes.c_size_t(d_x.shape[1]), *handed)
         return force, slopes
@@ -78,9 +98,17 @@ def packed(model, parameters):
             if hasattr(part, "_fields"):
                 parts.append(filled(part, row, inner))
             elif isinstance(part, np.ndarray):
-                parts.append(np.array([row[numbers.index((tuned.places[inner], k))] for k in range(part.size)]))
+                parts.append(
+                    np.array(
+                        [row[numbers.index((tuned.places[inner], k))] for k in range(part.size)]
+                    )
+                )
             else:
-                parts.append(row[numbers.index((tuned.places[inner], None))] if inner in tuned.places else 0.0)
+                parts.append(
+                    row[numbers.index((tuned.places[inner], None))]
+                    if inner in tuned.places
+                    else 0.0
+                )
         return type(p)(*parts)
 
     return np.column_stack([pack(filled(model.parameters, row)) for row in parameters])
@@ -100,26 +128,50 @@ def in_python(model, x, parameters, d_x, around=None):
     v, moved = np.diff(x) / DT, (np.diff(d_x, axis=0) / DT, d_x[1:])
     tail = {name: signal[1:] for name, signal in (around or {}).items()}
     with np.errstate(invalid="ignore"):
-        return force_with_derivatives(model, packed(model, parameters), v, DT, x[1:], motion_tangents=moved, around=tail)
+        return force_with_derivatives(
+            model, packed(model, parameters), v, DT, x[1:], motion_tangents=moved, around=tail
+        )
 
 
 def around_of(model, count):
     """Return signals that turn: load, temperature and others that the model has."""
     turn = np.linspace(0.0, 6.0, count)
-    every = {"load": 1.0 + 0.4 * np.sin(turn), "temperature": 300.0 + 15.0 * np.cos(turn), "transmitted": 10.0 * np.sin(3.0 * turn)}
+    every = {
+        "load": 1.0 + 0.4 * np.sin(turn),
+        "temperature": 300.0 + 15.0 * np.cos(turn),
+        "transmitted": 10.0 * np.sin(3.0 * turn),
+    }
     return {line.field: every[line.field] for line in model.component.surroundings}
 
 
 def example(name, slots):
-    return with_rest(example_of(br.friction.with_slots(br.friction.MODELS[name], slots) if slots else br.friction.MODELS[name]), "held")
+    return with_rest(
+        example_of(
+            br.friction.with_slots(br.friction.MODELS[name], slots)
+            if slots
+            else br.friction.MODELS[name]
+        ),
+        "held",
+    )
 
 
-QUICK = [("lugre", SLOTS), ("gms", ()), ("maxwell_stribeck", SLOTS), ("preisach_lugre", ()), ("stribeck", ()), ("efficiency", ())]
+QUICK = [
+    ("lugre", SLOTS),
+    ("gms", ()),
+    ("maxwell_stribeck", SLOTS),
+    ("preisach_lugre", ()),
+    ("stribeck", ()),
+    ("efficiency", ()),
+]
 
 
 @pytest.fixture(scope="module")
 def quick(request, tmp_path_factory):
-    wanted = [case for case in QUICK if (case,) in selected_cases(request, "case") or case[0] in ("lugre", "gms")]
+    wanted = [
+        case
+        for case in QUICK
+        if (case,) in selected_cases(request, "case") or case[0] in ("lugre", "gms")
+    ]
     return Library({case[0]: example(*case) for case in wanted}, tmp_path_factory.mktemp("derived"))
 
 
@@ -151,12 +203,16 @@ def test_the_derivative_by_the_time_step_is_that_of_differences(quick):
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("name", "slots", "tunable"), [("dahl", (), True), ("maxwell_slip", ("load",), False)])
+@pytest.mark.parametrize(
+    ("name", "slots", "tunable"), [("dahl", (), True), ("maxwell_slip", ("load",), False)]
+)
 def test_the_self_test_compares_derivatives(tmp_path, name, slots, tunable):
     br.export(example(name, slots), "c", tmp_path / "out", derivatives=True, tunable=tunable)
     assert "identical to bristle" in built(tmp_path / "out", "axis_x_selftest.c").stdout
     source = tmp_path / "out" / "axis_x.c"
-    wrong = source.read_text().replace("d_x_k - at->position", "d_x_k - 1.0000000000000002 * at->position")
+    wrong = source.read_text().replace(
+        "d_x_k - at->position", "d_x_k - 1.0000000000000002 * at->position"
+    )
     source.write_text(wrong)
     assert "derivatives differ" in built(tmp_path / "out", "axis_x_selftest.c").stdout
 
@@ -165,7 +221,13 @@ def test_the_self_test_compares_derivatives(tmp_path, name, slots, tunable):
 def test_names_of_a_model_and_of_its_export_are_apart(tmp_path, name):
     (tmp_path / "odd.py").write_text(TEXT, encoding="utf-8")
     br.export(example_of(br.load_code(tmp_path / "odd.py")), "casadi", tmp_path / "out", name=name)
-    compiled(tmp_path / "out", *FLAGS, *WARNINGS, "-fsyntax-only", *(f"{name}{end}.c" for end in ("", "_selftest", "_casadi")))
+    compiled(
+        tmp_path / "out",
+        *FLAGS,
+        *WARNINGS,
+        "-fsyntax-only",
+        *(f"{name}{end}.c" for end in ("", "_selftest", "_casadi")),
+    )
 
 
 REFUSED = """
@@ -210,11 +272,18 @@ def test_a_refused_input_repeats_force_and_derivatives(tmp_path):
 @pytest.mark.slow
 def test_directions_follow_parameters_that_change_at_run_time(tmp_path):
     model, x = example("maxwell_slip", ()), walk(200, seed=4)
-    library = Library({"varied": model}, tmp_path, "axis.parameters.F_C = 17.0; axis.parameters.k_i[1] = 2e6;", tunable=True)
+    library = Library(
+        {"varied": model},
+        tmp_path,
+        "axis.parameters.F_C = 17.0; axis.parameters.k_i[1] = 2e6;",
+        tunable=True,
+    )
     parameters, d_x = directions_of(model, x)
     _, slopes = library.along("varied", x, parameters, d_x)
     with br.engine.interpreted():
-        _, expected = in_python(model.with_values(F_C=17.0, k_i=[6e6, 2e6, 1e6]), x, parameters, d_x)
+        _, expected = in_python(
+            model.with_values(F_C=17.0, k_i=[6e6, 2e6, 1e6]), x, parameters, d_x
+        )
         _, before = in_python(model, x, parameters, d_x)
     assert differing(slopes[1:] + 0.0, expected + 0.0) == 0
     assert differing(before, expected) > 0

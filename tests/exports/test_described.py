@@ -44,7 +44,11 @@ PLAY = br.hysteresis.play(r=1.0)
 
 @pytest.mark.parametrize(
     ("text", "expected"),
-    [("5 µm · s² − 1 – 2", "5 um * s^2 - 1 - 2"), ("a */ b /* c", "a * / b / * c"), ("größe\n  in two lines", "gr??e in two lines")],
+    [
+        ("5 µm · s² − 1 – 2", "5 um * s^2 - 1 - 2"),
+        ("a */ b /* c", "a * / b / * c"),
+        ("größe\n  in two lines", "gr??e in two lines"),
+    ],
 )
 def test_plain_text_is_ascii_in_one_line_and_cannot_end_a_comment(text, expected):
     assert plain(text) == expected
@@ -89,7 +93,9 @@ ENCODER = br.sensors.encoder(resolution=1e-6)
         (LUGRE, SURE, "F_S", 4, ["unidentifiable"]),
     ],
 )
-def test_a_table_has_value_unit_range_and_interval_of_each_parameter(model, source, name, place, cells):
+def test_a_table_has_value_unit_range_and_interval_of_each_parameter(
+    model, source, name, place, cells
+):
     rows = rows_of(model, source)
     assert [row[0] for row in rows] == ["value", *model.component.variables]
     row = next(row for row in rows if row[0] == name)
@@ -98,7 +104,12 @@ def test_a_table_has_value_unit_range_and_interval_of_each_parameter(model, sour
 
 def test_a_table_shows_the_first_eight_numbers_of_an_array():
     few, many = (
-        parameter_table(br.friction.maxwell_slip(F_C=4.0, nu_i=np.full(count, 1 / count), k_i=np.full(count, 1e5)), Source())
+        parameter_table(
+            br.friction.maxwell_slip(
+                F_C=4.0, nu_i=np.full(count, 1 / count), k_i=np.full(count, 1e5)
+            ),
+            Source(),
+        )
         for count in (8, 10)
     )
     assert "in all" not in few
@@ -119,9 +130,21 @@ def test_a_bounded_range_shows_both_ends_and_a_choice_is_fixed():
             LUGRE,
             5e-4,
             False,
-            {"unit_x": "m", "unit_force": "N", "dt": "0.0005", "rate": "2000", "operator": False, "title": "Friction of an axis: lugre"},
+            {
+                "unit_x": "m",
+                "unit_force": "N",
+                "dt": "0.0005",
+                "rate": "2000",
+                "operator": False,
+                "title": "Friction of an axis: lugre",
+            },
         ),
-        (PLAY, 1e-3, True, {"rate": "1000", "operator": True, "title": "Hysteresis operator: play"}),
+        (
+            PLAY,
+            1e-3,
+            True,
+            {"rate": "1000", "operator": True, "title": "Hysteresis operator: play"},
+        ),
     ],
 )
 def test_facts_of_a_model_and_of_an_operator_have_their_units(model, dt, single, facts):
@@ -131,21 +154,34 @@ def test_facts_of_a_model_and_of_an_operator_have_their_units(model, dt, single,
 
 
 def test_units_of_a_drive_have_valid_names_in_c():
-    units = CommandUnits(DriveUnit("mm", 1e-3), DriveUnit("% of rated", 0.5), (DriveUnit("mN*m", 1e-3), DriveUnit("A/V", 2.0)))
+    units = CommandUnits(
+        DriveUnit("mm", 1e-3),
+        DriveUnit("% of rated", 0.5),
+        (DriveUnit("mN*m", 1e-3), DriveUnit("A/V", 2.0)),
+    )
     facts = command_facts(units, "rotational")
-    assert (facts["position"], facts["unit_force"], facts["unit_x"]) == ({"unit": "mm", "si": "0.001"}, "N*m", "rad")
+    assert (facts["position"], facts["unit_force"], facts["unit_x"]) == (
+        {"unit": "mm", "si": "0.001"},
+        "N*m",
+        "rad",
+    )
     expected = [("PERCENT_OF_RATED", "0.5"), ("MNM", "0.001"), ("A_PER_V", "2.0")]
     assert [(effort["macro"], effort["si"]) for effort in facts["efforts"]] == expected
     assert command_facts(None, "rotational") is None
 
 
 def test_the_licence_head_comes_first_except_after_an_xml_declaration():
-    files = with_rights({"a.c": "code\n", "a.xml": "<?xml?>\n<a/>\n", "a.st": "x"}, Source(model_hash="ab" * 32))
+    files = with_rights(
+        {"a.c": "code\n", "a.xml": "<?xml?>\n<a/>\n", "a.st": "x"}, Source(model_hash="ab" * 32)
+    )
     lines = files["a.c"].splitlines()
     assert lines[0] == "/* SPDX-License-Identifier: BSD-3-Clause */"
     assert lines[3] == f"/* Hash of the model: sha256 {'ab' * 32} */"
     assert lines[4] == "code"
-    assert files["a.xml"].splitlines()[:2] == ["<?xml?>", "<!-- SPDX-License-Identifier: BSD-3-Clause -->"]
+    assert files["a.xml"].splitlines()[:2] == [
+        "<?xml?>",
+        "<!-- SPDX-License-Identifier: BSD-3-Clause -->",
+    ]
     assert files["a.xml"].endswith("<a/>\n")
     assert files["a.st"].startswith("(* SPDX")
     assert "Hash" not in with_rights({"a.c": ""}, Source())["a.c"]
@@ -170,7 +206,9 @@ def test_a_depth_has_as_many_values_as_the_memory_has_pairs():
 
 def test_a_subject_gives_the_forces_and_outputs_of_its_model():
     x = 1e-5 * np.sin(np.linspace(0.0, 9.0, 200))
-    np.testing.assert_array_equal(subject_of(LUGRE).forces(x, 1e-3)[1:], br.response(LUGRE, x, 1e-3)[1:])
+    np.testing.assert_array_equal(
+        subject_of(LUGRE).forces(x, 1e-3)[1:], br.response(LUGRE, x, 1e-3)[1:]
+    )
     assert forces_of(LUGRE, x, 1e-3)[0] == 0.0
     wide = np.array([0.0, 2.0, 1.5, -0.5, -3.0, 4.0])
     assert subject_of(PLAY).outputs(wide) == pytest.approx([0.0, 1.0, 1.0, 0.5, -2.0, 3.0])
@@ -180,8 +218,19 @@ def test_a_subject_gives_the_forces_and_outputs_of_its_model():
 def test_a_long_remark_is_folded_in_the_head_of_every_file(target):
     written = TARGETS[target].write
     remark = " ".join(f"word{number}" for number in range(60))
-    files = written(Request(br.friction.coulomb_viscous(F_C=2.0, F_v=3.0), "axis_x", 1e-3, source=Source(remarks=(remark,)))).files
-    texts = [text for name, text in files.items() if isinstance(text, str) and "word59" in text and not name.endswith(".md")]
+    files = written(
+        Request(
+            br.friction.coulomb_viscous(F_C=2.0, F_v=3.0),
+            "axis_x",
+            1e-3,
+            source=Source(remarks=(remark,)),
+        )
+    ).files
+    texts = [
+        text
+        for name, text in files.items()
+        if isinstance(text, str) and "word59" in text and not name.endswith(".md")
+    ]
     assert texts
     for text in texts:
         lines = [line for line in text.splitlines() if "word" in line]
@@ -209,7 +258,16 @@ def requested(monkeypatch):
     return seen
 
 
-DEFAULTS = {"model": COULOMB, "name": "axis_x", "dt": 5e-4, "tunable": False, "single": False, "axis": None, "plant": None, "log": None}
+DEFAULTS = {
+    "model": COULOMB,
+    "name": "axis_x",
+    "dt": 5e-4,
+    "tunable": False,
+    "single": False,
+    "axis": None,
+    "plant": None,
+    "log": None,
+}
 DEFAULTS |= {"loop": None, "speed": 0.0, "points": 20, "mass": 1.0, "rest": "", "info": {}}
 
 
@@ -225,10 +283,28 @@ def test_default_options_are_fixed_parameters_half_a_millisecond_and_no_harm(req
 
 
 def test_options_become_a_request(requested, tmp_path):
-    br.export(COULOMB, "c", tmp_path / "out", accept_harm=True, tunable=True, float32=True, rest="middle", speed="2 mm/s")
-    br.export(COULOMB, replace(TARGETS["c"], name="of_a_person"), tmp_path / "own", mass="2 kg")  # which bristle cannot know to be unused
+    br.export(
+        COULOMB,
+        "c",
+        tmp_path / "out",
+        accept_harm=True,
+        tunable=True,
+        float32=True,
+        rest="middle",
+        speed="2 mm/s",
+    )
+    br.export(
+        COULOMB, replace(TARGETS["c"], name="of_a_person"), tmp_path / "own", mass="2 kg"
+    )  # which bristle cannot know to be unused
     (_, request, accept_harm), (_, own, _) = requested
-    assert (request.tunable, request.single, request.rest, request.speed, accept_harm, own.mass) == (True, True, "middle", 2e-3, True, 2.0)
+    assert (
+        request.tunable,
+        request.single,
+        request.rest,
+        request.speed,
+        accept_harm,
+        own.mass,
+    ) == (True, True, "middle", 2e-3, True, 2.0)
 
 
 @pytest.mark.parametrize(("points", "taken"), [(1, False), (2, True), (1000, True), (1001, False)])
@@ -244,7 +320,12 @@ def test_the_option_points_allows_two_to_a_thousand_entries(requested, tmp_path,
 def test_text_and_missing_options_become_a_request(requested):
     options: dict[str, Any] = {"name": None, "step": None, "rest": None, "accept_harm": False}
     face.files_from_text(TARGETS["c"], COULOMB, Source(), **options)
-    face.files_from_text(TARGETS["c"], COULOMB, Source(), **options | {"step": "2 ms", "name": "mine", "rest": "held", "accept_harm": True})
+    face.files_from_text(
+        TARGETS["c"],
+        COULOMB,
+        Source(),
+        **options | {"step": "2 ms", "name": "mine", "rest": "held", "accept_harm": True},
+    )
     assert [(request.name, request.dt, request.rest, harm) for _, request, harm in requested] == [
         ("axis_x", 5e-4, "", False),
         ("mine", 2e-3, "held", True),
@@ -272,7 +353,12 @@ NOT_A_TABLE = "is not a table"
         (COULOMB, "c", LOG, NOT_A_TABLE),
         (COULOMB, "mjcf", LOG, NOT_A_TABLE),
         (COULOMB, "sinumerik", LOG, NOT_A_TABLE),
-        (LUGRE.with_values(sigma_0=1e39), "c", {"float32": True}, r"sigma_0: is too large for single precision.*float32"),
+        (
+            LUGRE.with_values(sigma_0=1e39),
+            "c",
+            {"float32": True},
+            r"sigma_0: is too large for single precision.*float32",
+        ),
         (LUGRE, "c", {"derivatives": True, "float32": True}, "single precision"),
         (LUGRE, "st", {"derivatives": True}, "does not support derivatives"),
         (PLAY, "c", {"derivatives": True}, "of friction only"),
@@ -297,7 +383,11 @@ TEXT_ENDS = (".c", ".h", ".st", ".txt", ".md", ".xml", ".mjs", ".cu")
 
 
 def hash_of(subject):
-    return hash_of_law(law_of(subject)) if isinstance(subject, br.core.Variant) else hash_of_model(subject)
+    return (
+        hash_of_law(law_of(subject))
+        if isinstance(subject, br.core.Variant)
+        else hash_of_model(subject)
+    )
 
 
 def test_the_licence_is_that_of_the_package():
@@ -311,24 +401,41 @@ def test_the_licence_is_that_of_the_package():
         (LUGRE, "c", {"tunable": True, "name": "knee"}),
         (LUGRE, "st", {"float32": True, "step": 1e-3}),
         *((COULOMB, "c", {"rest": rest}) for rest in ("held", "middle")),
-        *((LAW, to, options) for to in ("c", "st") for options in ({}, {"tunable": True}, {"float32": True})),
+        *(
+            (LAW, to, options)
+            for to in ("c", "st")
+            for options in ({}, {"tunable": True}, {"float32": True})
+        ),
     ],
 )
 def test_all_files_have_the_hash_of_their_model_for_all_options(tmp_path, subject, to, options):
     br.export(subject, to, tmp_path / "out", **options)
     files = [path for path in (tmp_path / "out").iterdir() if path.suffix in TEXT_ENDS]
-    heads = ["".join(path.read_text(encoding="utf-8").splitlines(keepends=True)[:9]) for path in files]
-    assert {re.search(r"Hash of the model: sha256 ([0-9a-f]{64})", head)[1] for head in heads} == {hash_of(subject)}
-    assert all("SPDX-License-Identifier: BSD-3-Clause" in head and copyright_line() in head for head in heads)
+    heads = [
+        "".join(path.read_text(encoding="utf-8").splitlines(keepends=True)[:9]) for path in files
+    ]
+    assert {re.search(r"Hash of the model: sha256 ([0-9a-f]{64})", head)[1] for head in heads} == {
+        hash_of(subject)
+    }
+    assert all(
+        "SPDX-License-Identifier: BSD-3-Clause" in head and copyright_line() in head
+        for head in heads
+    )
 
 
 def test_hashes_stay_what_they_were_in_every_process():
-    digests = {name: hash_of_model(example_with(name))[:12] for name in ("lugre", "stribeck", "gms")}
+    digests = {
+        name: hash_of_model(example_with(name))[:12] for name in ("lugre", "stribeck", "gms")
+    }
     assert digests == {"lugre": "0681e09f87ac", "stribeck": "2c9b5ee8b03c", "gms": "91dd668345f8"}
 
 
 DIFFERENT = {
-    "a bit and the kind of axis": [LUGRE, LUGRE.with_values(F_S=29.000000000000004), br.friction.lugre(kind="rotational", **VALUES)],
+    "a bit and the kind of axis": [
+        LUGRE,
+        LUGRE.with_values(F_S=29.000000000000004),
+        br.friction.lugre(kind="rotational", **VALUES),
+    ],
     "models and operators": [
         *map(
             example_of,
@@ -363,8 +470,12 @@ def test_the_hash_depends_on_the_computation_not_on_the_text_of_kernels(tmp_path
         "order": TRIAL.replace("side * (p.F_C + 0.01 * total)", "(p.F_C + 0.01 * total) * side"),
     }
     assert all(text != TRIAL for text in changed.values())
-    result = {name: hash_of_model(model_of(HEAD + text, tmp_path)) for name, text in changed.items()}
+    result = {
+        name: hash_of_model(model_of(HEAD + text, tmp_path)) for name, text in changed.items()
+    }
     plain = hash_of_model(model_of(HEAD + TRIAL, tmp_path))
     assert result.pop("commented") == plain
     assert len({plain, *result.values()}) == 3
-    assert hash_of_model(model_of(HEAD.replace("LAYERS = 3", "LAYERS = 2") + TRIAL, tmp_path)) != plain
+    assert (
+        hash_of_model(model_of(HEAD.replace("LAYERS = 3", "LAYERS = 2") + TRIAL, tmp_path)) != plain
+    )

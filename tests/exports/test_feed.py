@@ -25,8 +25,12 @@ def test_the_self_test_of_c_holds_the_feed(tmp_path, options):
     for name, text in files.items():
         (tmp_path / name).write_text(text)
     assert built(tmp_path, "axis_x_selftest.c").returncode == 0
-    (tmp_path / "axis_x.h").write_text(files["axis_x.h"].replace("#define AXIS_X_GAIN 0.9", "#define AXIS_X_GAIN 0.8"))
-    assert ("the feed differs" in built(tmp_path, "axis_x_selftest.c").stdout) == (not options.get("single"))
+    (tmp_path / "axis_x.h").write_text(
+        files["axis_x.h"].replace("#define AXIS_X_GAIN 0.9", "#define AXIS_X_GAIN 0.8")
+    )
+    assert ("the feed differs" in built(tmp_path, "axis_x_selftest.c").stdout) == (
+        not options.get("single")
+    )
 
 
 @needs_compiler

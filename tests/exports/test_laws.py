@@ -9,7 +9,15 @@ from functools import cache
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, RUN_LAW, built, differing, in_structured_text, library_of_laws, selected_cases
+from tests.exports.native import (
+    COMPILER,
+    RUN_LAW,
+    built,
+    differing,
+    in_structured_text,
+    library_of_laws,
+    selected_cases,
+)
 
 import bristle as br
 from bristle.apps.targets.fmu import source_text
@@ -34,32 +42,92 @@ STIFF = {"sigma_0": 36.066e6, "F_C": 42.725, "F_S": 50.265, "v_S": 397.89e-6}
 LUGRE = br.friction.lugre(**STIFF, sigma_1=52430.0, sigma_2=4737.4)
 CONTACT = br.friction.preisach_contact(kernel="reformed_dahl_exact", s=36.066e6, f_p=81.933)
 LAWS = {
-    "sliding_mode": br.controllers.sliding_mode(J=M, lambda_=150.0, K_1=150.0, K_2=5e-3, phi=2e-5, cutoff=400.0),
+    "sliding_mode": br.controllers.sliding_mode(
+        J=M, lambda_=150.0, K_1=150.0, K_2=5e-3, phi=2e-5, cutoff=400.0
+    ),
     "cascade": br.controllers.cascade(k_p=40.0, k_v=8e4, k_i=2e6, k_ff=1.0, averaging=2),
-    "observer": br.controllers.disturbance_observer(J=M, lambda_=150.0, K_1=150.0, g=60.0, cutoff=400.0),
+    "observer": br.controllers.disturbance_observer(
+        J=M, lambda_=150.0, K_1=150.0, g=60.0, cutoff=400.0
+    ),
     "twisting": br.controllers.super_twisting(
-        J=M, lambda_=150.0, K_1=150.0, k_1=1e-2, k_2=1.0, estimator="tracking_observer", cutoff=200.0
+        J=M,
+        lambda_=150.0,
+        K_1=150.0,
+        k_1=1e-2,
+        k_2=1.0,
+        estimator="tracking_observer",
+        cutoff=200.0,
     ),
     "bristles": br.controllers.lugre_observer(
-        J=M, lambda_=150.0, K_1=150.0, F_C=42.7, F_S=50.3, v_S=4e-4, sigma_0=18e6, sigma_2=4737.4, k=1.0, cutoff=400.0
+        J=M,
+        lambda_=150.0,
+        K_1=150.0,
+        F_C=42.7,
+        F_S=50.3,
+        v_S=4e-4,
+        sigma_0=18e6,
+        sigma_2=4737.4,
+        k=1.0,
+        cutoff=400.0,
     ),
     "learning": br.controllers.adaptive_hysteresis(
-        J=M, lambda_=150.0, K_1=150.0, reach=7e-6, Gamma=8e5, w_max=60.0, delta=2e-5, cutoff=400.0, w_0=3.0, w_2=8.0, w_6=5.0
+        J=M,
+        lambda_=150.0,
+        K_1=150.0,
+        reach=7e-6,
+        Gamma=8e5,
+        w_max=60.0,
+        delta=2e-5,
+        cutoff=400.0,
+        w_0=3.0,
+        w_2=8.0,
+        w_6=5.0,
     ),
     "observed": br.controllers.asymptotic_observer(
-        J=M, lambda_=150.0, K_1=150.0, g_1=60.0, g_2=600.0, F_C=42.7, sigma_0=18e6, K_I=20.0, band=2e-7, cutoff=400.0
+        J=M,
+        lambda_=150.0,
+        K_1=150.0,
+        g_1=60.0,
+        g_2=600.0,
+        F_C=42.7,
+        sigma_0=18e6,
+        K_I=20.0,
+        band=2e-7,
+        cutoff=400.0,
     ),
     "reversing": br.controllers.predictive_reversal(
-        J=M, lambda_=150.0, K_1=150.0, F_C=42.7, F_S=50.3, v_S=4e-4, F_v=4737.0, lead=2e-3, x_0=2e-6, cutoff=400.0
+        J=M,
+        lambda_=150.0,
+        K_1=150.0,
+        F_C=42.7,
+        F_S=50.3,
+        v_S=4e-4,
+        F_v=4737.0,
+        lead=2e-3,
+        x_0=2e-6,
+        cutoff=400.0,
     ),
 }
-SECOND = ("bristles", "learning", "observed", "reversing")  # what is fed forward enters them as it does the others'
+SECOND = (
+    "bristles",
+    "learning",
+    "observed",
+    "reversing",
+)  # what is fed forward enters them as it does the others'
 assert {law.name for law in LAWS.values()} == set(br.controllers.CONTROLLERS)
 PAPER = Feedforward(friction=CONTACT, gain=0.64, offset=3.1416, asymmetry=0.15)
 RISEN = br.friction.find("lugre+transmitted")(**STIFF, sigma_1=52430.0, sigma_2=4737.4, c_T=0.4)
-TOOTHED = {"M": M, "g_sin": 3e5, "g_cos": 4.0, "motor_turn": 5e-6, **dict.fromkeys(("motor_1_cos", "motor_1_sin"), 3.0)}
+TOOTHED = {
+    "M": M,
+    "g_sin": 3e5,
+    "g_cos": 4.0,
+    "motor_turn": 5e-6,
+    **dict.fromkeys(("motor_1_cos", "motor_1_sin"), 3.0),
+}
 TOOTHED_PLANT = br.plants.find("inertia+gravity+cogging", TOOTHED)(**TOOTHED)
-SPRUNG = br.plants.find("inertia+spring", ["spring_3"])(M=M, spring_1=2e6, spring_2=1e11, spring_3=-1e16)
+SPRUNG = br.plants.find("inertia+spring", ["spring_3"])(
+    M=M, spring_1=2e6, spring_2=1e11, spring_3=-1e16
+)
 LINK = br.plants.find("inertia+gravity", ["g_cos"])(M=2.0 * M, g_sin=3e5, g_cos=4.0)
 FED = {
     "nothing": (Feedforward(), 1, 30.0),
@@ -69,9 +137,17 @@ FED = {
 }
 CARRYING = {
     "link": (Feedforward(friction=RISEN, carries=LINK), 2, np.inf),
-    "toothed": (Feedforward(mass=M, plant=TOOTHED_PLANT, friction=RISEN, carries=TOOTHED_PLANT), 1, np.inf),
+    "toothed": (
+        Feedforward(mass=M, plant=TOOTHED_PLANT, friction=RISEN, carries=TOOTHED_PLANT),
+        1,
+        np.inf,
+    ),
     "sprung": (Feedforward(mass=M, plant=SPRUNG, friction=RISEN, carries=SPRUNG), 1, np.inf),
-    "toothed_measured": (Feedforward(plant=TOOTHED_PLANT, friction=RISEN, carries=LINK, along="measured"), 2, 90.0),
+    "toothed_measured": (
+        Feedforward(plant=TOOTHED_PLANT, friction=RISEN, carries=LINK, along="measured"),
+        2,
+        90.0,
+    ),
 }
 
 
@@ -90,15 +166,29 @@ def variant_of(controller, fed, name="loop"):
 
 
 # First each way to be fed, and what other tests here need of them.
-FIRST = [("cascade", "measured"), ("cascade", "toothed"), ("sliding_mode", "desired"), ("observer", "all"), ("twisting", "nothing")]
-CASES = [(controller, fed) for controller in LAWS for fed in (("desired",) if controller in SECOND else FED)]
+FIRST = [
+    ("cascade", "measured"),
+    ("cascade", "toothed"),
+    ("sliding_mode", "desired"),
+    ("observer", "all"),
+    ("twisting", "nothing"),
+]
+CASES = [
+    (controller, fed)
+    for controller in LAWS
+    for fed in (("desired",) if controller in SECOND else FED)
+]
 CASES += [("cascade", fed) for fed in CARRYING]
 CASES = [*FIRST, *(case for case in CASES if case not in FIRST)]
 
 
 def compiled_cases(request):
     """Return the cases that tests ask for."""
-    cases = selected_cases(request, "controller", "fed") | {("cascade", fed) for (fed,) in selected_cases(request, "fed")} | {*FIRST}
+    cases = (
+        selected_cases(request, "controller", "fed")
+        | {("cascade", fed) for (fed,) in selected_cases(request, "fed")}
+        | {*FIRST}
+    )
     return [case for case in CASES if case in cases]
 
 
@@ -115,7 +205,9 @@ def exported(request, tmp_path_factory):
         f"{controller}_{fed}": law_files(law(controller, fed), f"{controller}_{fed}", Source())
         for controller, fed in compiled_cases(request)
     }
-    return folder, library_of_laws(folder, texts, {name: RUN_LAW.format(name=name) for name in texts})
+    return folder, library_of_laws(
+        folder, texts, {name: RUN_LAW.format(name=name) for name in texts}
+    )
 
 
 def told(law, x, v, a, measured):
@@ -131,7 +223,11 @@ def recorded(variant):
     """Return what the law was told at each sample but the last ones, whose next ones there are not, and its efforts."""
     outcome = br.simulate(Experiment("one", variant.plant.kind, (variant,))).variants[variant.name]
     t = variant.run.sample_time * np.arange(outcome.time.size + variant.run.delay)
-    inputs = told(law_of(variant), *variant.reference.component.sample(t, variant.reference.parameters), outcome.measured)
+    inputs = told(
+        law_of(variant),
+        *variant.reference.component.sample(t, variant.reference.parameters),
+        outcome.measured,
+    )
     return inputs, outcome.command[: len(inputs)]
 
 
@@ -181,7 +277,9 @@ def test_structured_text_replays_a_log_exactly(blocks, controller, fed):
 
 @pytest.mark.slow
 def test_structured_text_includes_the_past_of_a_compensator(tmp_path):
-    law = law_of(replace(variant_of("cascade", "desired"), feedforward=replace(PAPER, conditioning=2e-6)))
+    law = law_of(
+        replace(variant_of("cascade", "desired"), feedforward=replace(PAPER, conditioning=2e-6))
+    )
     assert np.any(law.memory)
     files = st_law_files(law, "led", Source())
     block = in_structured_text({"led": [files["led.st"], files["led_selftest.st"]]}, tmp_path)
@@ -221,7 +319,9 @@ def test_a_sample_that_is_not_a_number_is_skipped_and_the_effort_repeated(export
         for value in (np.nan, np.inf):
             wrong[:] = inputs[20]
             wrong[column] = value
-            efforts = replayed(exported[1], "sliding_mode_desired", np.insert(inputs, 20, wrong, axis=0))
+            efforts = replayed(
+                exported[1], "sliding_mode_desired", np.insert(inputs, 20, wrong, axis=0)
+            )
             expected = replayed(exported[1], "sliding_mode_desired", inputs)
             assert differing(efforts, np.insert(expected, 20, expected[19])) == 0
 
@@ -262,8 +362,17 @@ CHANGED = {
         {"friction": {"F_S": 55.0, "c_T": 0.3}, "feedforward": {"mass": 600.0}},
     ),
     ("cascade", "measured"): (
-        {"controller_k_v": 7e4, "friction_f_p": 75.0, "feedforward_gain": 0.9, "feedforward_asymmetry": 0.05},
-        {"controller": {"k_v": 7e4}, "friction": {"f_p": 75.0}, "feedforward": {"gain": 0.9, "asymmetry": 0.05}},
+        {
+            "controller_k_v": 7e4,
+            "friction_f_p": 75.0,
+            "feedforward_gain": 0.9,
+            "feedforward_asymmetry": 0.05,
+        },
+        {
+            "controller": {"k_v": 7e4},
+            "friction": {"f_p": 75.0},
+            "feedforward": {"gain": 0.9, "asymmetry": 0.05},
+        },
     ),
     ("sliding_mode", "desired"): (
         {"controller_lambda_": 140.0, "controller_cutoff": 300.0, "feedforward_offset": 1.0},
@@ -298,13 +407,18 @@ def changed_variant(tuned):
 def otherwise(request, tmp_path_factory):
     """Laws with parameters that may be changed, in double and in single precision: C as a library, and blocks."""
     folder, files, callers, blocks = tmp_path_factory.mktemp("otherwise"), {}, {}, {}
-    for controller, fed in {("cascade", "toothed")} | {tuned for (tuned,) in selected_cases(request, "tuned")}:
+    for controller, fed in {("cascade", "toothed")} | {
+        tuned for (tuned,) in selected_cases(request, "tuned")
+    }:
         for single in (False, True):
             name = f"{controller}_{fed}_{'single' if single else 'double'}"
             law = law_of(variant_of(controller, fed), tunable=True, single=single)
             files[name], written = law_files(law, name, Source()), st_law_files(law, name, Source())
             end = "f" if single else ""
-            lines = [f"axis.parameters.{field} = {value!r}{end};" for field, value in CHANGED[controller, fed][0].items()]
+            lines = [
+                f"axis.parameters.{field} = {value!r}{end};"
+                for field, value in CHANGED[controller, fed][0].items()
+            ]
             callers[name] = RUN_CHANGED.format(name=name, lines=" ".join(lines))
             blocks[name] = [written[f"{name}{part}.st"] for part in ("", "_selftest")]
     return folder, library_of_laws(folder, files, callers), blocks
@@ -323,7 +437,10 @@ def test_a_changed_parameter_gives_the_exact_efforts_of_the_changed_loop(otherwi
     inputs, efforts = recorded(changed_variant(tuned))
     result = replayed(otherwise[1], f"{'_'.join(tuned)}_double", inputs, 1)
     assert differing(result, efforts) == 0
-    assert differing(result, replayed(otherwise[1], f"{'_'.join(tuned)}_double", inputs, 0)) > SAMPLES // 2
+    assert (
+        differing(result, replayed(otherwise[1], f"{'_'.join(tuned)}_double", inputs, 0))
+        > SAMPLES // 2
+    )
 
 
 @pytest.mark.fast_cases(1)
@@ -336,7 +453,9 @@ def test_the_deviation_of_single_precision_stays_within_the_stated_bound(otherwi
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "said"), [("double", "identical to bristle"), ("single", "within single precision")])
+@pytest.mark.parametrize(
+    ("kind", "said"), [("double", "identical to bristle"), ("single", "within single precision")]
+)
 def test_both_pass_their_self_tests(otherwise, kind, said):
     name = f"cascade_toothed_{kind}"
     watching = ("-fsanitize=undefined",) if builds(COMPILER, "-fsanitize=undefined") else ()
@@ -352,7 +471,9 @@ def test_the_single_precision_self_test_detects_a_wrong_gain(otherwise, tmp_path
     folder = tmp_path / name
     shutil.copytree(otherwise[0] / name, folder)
     text = (folder / f"{name}.c").read_text()
-    wrong = text.replace("axis->parameters.controller_k_v = 80000.0f;", "axis->parameters.controller_k_v = 80500.0f;")
+    wrong = text.replace(
+        "axis->parameters.controller_k_v = 80000.0f;", "axis->parameters.controller_k_v = 80500.0f;"
+    )
     assert wrong != text
     (folder / f"{name}.c").write_text(wrong)
     ran = built(folder, f"{name}_selftest.c", name=name)
@@ -366,7 +487,9 @@ def tuned_blocks(otherwise, tmp_path_factory):
 
 def told_to(blocks, name, law, inputs, further):
     """Return a row for each call of a block: its inputs, and its parameters, of which some are changed."""
-    values = {parameter.lower().strip("_"): value for parameter, _, value in tunable_law(law).numbers()}
+    values = {
+        parameter.lower().strip("_"): value for parameter, _, value in tunable_law(law).numbers()
+    }
     further = {key.lower().strip("_"): value for key, value in further.items()}
     assert set(further) <= set(values)
     values |= further
@@ -392,7 +515,10 @@ def test_structured_text_is_identical_to_c(otherwise, tuned_blocks, tuned, preci
 
 @pytest.mark.parametrize("to", ["c", "st"])
 @pytest.mark.parametrize("tunable", [False, True])
-@pytest.mark.parametrize(("given", "path"), [({"mass": 1e39}, "mass"), ({"friction": LUGRE.with_values(sigma_0=1e39)}, "sigma_0")])
+@pytest.mark.parametrize(
+    ("given", "path"),
+    [({"mass": 1e39}, "mass"), ({"friction": LUGRE.with_values(sigma_0=1e39)}, "sigma_0")],
+)
 def test_feedforward_beyond_single_precision_is_refused(tmp_path, to, tunable, given, path):
     variant = variant_of("cascade", "all")
     beyond = replace(variant, feedforward=replace(variant.feedforward, **given))
@@ -409,7 +535,10 @@ def test_a_note_states_the_state_that_parameters_do_not_change(tmp_path):
     assert any("computed with the exported parameters" in note for note in notes)
     assert any("single precision" in note and "effort" in note for note in notes)
     fixed = br.export(led, "c", tmp_path / "fixed").notes
-    assert not any("computed with the exported parameters" in note or "single precision" in note for note in fixed)
+    assert not any(
+        "computed with the exported parameters" in note or "single precision" in note
+        for note in fixed
+    )
 
 
 def test_a_user_controller_starts_by_a_kernel(tmp_path):
@@ -420,23 +549,34 @@ def test_a_user_controller_starts_by_a_kernel(tmp_path):
 
     custom = replace(LAWS["cascade"], component=replace(cascade, start=start))
     with pytest.raises(br.core.InputError, match="is not a kernel"):
-        br.export(replace(variant_of("cascade", "nothing"), controller=custom), "c", tmp_path / "law")
+        br.export(
+            replace(variant_of("cascade", "nothing"), controller=custom), "c", tmp_path / "law"
+        )
 
 
 TICK, LEAD, J, TABLE_MASS = 1e-3, 10e-3, 5e-4, 150.0
 ARM = LEAD / (2.0 * math.pi)
-SCREW = br.plants.ball_screw(kind="rotational", J=J, M=TABLE_MASS, lead=LEAD, k=3e6, d=1500.0, backlash=20e-6)
+SCREW = br.plants.ball_screw(
+    kind="rotational", J=J, M=TABLE_MASS, lead=LEAD, k=3e6, d=1500.0, backlash=20e-6
+)
 MOTOR = br.friction.coulomb(kind="rotational", F_C=0.05)
 SLIPS = br.friction.maxwell_slip(kind="rotational", F_C=0.05, k_i=[60.0, 30.0], nu_i=[0.5, 0.5])
 DRY = br.friction.coulomb(F_C=200.0)
 RUBS = br.friction.maxwell_slip(F_C=200.0, k_i=[6e7, 3e7], nu_i=[0.5, 0.5])
 CASCADE = br.controllers.cascade(kind="rotational", k_p=15.0, k_v=60.0 * J, k_i=900.0 * J, k_ff=1.0)
-SLIDING = br.controllers.sliding_mode(kind="rotational", J=J + TABLE_MASS * ARM**2, lambda_=50.0, K_1=50.0)
+SLIDING = br.controllers.sliding_mode(
+    kind="rotational", J=J + TABLE_MASS * ARM**2, lambda_=50.0, K_1=50.0
+)
 BOTH = Feedforward(plant=SCREW, friction=MOTOR, table=DRY)
 # Controller, feedforward, delay, and side of the sensor.
 SCREWED = {
     "both": (CASCADE, BOTH, 1, "motor"),
-    "memories": (SLIDING, replace(BOTH, friction=SLIPS, table=RUBS, conditioning=1e-3, gain=0.9, asymmetry=0.1), 3, "motor"),
+    "memories": (
+        SLIDING,
+        replace(BOTH, friction=SLIPS, table=RUBS, conditioning=1e-3, gain=0.9, asymmetry=0.1),
+        3,
+        "motor",
+    ),
     "measured": (SLIDING, replace(BOTH, along="measured", wind_up_time=0.02), 2, "motor"),
     "scale": (SLIDING, Feedforward(plant=SCREW, friction=MOTOR), 0, "load"),
     "table": (CASCADE, Feedforward(plant=SCREW, table=DRY, wind_up_time=1e-3), 0, "motor"),
@@ -448,7 +588,18 @@ def screwed_variant(case):
     reference = br.references.sine(kind="rotational", amplitude=12.0, frequency=0.5)
     sensor = br.sensors.encoder(kind="rotational", resolution=1e-5)
     run = Run(2.0, TICK, delay=delay, substeps=4, effort_limit=20.0)
-    return Variant("base", SCREW, MOTOR, controller, sensor, reference, feedforward, run, table=DRY, sensor_at=side)
+    return Variant(
+        "base",
+        SCREW,
+        MOTOR,
+        controller,
+        sensor,
+        reference,
+        feedforward,
+        run,
+        table=DRY,
+        sensor_at=side,
+    )
 
 
 @cache
@@ -470,7 +621,9 @@ def laws_in_c(folder, laws, calls=RUN_LAW):
 @pytest.fixture(scope="module")
 def screwed(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("laws")
-    return folder, laws_in_c(folder, {case: screwed_law(case) for (case,) in selected_cases(request, "case")})
+    return folder, laws_in_c(
+        folder, {case: screwed_law(case) for (case,) in selected_cases(request, "case")}
+    )
 
 
 @pytest.mark.fast_cases(3)
@@ -507,8 +660,15 @@ def test_the_step_of_an_fmu_holds_all_memories_apart():
     content = content_of_law(each, "led", Source())
     text = source_text(content, Setting("led", Source(), TICK, 2))[0]
     assert "now->memory, now->memory + 2, now->memory + 4, " in text
-    assert content.memory.size == each.memory_size == sum(memory.size for memory in each.memories.values())
-    assert content.memory.tolist()[:4] == [*each.memories["memory"].tolist(), *each.memories["table_memory"].tolist()]
+    assert (
+        content.memory.size
+        == each.memory_size
+        == sum(memory.size for memory in each.memories.values())
+    )
+    assert content.memory.tolist()[:4] == [
+        *each.memories["memory"].tolist(),
+        *each.memories["table_memory"].tolist(),
+    ]
 
 
 def test_the_header_states_numbers_that_come_from_the_motion():
@@ -526,10 +686,18 @@ def test_the_header_states_numbers_that_come_from_the_motion():
 
 def test_parameters_of_both_sides_can_change():
     tuned = tunable_law(law_of(screwed_variant("both"), tunable=True))
-    assert [tuned.values[name] for name in ("table_F_C", "friction_F_C", "feedforward_M")] == [200.0, 0.05, 150.0]
+    assert [tuned.values[name] for name in ("table_F_C", "friction_F_C", "feedforward_M")] == [
+        200.0,
+        0.05,
+        150.0,
+    ]
     units = {name: variable.unit("rotational") for name, variable in tuned.variables.items()}
     assert (units["friction_F_C"], units["table_F_C"], units["feedforward_M"]) == ("N*m", "N", "kg")
-    assert (units["feedforward_k"], units["feedforward_arm"], units["feedforward_clear"]) == ("N/m", "m/rad", "N")
+    assert (units["feedforward_k"], units["feedforward_arm"], units["feedforward_clear"]) == (
+        "N/m",
+        "m/rad",
+        "N",
+    )
 
 
 @pytest.mark.slow
@@ -552,7 +720,9 @@ def test_the_effect_of_a_law_compares_the_error_of_the_table():
     effect = effect_of_law(screwed_law("measured").variant)
     lost = 2.0 * (200.0 / 3e6 + 10e-6) / ARM  # the table reverses the screw
     assert effect.reach == pytest.approx(lost)
-    own = br.simulate(Experiment("loops", "rotational", (screwed_law("measured").variant,))).variants["base"]
+    own = br.simulate(
+        Experiment("loops", "rotational", (screwed_law("measured").variant,))
+    ).variants["base"]
     assert effect.along[-1].with_it == pytest.approx(own.true_error.peak_to_peak, rel=0.1)
     assert effect.along[-1].with_it != pytest.approx(own.following_error.peak_to_peak, rel=0.1)
     assert all(path.ratio < 0.5 for path in effect.along)
@@ -655,7 +825,9 @@ def test_gravity_acts_at_the_middle_of_two_samples():
 def test_friction_transmits_the_feedforward_or_the_carried_plant():
     fed, carried = loads_of(Feedforward(mass=MASS, friction=TRANSMITTED, carries=PENDULUM))
     assert (fed.prefix, fed.mass, carried.prefix, carried.mass) == ("", MASS, "carried_", 3.0)
-    with pytest.raises(br.core.InputError, match="has forces besides inertia, gravity, cogging and a spring"):
+    with pytest.raises(
+        br.core.InputError, match="has forces besides inertia, gravity, cogging and a spring"
+    ):
         loads_of(Feedforward(friction=TRANSMITTED, carries=example_of(br.plants.oscillator)))
     assert Load("", 0.0, None).text("", "0") == "0.0"
 
@@ -679,7 +851,9 @@ def test_a_carried_plant_is_that_of_the_feedforward_if_they_are_equal(feedforwar
 
 
 def test_a_compensator_with_a_past_starts_with_the_memory_of_a_sweep():
-    fresh, worn = (law_of(variant(Feedforward(friction=BRISTLES, conditioning=size))) for size in (0.0, 1e-3))
+    fresh, worn = (
+        law_of(variant(Feedforward(friction=BRISTLES, conditioning=size))) for size in (0.0, 1e-3)
+    )
     assert float(fresh.lasting.fed.state.z) == 0.0
     assert worn.lasting.fed.state == br.engine.conditioned(BRISTLES, 1e-3)[0]
 
@@ -706,8 +880,15 @@ def test_variants_without_a_law_are_refused(changes, words):
 
 
 def test_facts_of_a_law_list_feedforward_and_samples_ahead():
-    facts = law_facts(law_of(variant(Feedforward(mass=MASS, friction=COULOMB, gain=0.5), delay=2, limit=9.0)), "axis_x", Source())
-    assert facts["fed"] == ["inertia along the desired motion: 2 kg", "friction along the desired motion by coulomb, gain 0.5"]
+    facts = law_facts(
+        law_of(variant(Feedforward(mass=MASS, friction=COULOMB, gain=0.5), delay=2, limit=9.0)),
+        "axis_x",
+        Source(),
+    )
+    assert facts["fed"] == [
+        "inertia along the desired motion: 2 kg",
+        "friction along the desired motion by coulomb, gain 0.5",
+    ]
     assert (facts["ahead"], facts["delay"], facts["limit"], facts["rate"]) == (3, 2, "9", "1000")
     assert [(entry["declared"], entry["unit"], entry["several"]) for entry in facts["inputs"]] == [
         ("position", "m", False),
@@ -728,7 +909,11 @@ def test_facts_of_a_law_list_feedforward_and_samples_ahead():
             "position-dependent effort of inertia+gravity",
             "that inertia+gravity transmits along the desired motion",
         ),
-        ({"mass": MASS, "friction": TRANSMITTED}, "inertia", "that the rest of the feedforward transmits along the desired motion"),
+        (
+            {"mass": MASS, "friction": TRANSMITTED},
+            "inertia",
+            "that the rest of the feedforward transmits along the desired motion",
+        ),
     ],
 )
 def test_facts_of_a_law_state_what_is_transmitted(feedforward, first, last):
@@ -749,7 +934,9 @@ def test_the_self_test_measures_each_position_one_sample_late():
     assert law.efforts([first, second]) == pytest.approx(efforts[:2])
 
 
-LAW, TUNABLE = (law_of(variant(Feedforward(mass=2.0)), tunable=tunable) for tunable in (False, True))
+LAW, TUNABLE = (
+    law_of(variant(Feedforward(mass=2.0)), tunable=tunable) for tunable in (False, True)
+)
 
 
 def length(text) -> int:
@@ -767,10 +954,15 @@ def test_a_law_with_variable_parameters_is_longer(write):
 
 
 def test_folding_earlier_or_later_gives_the_same_fmu_of_a_law():
-    texts = [printed(content_of_law(law, "axis_x", Source()).unit) for law in (TUNABLE, settled_law(TUNABLE))]
+    texts = [
+        printed(content_of_law(law, "axis_x", Source()).unit)
+        for law in (TUNABLE, settled_law(TUNABLE))
+    ]
     assert texts[0] == texts[1]
 
 
 def printed(unit) -> str:
     """Every function of a unit, as its tree has it."""
-    return "\n".join(repr((function.name, function.parameters, function.body)) for function in unit.functions)
+    return "\n".join(
+        repr((function.name, function.parameters, function.body)) for function in unit.functions
+    )

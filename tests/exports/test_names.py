@@ -9,7 +9,17 @@ import zipfile
 import numpy as np
 import pytest
 from tests.exports.importing import needs_compiler
-from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, compiled, differing, in_structured_text, texts_of, walk
+from tests.exports.native import (
+    COMPILER,
+    FLAGS,
+    WARNINGS,
+    Native,
+    compiled,
+    differing,
+    in_structured_text,
+    texts_of,
+    walk,
+)
 
 import bristle as br
 from bristle.apps.targets import fmu
@@ -103,11 +113,28 @@ def model(tmp_path_factory):
 def test_tunable_c_compiles_as_c_and_as_cpp(model, tmp_path, standard):
     br.export(model, "c", tmp_path / "out", tunable=True, float32=True)
     main = ("axis_x.c", "axis_x_selftest.c")
-    compiled(tmp_path / "out", f"-std={standard}", "-ffp-contract=off", *WARNINGS, *main, "-o", "program", "-lm")
+    compiled(
+        tmp_path / "out",
+        f"-std={standard}",
+        "-ffp-contract=off",
+        *WARNINGS,
+        *main,
+        "-o",
+        "program",
+        "-lm",
+    )
     assert subprocess.run(["./program"], cwd=tmp_path / "out", check=False).returncode == 0
     if builds("c++"):
         (tmp_path / "out" / "use.cpp").write_text('#include "axis_x.h"\n')
-        compiled(tmp_path / "out", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", "use.cpp", compiler="c++")
+        compiled(
+            tmp_path / "out",
+            "-fsyntax-only",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "use.cpp",
+            compiler="c++",
+        )
 
 
 @needs_compiler
@@ -124,7 +151,9 @@ def test_each_parameter_is_an_input_of_structured_text(model):
     text = write(Request(model, "axis_x", 1e-3, tunable=True)).files["axis_x.st"]
     inputs = re.search(r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", text, flags=re.DOTALL)[1]
     names = [line.split(" : ")[0].strip().lower() for line in inputs.splitlines()]
-    assert len(set(names)) == len(names) == 2 + 12 + 4 + 2 + 3  # motion, numbers, two pairs, restart and clear, and the share of the feed
+    assert (
+        len(set(names)) == len(names) == 2 + 12 + 4 + 2 + 3
+    )  # motion, numbers, two pairs, restart and clear, and the share of the feed
 
 
 @needs_compiler
@@ -132,7 +161,11 @@ def test_each_parameter_is_an_input_of_structured_text(model):
 def test_no_variable_has_the_name_of_a_macro_of_the_headers(tmp_path, standard):
     includes = "".join(f"#include <{header}.h>\n" for header in HEADERS)
     ran = subprocess.run(
-        [COMPILER, f"-std={standard}", "-dM", "-E", "-xc", "-"], input=includes, capture_output=True, text=True, check=True
+        [COMPILER, f"-std={standard}", "-dM", "-E", "-xc", "-"],
+        input=includes,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     macros = re.findall(r"^#define ([A-Za-z]\w*) ", ran.stdout, flags=re.MULTILINE)
     assert {"NULL", "INT32_MAX", "NAN"} <= set(macros)
@@ -156,7 +189,15 @@ LOCALS = ["axis", "x", "dt", "i", "state", "velocity", "position", "force", "has
 def test_the_name_of_an_export_may_be_that_of_a_variable(tmp_path, name):
     lugre = br.friction.lugre(F_C=5.0, F_S=6.0, v_S=1e-2, sigma_0=1e5)
     br.export(lugre, "c", tmp_path / "out", name=name, tunable=True)
-    compiled(tmp_path / "out", "-fsyntax-only", *FLAGS, *WARNINGS, f"{name}.c", f"{name}_selftest.c", "example_main.c")
+    compiled(
+        tmp_path / "out",
+        "-fsyntax-only",
+        *FLAGS,
+        *WARNINGS,
+        f"{name}.c",
+        f"{name}_selftest.c",
+        "example_main.c",
+    )
     header = (tmp_path / "out" / f"{name}.h").read_text()
     assert "    double position; /*" in header
     assert f"}} {name};" in header
@@ -241,7 +282,8 @@ def model_of(text, folder):
 # All that a kernel may, without a remainder of whole numbers, which WebAssembly lacks, and with names that are words elsewhere.
 OWN = {
     "all": HEAD + TRIAL,
-    "most": HEAD + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"),
+    "most": HEAD
+    + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"),
     "twins": (HEAD + TRIAL).replace("spread", "force"),
     "odd": TEXT,
 }
@@ -258,11 +300,20 @@ def own(request, tmp_path):
 
 
 @needs_compiler
-@pytest.mark.parametrize(("own", "tunable"), [("all", False), ("twins", False), ("odd", False), ("odd", True)], indirect=["own"])
+@pytest.mark.parametrize(
+    ("own", "tunable"),
+    [("all", False), ("twins", False), ("odd", False), ("odd", True)],
+    indirect=["own"],
+)
 def test_an_own_model_is_identical_in_c(own, tunable, tmp_path):
     model, x, forces = own
     watching = ("-fsanitize=undefined", "-fno-sanitize-recover")
-    native = Native({"own": model}, tmp_path / "c", more=watching if builds(COMPILER, *watching) else (), tunable=tunable)
+    native = Native(
+        {"own": model},
+        tmp_path / "c",
+        more=watching if builds(COMPILER, *watching) else (),
+        tunable=tunable,
+    )
     assert differing(native.forces("own", x, DT), forces) == 0
 
 
@@ -285,7 +336,11 @@ def test_an_own_model_is_identical_in_webassembly_with_each_parameter(own, chang
     node(tmp_path, RUN.replace("5e-4", repr(DT)), "own")
     assert differing(np.fromfile(tmp_path / "own.bin"), forces) == 0
     values = json.loads(node(tmp_path, PARAMETERS, changed))
-    numbers = {name: value.tolist() if hasattr(value, "tolist") else value for name, value in model.values.items() if name in values}
+    numbers = {
+        name: value.tolist() if hasattr(value, "tolist") else value
+        for name, value in model.values.items()
+        if name in values
+    }
     assert values == numbers | {changed: 0.125}
 
 
@@ -307,12 +362,24 @@ def test_an_own_model_is_identical_in_structured_text(own, tmp_path):
         ("k = 0\n", "k = [0][0]\n", "List is outside the exportable subset"),
         ("LAYERS = 3", "LAYERS = [3]", "LAYERS is a mutable global"),
         ("not state.wear > 3.0", "state.wear", "the operands of and, or must be true or false"),
-        ("if i > 4:", "if i > 4:\n            continue\n    if i > 4:\n        for i in range(2):", "is read outside its loop"),
+        (
+            "if i > 4:",
+            "if i > 4:\n            continue\n    if i > 4:\n        for i in range(2):",
+            "is read outside its loop",
+        ),
         ("return low, high", "if low < high:\n        return low, high", "on every path"),
         ("state.turns + turned", "state.wear", "a value is a number, but must be a whole number"),
         ("p.times:", "p.wrong:", "a Parameters has no field 'wrong'"),
-        ("spread(memory, dx, p)\n    total", "spread(memory, dx=dx, p=p)\n    total", "passed by position"),
-        ("low, high = min(low", "low, high = spread(memory, dx, p)\n        low, high = min(low", "calls itself"),
+        (
+            "spread(memory, dx, p)\n    total",
+            "spread(memory, dx=dx, p=p)\n    total",
+            "passed by position",
+        ),
+        (
+            "low, high = min(low",
+            "low, high = spread(memory, dx, p)\n        low, high = min(low",
+            "calls itself",
+        ),
     ],
 )
 def test_unexportable_kernels_are_refused(seen, instead, reason, tmp_path):

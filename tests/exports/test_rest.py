@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from tests.exports.native import COMPILER, Native, differing, example_with, in_structured_text, selected_cases, texts_of
+from tests.exports.native import (
+    COMPILER,
+    Native,
+    differing,
+    example_with,
+    in_structured_text,
+    selected_cases,
+    texts_of,
+)
 from tests.models.hysteresis.paths import OPERATORS, sized, walk
 
 import bristle as br
@@ -24,7 +32,9 @@ def model_of(name):
     """Return a model with other forces forward than backward, and without a viscous part that rest would change."""
     sided = example_with(name, ("asymmetry",))
     changed = {each: 0.0 for each in sided.values if each.startswith("F_v")}
-    return sided.with_values(**changed, **{each: 0.0 for each in ("offset",) if each in sided.values})
+    return sided.with_values(
+        **changed, **{each: 0.0 for each in ("offset",) if each in sided.values}
+    )
 
 
 def jumps(model):
@@ -62,21 +72,31 @@ def test_a_step_within_rounding_counts_as_rest(name):
 def test_a_drive_treats_a_step_within_rounding_as_rest():
     x = np.array([0.0, 0.5e-3, np.nextafter(1e-3, 2.0), 1e-3, 1e-3])
     assert last_direction(np.diff(x, prepend=0.0) / DT).tolist() == [0.0, 1.0, 1.0, 1.0, 1.0]
-    assert direction_by("middle", np.diff(x, prepend=0.0) / DT).tolist() == [0.0, 1.0, 1.0, 0.0, 0.0]
+    assert direction_by("middle", np.diff(x, prepend=0.0) / DT).tolist() == [
+        0.0,
+        1.0,
+        1.0,
+        0.0,
+        0.0,
+    ]
 
 
 @pytest.mark.parametrize("rule", RESTS)
 def test_the_feedforward_of_a_loop_follows_the_rule_at_rest(rule):
     model = model_of("coulomb")
-    fed = br.simulation.feedforward_effort(Feedforward(friction=model, rest=rule), PLACES, np.zeros(PLACES.size), DT)
+    fed = br.simulation.feedforward_effort(
+        Feedforward(friction=model, rest=rule), PLACES, np.zeros(PLACES.size), DT
+    )
     for k, value in expected(model, rule).items():
-        assert fed[k - 1] == pytest.approx(value, rel=1e-6)  # the effort of a sample acts over the step behind it
+        assert fed[k - 1] == pytest.approx(
+            value, rel=1e-6
+        )  # the effort of a sample acts over the step behind it
 
 
 def test_models_with_a_unique_force_at_rest_have_no_rule():
-    assert [name for name in br.friction.MODELS if rest_rule(with_rest(example_with(name), "held"))] == sorted(
-        MEMORYLESS, key=list(br.friction.MODELS).index
-    )
+    assert [
+        name for name in br.friction.MODELS if rest_rule(with_rest(example_with(name), "held"))
+    ] == sorted(MEMORYLESS, key=list(br.friction.MODELS).index)
 
 
 @pytest.mark.fast_cases(1)
@@ -85,10 +105,17 @@ def test_models_with_a_unique_force_at_rest_have_no_rule():
 def test_other_languages_follow_the_rule_at_rest_without_minus_zero(tmp_path, rule):
     models = {name: model_of(name) for name in ("coulomb", "stribeck_free")}
     native = Native(models, tmp_path / "c", rest=rule)
-    blocks = in_structured_text({name: texts_of(model, tmp_path, name, rest=rule) for name, model in models.items()}, tmp_path / "st")
+    blocks = in_structured_text(
+        {name: texts_of(model, tmp_path, name, rest=rule) for name, model in models.items()},
+        tmp_path / "st",
+    )
     for name, model in models.items():
         force = br.response(model, PLACES, DT, rest=rule).tolist()
-        assert native.forces(name, PLACES, DT).tolist() == blocks.run(name, PLACES, DT)[0].tolist() == force
+        assert (
+            native.forces(name, PLACES, DT).tolist()
+            == blocks.run(name, PLACES, DT)[0].tolist()
+            == force
+        )
         assert blocks.selftest(name) == (True, True)
 
 
@@ -100,7 +127,9 @@ def test_each_file_states_its_rule(name):
     for rule in RESTS:
         product = files_for(name, Request(**{**vars(requested), "rest": rule}))
         words = {"held": ("last direction",), "middle": ("the mean of both",)}[rule]
-        assert any("at rest" in note and any(word in note for word in words) for note in product.notes), rule
+        assert any(
+            "at rest" in note and any(word in note for word in words) for note in product.notes
+        ), rule
 
 
 @pytest.mark.slow
@@ -109,7 +138,10 @@ def test_a_note_warns_of_a_mass_outside_the_fmu():
     notes = files_for("fmu2", Request(model_of("coulomb"), "axis_x", DT, plant=plant)).notes
     assert any("creeps at rest" in note and "axis_x_mass.fmu" in note for note in notes)
     lugre = example_with("lugre")
-    assert not any("rests" in note for note in files_for("fmu2", Request(lugre, "axis_x", DT, plant=plant)).notes)
+    assert not any(
+        "rests" in note
+        for note in files_for("fmu2", Request(lugre, "axis_x", DT, plant=plant)).notes
+    )
 
 
 # --- hysteresis operators --------------------------------------------------------------------------------------------
@@ -133,7 +165,9 @@ def test_outputs_are_identical_to_bristle(native, operator):
 
 
 INVERSE = OPERATORS["inverse_preisach"]
-BEYOND = [share * INVERSE.values["f_p"] for share in (0.5, 2.0, 0.25)]  # the second force has no output
+BEYOND = [
+    share * INVERSE.values["f_p"] for share in (0.5, 2.0, 0.25)
+]  # the second force has no output
 
 
 def repeated():
@@ -151,7 +185,13 @@ def test_an_inverse_without_an_output_repeats_the_last_output(native):
 def blocks(tmp_path_factory):
     folder = tmp_path_factory.mktemp("blocks")
     names = {values: f"op_{values}".replace(" ", "_") for values in OPERATORS}
-    return in_structured_text({operator: texts_of(OPERATORS[values], folder, operator) for values, operator in names.items()}, folder)
+    return in_structured_text(
+        {
+            operator: texts_of(OPERATORS[values], folder, operator)
+            for values, operator in names.items()
+        },
+        folder,
+    )
 
 
 @needs_compiler

@@ -10,10 +10,30 @@ import bristle as br
 from bristle.contract import example_of
 from bristle.core.mathematics import power
 from bristle.engine.translation.build import Builder
-from bristle.engine.translation.tree import REAL, TRUTH, Array, Binary, Call, Compare, Constant, If, Logic, Return, type_of, walk
+from bristle.engine.translation.tree import (
+    REAL,
+    TRUTH,
+    Array,
+    Binary,
+    Call,
+    Compare,
+    Constant,
+    If,
+    Logic,
+    Return,
+    type_of,
+    walk,
+)
 from bristle.exports.settled import fact_of, settled
 from bristle.exports.subject import settled_subject, subject_of
-from bristle.exports.tunable import CONSTANTS, bounds_of, checkpoints, refuse_beyond_single, single_note, tunable_of
+from bristle.exports.tunable import (
+    CONSTANTS,
+    bounds_of,
+    checkpoints,
+    refuse_beyond_single,
+    single_note,
+    tunable_of,
+)
 
 
 class Chosen(NamedTuple):
@@ -77,7 +97,12 @@ KIND = type_of(P)
     ("function", "known", "single", "counts"),
     [
         # Of known parameters every choice is made but the one of x; nothing of them is computed.
-        (with_a_parameter, None, False, {If: 0, Compare: 1, Logic: 0, Return: 1, Call: 1, Binary: 1}),
+        (
+            with_a_parameter,
+            None,
+            False,
+            {If: 0, Compare: 1, Logic: 0, Return: 1, Call: 1, Binary: 1},
+        ),
         # In single precision 0.5 + 1e-9 is 0.5, and no more than it.
         (with_a_parameter, None, True, {If: 0, Call: 2, Binary: 0}),
         (with_a_parameter, {"p": fact_of(P, KIND, [("level",), ("gain",)])}, False, {If: 1}),
@@ -90,10 +115,15 @@ def test_a_choice_is_folded_if_it_is_known(function, known, single, counts):
     assert {kind: len(parts(left, kind)) for kind in counts} == counts
 
 
-@pytest.mark.parametrize(("function", "whole", "real"), [(with_a_parameter, [], [0.0]), (looped, [0, 0, 1, 2, 2], [0.0])])
+@pytest.mark.parametrize(
+    ("function", "whole", "real"), [(with_a_parameter, [], [0.0]), (looped, [0, 0, 1, 2, 2], [0.0])]
+)
 def test_whole_numbers_are_folded_and_real_ones_are_not(function, whole, real):
     _, left = left_of(function)
-    constants = {kind: [part.value for part in parts(left, Constant) if (part.type == REAL) == kind] for kind in (True, False)}
+    constants = {
+        kind: [part.value for part in parts(left, Constant) if (part.type == REAL) == kind]
+        for kind in (True, False)
+    }
     assert constants[True] == real
     assert sorted(constants[False]) == sorted(whole)
 
@@ -102,13 +132,21 @@ def test_a_function_is_specialized_for_its_arguments():
     unit, left = left_of(both)
     names = [call.function.name for call in parts(left, Call)]
     assert names == ["mathematics_power", "mathematics_power_2", "mathematics_power"]
-    (squares,) = [function for function in left_of(with_a_parameter)[0].functions if function.name == "mathematics_power"]
+    (squares,) = [
+        function
+        for function in left_of(with_a_parameter)[0].functions
+        if function.name == "mathematics_power"
+    ]
     assert parts(squares, Call) == []  # neither exp nor log: its exponent is 2
-    assert [function.name for function in unit.functions if "log" in function.name]  # of 3.5 and 0.5, not of 2
+    assert [
+        function.name for function in unit.functions if "log" in function.name
+    ]  # of 3.5 and 0.5, not of 2
     assert len({function.name for function in unit.functions}) == len(unit.functions)
 
 
-@pytest.mark.parametrize(("name", "share"), [("preisach_contact", 0.6), ("preisach_lugre", 0.765), ("lugre", 1.0)])
+@pytest.mark.parametrize(
+    ("name", "share"), [("preisach_contact", 0.6), ("preisach_lugre", 0.765), ("lugre", 1.0)]
+)
 def test_folded_models_give_the_same_results(name, share):
     model = example_of(br.friction.MODELS[name])
     subject = subject_of(model)
@@ -135,7 +173,14 @@ SLIP = br.friction.maxwell_slip(F_C=4.0, nu_i=[0.25, 0.75], k_i=[1e5, 2e5])
 
 def test_real_numbers_are_variable_by_name_and_index():
     tuned = tunable_of(SLIP)
-    numbers = [("F_C", None, 4.0), ("nu_i", 0, 0.25), ("nu_i", 1, 0.75), ("k_i", 0, 1e5), ("k_i", 1, 2e5), ("sigma_2", None, 0.0)]
+    numbers = [
+        ("F_C", None, 4.0),
+        ("nu_i", 0, 0.25),
+        ("nu_i", 1, 0.75),
+        ("k_i", 0, 1e5),
+        ("k_i", 1, 2e5),
+        ("sigma_2", None, 0.0),
+    ]
     assert sorted(tuned.numbers(), key=str) == sorted(numbers, key=str)
     assert tunable_of(SLIP, ("F_C",)).values.keys() == {"nu_i", "k_i", "sigma_2"}
     assert set(tuned.places.values()) == {"F_C", "nu_i", "k_i", "sigma_2"}
@@ -145,9 +190,14 @@ def test_a_number_is_limited_by_its_bounds_or_by_the_largest_number():
     bounds = {(name, place): compared for name, place, compared in bounds_of(tunable_of(SLIP))}
     assert bounds["F_C", None] == [(">=", SLIP.component.variables["F_C"].min)]
     share = SLIP.component.variables["nu_i"]
-    assert bounds["nu_i", 1] == [(">=", share.min)] * math.isfinite(share.min) + [("<=", share.max)] * math.isfinite(share.max)
+    assert bounds["nu_i", 1] == [(">=", share.min)] * math.isfinite(share.min) + [
+        ("<=", share.max)
+    ] * math.isfinite(share.max)
     offset = br.friction.with_slots(br.friction.coulomb, [])(F_C=1.0, offset=0.5)
-    assert {name: compared for name, _, compared in bounds_of(tunable_of(offset))}["offset"] == [(">=", -math.inf), ("<=", math.inf)]
+    assert {name: compared for name, _, compared in bounds_of(tunable_of(offset))}["offset"] == [
+        (">=", -math.inf),
+        ("<=", math.inf),
+    ]
 
 
 def test_a_value_beyond_single_precision_is_refused_by_its_path():
@@ -162,7 +212,9 @@ def test_a_value_beyond_single_precision_is_refused_by_its_path():
 def test_single_precision_is_compared_at_checkpoints():
     outputs = np.linspace(-3.0, 1.0, 101)
     near = checkpoints(outputs, single=True)
-    assert [float(number) for number in near["checkpoints"]] == pytest.approx([-3.0, -2.0, -1.0, 0.0, 1.0])
+    assert [float(number) for number in near["checkpoints"]] == pytest.approx(
+        [-3.0, -2.0, -1.0, 0.0, 1.0]
+    )
     assert (near["largest"], near["every"], near["tolerance"]) == ("3.0", 25, "0.001")
     assert checkpoints(outputs, single=False)["tolerance"] == ""
     assert single_note("force").endswith("the self-test allows 0.001 of the largest force")
@@ -189,7 +241,10 @@ SINGLE, INFO = {name: number for (name, _), number in CONSTANTS.items()}, np.fin
         # Parts of a few bits whose products with whole numbers are exact, and what is left.
         (SINGLE["LN2_HIGH"] + SINGLE["LN2_LOW"], pytest.approx(math.log(2.0), abs=1e-14)),
         (SINGLE["LN2_HIGH"] * 2.0**9 % 1.0, 0.0),
-        (sum(SINGLE[f"HALF_PI_{part}"] for part in (1, 2, 3, 4)), pytest.approx(math.pi / 2.0, abs=1e-15)),
+        (
+            sum(SINGLE[f"HALF_PI_{part}"] for part in (1, 2, 3, 4)),
+            pytest.approx(math.pi / 2.0, abs=1e-15),
+        ),
         (SINGLE["HALF_PI_1"] * 2.0**7 % 1.0, 0.0),
         (SINGLE["HALF_PI_2"] * 2.0**23 % 1.0, 0.0),
     ],

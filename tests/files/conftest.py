@@ -6,7 +6,8 @@ import pytest
 from tests.cli.conftest import USER_MODEL
 
 OWN = USER_MODEL.replace(
-    "directional=True)]\n", 'directional=True)]\n    lambda_: Annotated[float, Variable("1", "a parameter named as a keyword is")] = 1.0\n'
+    "directional=True)]\n",
+    'directional=True)]\n    lambda_: Annotated[float, Variable("1", "a parameter named as a keyword is")] = 1.0\n',
 )
 
 

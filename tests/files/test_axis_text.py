@@ -11,7 +11,11 @@ from bristle.logs import Channel
 from bristle.logs.log import Log
 
 BASE = {"schema": 1, "name": "stage", "kind": "translational"}
-COLUMNS = {"time": {"column": "t", "unit": "ms"}, "position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "N"}}
+COLUMNS = {
+    "time": {"column": "t", "unit": "ms"},
+    "position": {"column": "q", "unit": "mm"},
+    "effort": {"column": "u", "unit": "N"},
+}
 
 
 LINEAR = {
@@ -21,7 +25,10 @@ LINEAR = {
     "encoder": {"resolution": "50 nm"},
     "identification": {"cutoff": "0.1 kHz", "decimation": 5, "rests": "keep"},
     "effort": {"lag": "300 us", "held": True, "limit": "200 N"},
-    "injected": [{"column": "pulses", "gain": "2 N"}, {"column": "more", "gain": 0.5, "optional": True}],
+    "injected": [
+        {"column": "pulses", "gain": "2 N"},
+        {"column": "more", "gain": 0.5, "optional": True},
+    ],
     "known": [{"column": "wind (N)"}, {"column": "wind (N)", "name": "twice"}],
     "cogging": [{"turn": "motor", "harmonics": [6, 1, 6]}],
     "transmission": {"lead": "10 mm"},
@@ -29,7 +36,11 @@ LINEAR = {
 }
 TURNING = {
     "kind": "rotational",
-    "columns": COLUMNS | {"position": {"column": "q", "unit": "rad"}, "effort": {"column": "i", "unit": "A", "sign": -1}},
+    "columns": COLUMNS
+    | {
+        "position": {"column": "q", "unit": "rad"},
+        "effort": {"column": "i", "unit": "A", "sign": -1},
+    },
     "effort": {"torque_constant": "0.5 N*m/A", "lag": "identify"},
     "plant": {"inertia": "4 kg*cm^2", "gravity": "link"},
     "log": {"start": "rest"},
@@ -42,7 +53,13 @@ FORCE = {
 }
 
 
-CASES = {"bare": {}, "linear": LINEAR, "turning": TURNING, "force": FORCE, "delay": {"timing": {"delay": "identify"}}}
+CASES = {
+    "bare": {},
+    "linear": LINEAR,
+    "turning": TURNING,
+    "force": FORCE,
+    "delay": {"timing": {"delay": "identify"}},
+}
 
 
 @pytest.mark.parametrize("tables", CASES.values(), ids=CASES)
@@ -67,8 +84,16 @@ def test_without_columns_those_of_the_log_are_named():
     text = axis_text(None, log)
     axis = read_axis(text)
     assert axis.kind == log.kind
-    assert {name: column.base for name, column in axis.columns.items()} == {"time": "s", "position": "m", "effort": "N"}
-    assert set(read_axis(axis_text(Axis(kind="translational", mass=3.0), log)).columns) == {"time", "position", "effort"}
+    assert {name: column.base for name, column in axis.columns.items()} == {
+        "time": "s",
+        "position": "m",
+        "effort": "N",
+    }
+    assert set(read_axis(axis_text(Axis(kind="translational", mass=3.0), log)).columns) == {
+        "time",
+        "position",
+        "effort",
+    }
     named = axis_from(BASE | {"columns": COLUMNS})
     assert axis_text(named, log) == axis_text(named)
 
@@ -76,7 +101,11 @@ def test_without_columns_those_of_the_log_are_named():
 def test_known_inputs_of_a_log_are_in_si_already(monkeypatch):
     channels = {"time": np.arange(3.0), "position": np.arange(3.0), "effort": np.ones(3)}
     log = Log(**channels)
-    named = {"position": log.position, "effort": log.effort, "injected.pulses": Channel(np.ones(3), "N", "pulses")}
+    named = {
+        "position": log.position,
+        "effort": log.effort,
+        "injected.pulses": Channel(np.ones(3), "N", "pulses"),
+    }
     monkeypatch.setattr(Log, "channels", lambda self: iter(named.items()))
     axis = read_axis(axis_text(None, log))
     assert [(item.column, item.gain) for item in axis.injected] == [("injected.pulses", 1.0)]

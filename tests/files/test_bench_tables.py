@@ -75,7 +75,13 @@ def read(tmp_path, text):
 
 def test_feedforward_is_read_with_its_units(tmp_path):
     fed = read(tmp_path, HEAD + FED).variants[0].feedforward
-    assert (fed.gain, fed.offset, fed.asymmetry, fed.limit, fed.along) == (0.9, 0.2, 0.1, 3.0, "measured")
+    assert (fed.gain, fed.offset, fed.asymmetry, fed.limit, fed.along) == (
+        0.9,
+        0.2,
+        0.1,
+        3.0,
+        "measured",
+    )
     assert (fed.rate_limit, fed.conditioning) == pytest.approx((2000.0, 60e-6))
     plain = read(tmp_path, HEAD).variants[0].feedforward
     assert (plain.friction, plain.along, plain.limit) == (None, "desired", math.inf)
@@ -113,7 +119,11 @@ def test_a_motion_is_learned_over_its_trials(tmp_path):
 @pytest.mark.parametrize(
     ("told", "instead", "words"),
     [
-        ('along = "measured"', 'along = "both"', r"controller\.feedforward\.along.*'both'.*desired or measured"),
+        (
+            'along = "measured"',
+            'along = "both"',
+            r"controller\.feedforward\.along.*'both'.*desired or measured",
+        ),
         ("asymmetry = 0.1", "asymmetry = 1.5", r"controller\.feedforward\.asymmetry.*-1 to 1"),
         ('limit = "3 N"', 'limit = "3 mm"', r"controller\.feedforward\.limit.*N"),
         ("gain = 0.9", "gian = 0.9", r"controller\.feedforward\.gian.*gain"),
@@ -124,7 +134,11 @@ def test_a_motion_is_learned_over_its_trials(tmp_path):
         ("trials = 3", "trials = 2.5", r"controller\.learning\.trials.*whole number"),
         ('cutoff = "20 Hz"\n', "", r"controller\.learning.*needs cutoff"),
         ('lambda = "100 1/s"', 'lambda_ = "100 1/s"', r"controller\.lambda_.*lambda"),
-        ('amplitudes = ["0 um", "500 um", "200 um"]', 'amplitudes = ["0 um"]', "at least 2 amplitudes"),
+        (
+            'amplitudes = ["0 um", "500 um", "200 um"]',
+            'amplitudes = ["0 um"]',
+            "at least 2 amplitudes",
+        ),
     ],
 )
 def test_invalid_values_are_refused_with_their_place(tmp_path, told, instead, words):

@@ -27,9 +27,16 @@ from bristle.files.components import (
 from bristle.models.friction import MODELS
 
 LENGTH = Variable("length", "a way", min=0.0, max=1.0)
-VARIABLES = {"lambda_": Variable("1/time", "a slope"), "way": LENGTH, "count": Variable("1", "so many times", min=0.0)}
+VARIABLES = {
+    "lambda_": Variable("1/time", "a slope"),
+    "way": LENGTH,
+    "count": Variable("1", "so many times", min=0.0),
+}
 # An ampere is 150 N, a radian of the motor a millimetre.
-AXIS = Axis(kind="translational", columns={"effort": Column("i", "A", "A", -150.0), "position": Column("q", "rad", "rad", 1e-3)})
+AXIS = Axis(
+    kind="translational",
+    columns={"effort": Column("i", "A", "A", -150.0), "position": Column("q", "rad", "rad", 1e-3)},
+)
 SIDES = ("side", ("motor", "load"), "sensor", "no such side")
 
 
@@ -42,13 +49,21 @@ def numbers_of(table, **more):
 
 
 def cascade(axis=None, **values):
-    return controller_from({"model": "cascade", "k_p": 10.0} | values, kind="translational", axis=axis, path="controller").values
+    return controller_from(
+        {"model": "cascade", "k_p": 10.0} | values,
+        kind="translational",
+        axis=axis,
+        path="controller",
+    ).values
 
 
 @pytest.mark.parametrize(
     ("call", "value"),
     [
-        *((lambda name=name: key_of(name), key) for name, key in (("lambda_", "lambda"), ("F_C", "F_C"), ("x_", "x_"), ("_", "_"))),
+        *(
+            (lambda name=name: key_of(name), key)
+            for name, key in (("lambda_", "lambda"), ("F_C", "F_C"), ("x_", "x_"), ("_", "_"))
+        ),
         (lambda: table_at({"a": 1}, "x"), {"a": 1}),
         (lambda: check_keys({"a": 1}, ("a", "b"), "x"), None),
         (lambda: check_schema({"schema": 1}), None),
@@ -58,28 +73,46 @@ def cascade(axis=None, **values):
         (lambda: model_of({"F_C": 2.0}, default="coulomb"), MODELS["coulomb"](F_C=2.0)),
         (lambda: number_at("3 mm", LENGTH, "translational", "x"), pytest.approx(3e-3)),
         (lambda: number_at(0.5, LENGTH, "rotational", "x"), 0.5),
-        (lambda: numbers_of({"lambda": 2, "count": 3.0}, integers=("count",)), {"lambda_": 2.0, "count": 3}),
+        (
+            lambda: numbers_of({"lambda": 2, "count": 3.0}, integers=("count",)),
+            {"lambda_": 2.0, "count": 3},
+        ),
         (lambda: type(numbers_of({"count": 3.0}, integers=("count",))["count"]), int),
         (lambda: choice_at({}, *SIDES), "motor"),
         (lambda: choice_at({}, *SIDES, "load"), "load"),
         (lambda: choice_at({"side": "load"}, *SIDES), "load"),
         (lambda: kind_at("rotational", "kind"), "rotational"),
-        (lambda: list(open_in({"a": "?", "b": {"c": 1, "d": {"e": "?"}}, "f": "no ?"})), ["a", "b.d.e"]),
+        (
+            lambda: list(open_in({"a": "?", "b": {"c": 1, "d": {"e": "?"}}, "f": "no ?"})),
+            ["a", "b.d.e"],
+        ),
         (lambda: refuse_open({"a": 1}), None),
         (lambda: cascade(k_v=200.0, T_n="10 ms")["k_i"], pytest.approx(2e4)),
         (lambda: cascade(k_v="0.2 kN*s/m", T_n=0.01)["k_i"], pytest.approx(2e4)),
         (lambda: cascade(k_v=200.0, T_n=0.0)["k_i"], 0.0),
         (lambda: cascade(k_v=200.0, k_i=3.0)["k_i"], 3.0),
         (lambda: cascade(axis=AXIS, k_v="2 A*s/m")["k_v"], pytest.approx(300.0)),
-        (lambda: in_effort("2 A*s/m", "force*time/length", "translational", AXIS, "k_v"), pytest.approx(300.0)),
-        (lambda: in_effort("2 A*s/rad", "force*time/length", "translational", AXIS, "k_v"), pytest.approx(300.0 / 1e-3)),
-        (lambda: in_effort("2 N*s/rad", "force*time/length", "translational", AXIS, "k_v"), pytest.approx(2.0 / 1e-3)),
+        (
+            lambda: in_effort("2 A*s/m", "force*time/length", "translational", AXIS, "k_v"),
+            pytest.approx(300.0),
+        ),
+        (
+            lambda: in_effort("2 A*s/rad", "force*time/length", "translational", AXIS, "k_v"),
+            pytest.approx(300.0 / 1e-3),
+        ),
+        (
+            lambda: in_effort("2 N*s/rad", "force*time/length", "translational", AXIS, "k_v"),
+            pytest.approx(2.0 / 1e-3),
+        ),
         (lambda: in_effort("3 A", "force", "translational", AXIS, "limit"), pytest.approx(450.0)),
         (lambda: in_effort(3.0, "force", "translational", AXIS, "limit"), 3.0),
         (lambda: in_effort("3 kN", "force", "translational", AXIS, "limit"), "3 kN"),
         (lambda: in_effort("3 mm", "length", "translational", AXIS, "x"), "3 mm"),
         (lambda: in_effort("3", "force", "translational", AXIS, "limit"), "3"),
-        (lambda: in_effort("3 A", "force", "translational", None, "limit"), "3 A"),  # to be refused by its unit
+        (
+            lambda: in_effort("3 A", "force", "translational", None, "limit"),
+            "3 A",
+        ),  # to be refused by its unit
         (lambda: component_named("coulomb", MODELS, "x"), MODELS["coulomb"]),
     ],
 )
@@ -90,7 +123,10 @@ def test_valid_entries_have_their_values_in_si_or_their_defaults(call, value):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: table_at(3, "a.b"), r"a\.b: must be a table; found 3.*Write \[a\.b\] on a separate line"),
+        (
+            lambda: table_at(3, "a.b"),
+            r"a\.b: must be a table; found 3.*Write \[a\.b\] on a separate line",
+        ),
         (
             lambda: check_keys({"durtion": 3}, ("duration", "delay"), "run"),
             r"run\.durtion: unknown key; allowed keys: duration, delay.*'duration'",
@@ -102,33 +138,68 @@ def test_valid_entries_have_their_values_in_si_or_their_defaults(call, value):
             "schema: is a schema that this version of bristle cannot read; found 2, allowed 1. Update bristle if",
         ),
         *(
-            (lambda value=value: check_schema({"schema": value}), "schema: is a schema that.*Write schema = 1")
+            (
+                lambda value=value: check_schema({"schema": value}),
+                "schema: is a schema that.*Write schema = 1",
+            )
             for value in ("1", True, 1.0)
         ),
         (lambda: name_of({"name": 3}, Path("x.toml")), "name"),
-        (lambda: model_of({"F_C": 1.0}), r'friction: names no model.*Write model = "\.\.\." under \[friction\]'),
-        (lambda: model_of({"file": "own.py"}), "friction: names no model.*Name your own law in an experiment file"),
-        (lambda: model_of({"model": "coulom"}), r"friction\.model: there is no such model; found 'coulom'.*'coulomb'"),
+        (
+            lambda: model_of({"F_C": 1.0}),
+            r'friction: names no model.*Write model = "\.\.\." under \[friction\]',
+        ),
+        (
+            lambda: model_of({"file": "own.py"}),
+            "friction: names no model.*Name your own law in an experiment file",
+        ),
+        (
+            lambda: model_of({"model": "coulom"}),
+            r"friction\.model: there is no such model; found 'coulom'.*'coulomb'",
+        ),
         (lambda: model_of({"model": 3}), r"friction\.model: there is no such model"),
         (lambda: model_of({"model": "coulomb", "F_C": -1.0}), r"friction\.F_C"),
-        (lambda: model_of({"model": "coulomb", "F_C": 1.0, "F_v": 1.0}), r"friction\.F_v: unknown key"),
+        (
+            lambda: model_of({"model": "coulomb", "F_C": 1.0, "F_v": 1.0}),
+            r"friction\.F_v: unknown key",
+        ),
         (lambda: model_of(3), "friction: must be a table"),
-        *((lambda raw=raw: number_at(raw, LENGTH, "translational", "x.way"), r"x\.way") for raw in ("-1 mm", 1.5, "3 N", float("nan"))),
+        *(
+            (lambda raw=raw: number_at(raw, LENGTH, "translational", "x.way"), r"x\.way")
+            for raw in ("-1 mm", 1.5, "3 N", float("nan"))
+        ),
         (lambda: numbers_of({}, needs=("way",)), r"x: needs way. Write way \(a way\) under \[x\]"),
-        (lambda: numbers_of({"count": 1.5}, integers=("count",)), r"x\.count: must be a whole number; found 1\.5"),
+        (
+            lambda: numbers_of({"count": 1.5}, integers=("count",)),
+            r"x\.count: must be a whole number; found 1\.5",
+        ),
         (lambda: numbers_of({"way": 2.0}), r"x\.way"),
-        (lambda: choice_at({"side": "left"}, *SIDES), r"sensor\.side: no such side; found 'left', allowed motor or load"),
-        (lambda: kind_at("linear", "kind"), "kind: unknown kind of axis; found 'linear', allowed translational or rotational"),
+        (
+            lambda: choice_at({"side": "left"}, *SIDES),
+            r"sensor\.side: no such side; found 'left', allowed motor or load",
+        ),
+        (
+            lambda: kind_at("linear", "kind"),
+            "kind: unknown kind of axis; found 'linear', allowed translational or rotational",
+        ),
         (
             lambda: refuse_open({"a": "?", "b": {"d": {"e": "?"}}}),
             r"a: is not filled in; found '\?'.*The comment on this line explains the value. Also fill in b\.d\.e",
         ),
         (lambda: refuse_open({"a": "?"}), r"The comment on this line explains the value\.?$"),
-        (lambda: cascade(k_v=200.0, k_i=3.0, T_n=0.1), r"controller\.T_n: sets the integral gain, but k_i sets it too.*Keep only one"),
-        (lambda: cascade(T_n=0.1), r"controller\.T_n: needs the velocity gain.*Write k_v under \[controller\]"),
+        (
+            lambda: cascade(k_v=200.0, k_i=3.0, T_n=0.1),
+            r"controller\.T_n: sets the integral gain, but k_i sets it too.*Keep only one",
+        ),
+        (
+            lambda: cascade(T_n=0.1),
+            r"controller\.T_n: needs the velocity gain.*Write k_v under \[controller\]",
+        ),
         (lambda: cascade(k_v=200.0, T_n=-0.1), r"controller\.T_n"),
         (
-            lambda: controller_from({"model": "sliding_mode", "T_n": 1.0}, kind="translational", path="controller"),
+            lambda: controller_from(
+                {"model": "sliding_mode", "T_n": 1.0}, kind="translational", path="controller"
+            ),
             r"controller\.T_n: unknown key",
         ),
         (lambda: cascade(k_v=-200.0), r"controller\.k_v"),

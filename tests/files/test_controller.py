@@ -51,7 +51,9 @@ controller = { model = "cascade", k_p = "60 1/s", k_v = "12 A*s/rad", k_i = "6 A
 def test_an_inertia_may_be_an_effort_of_the_drive_per_acceleration():
     column = Column("u", "A", "A", 0.12)
     table = {"model": "sliding_mode", "J": "2 A*s^2/rad", "lambda": "10 1/s", "K_1": "10 1/s"}
-    assert controller_of(table, Axis(kind="rotational", columns={"effort": column})).values["J"] == pytest.approx(0.24)
+    assert controller_of(table, Axis(kind="rotational", columns={"effort": column})).values[
+        "J"
+    ] == pytest.approx(0.24)
 
 
 TRAVEL = 0.01 / (2 * 2 * math.pi)  # of the carriage for one radian of the motor [m]
@@ -75,7 +77,9 @@ def test_gains_for_an_angle_of_the_motor_go_through_gear_and_lead(position, gain
 
 @pytest.mark.parametrize(("time", "per_gain"), [('"20 ms"', 50.0), ("0.0", 0.0)])
 def test_an_integral_time_is_a_gain(time, per_gain):
-    values = axis_from(tomllib.loads(SCREW.replace('k_i = "6 A/rad"', f"T_n = {time}"))).controller.values
+    values = axis_from(
+        tomllib.loads(SCREW.replace('k_i = "6 A/rad"', f"T_n = {time}"))
+    ).controller.values
     assert values["k_i"] == pytest.approx(per_gain * values["k_v"], rel=1e-12)
 
 

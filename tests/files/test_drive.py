@@ -67,10 +67,22 @@ def test_an_effort_is_carried_to_the_axis(drive, unit, side, base, factor):
 @pytest.mark.parametrize(
     ("drive", "unit", "words"),
     [
-        (Drive(LINEAR), "A", r"x: needs a drive constant, which converts it to a force or torque.*constant = \"0\.12 N\*m/A\""),
-        (Drive(LINEAR), "%", r"x: needs a drive constant, which converts it to a force or torque.*rated = \"2\.4 N\*m\""),
+        (
+            Drive(LINEAR),
+            "A",
+            r"x: needs a drive constant, which converts it to a force or torque.*constant = \"0\.12 N\*m/A\"",
+        ),
+        (
+            Drive(LINEAR),
+            "%",
+            r"x: needs a drive constant, which converts it to a force or torque.*rated = \"2\.4 N\*m\"",
+        ),
         (Drive(LINEAR), "mm", "x: is not a unit of effort"),
-        (Drive(LINEAR, Constant("A", "N", 1.0)), "V", "x: does not match the constant under .effort..*A or a multiple"),
+        (
+            Drive(LINEAR, Constant("A", "N", 1.0)),
+            "V",
+            "x: does not match the constant under .effort..*A or a multiple",
+        ),
         (Drive(LINEAR, rated="30 %"), "%", "effort.rated: is not an effort"),
         (Drive(LINEAR, rated="30"), "%", "effort.rated: is not an effort"),
         (Drive(LINEAR, rated="0 N"), "%", "effort.rated: must be finite and not zero"),
@@ -101,7 +113,12 @@ def test_a_movement_is_carried_to_the_axis(drive, unit, side, per, base, factor)
     ("drive", "unit", "side", "words"),
     [
         (Drive(LINEAR), "count", None, "needs the movement of the axis per count"),
-        (Drive(LINEAR), "mm", "motor", "is a unit of length, but the motor side of a gear is rotational"),
+        (
+            Drive(LINEAR),
+            "mm",
+            "motor",
+            "is a unit of length, but the motor side of a gear is rotational",
+        ),
         (Drive(TURNING), "rad", None, "has no key `side`, but a gear has"),
         (Drive(LINEAR), "N", None, "x"),
     ],
@@ -117,10 +134,19 @@ def test_invalid_movements_are_refused(drive, unit, side, words):
         ({"kind": "other"}, "other"),
         ({"columns": {"position": {"unit": "mm"}}}, "translational"),
         ({"columns": {"position": {"unit": "deg"}}}, "rotational"),
-        ({"columns": {"position": {"unit": "count"}}, "encoder": {"resolution": "0.1 um/count"}}, "translational"),
+        (
+            {"columns": {"position": {"unit": "count"}}, "encoder": {"resolution": "0.1 um/count"}},
+            "translational",
+        ),
         ({"encoder": {"resolution": "0.01 deg"}}, "rotational"),
-        ({"encoder": {"resolution": "x y z"}, "columns": {"velocity": {"unit": "rpm"}}}, "rotational"),
-        ({"encoder": {"resolution": 3}, "columns": {"velocity": {"unit": "mm/s"}}}, "translational"),
+        (
+            {"encoder": {"resolution": "x y z"}, "columns": {"velocity": {"unit": "rpm"}}},
+            "rotational",
+        ),
+        (
+            {"encoder": {"resolution": 3}, "columns": {"velocity": {"unit": "mm/s"}}},
+            "translational",
+        ),
         ({"columns": {"velocity": {"unit": "m/min"}}}, "translational"),
         ({"encoder": {"counts_per_rev": 4096}}, "rotational"),
         ({"encoder": {"counts_per_rev": 4096}, "transmission": {"lead": "5 mm"}}, "translational"),
@@ -137,7 +163,11 @@ BASE = {"schema": 1, "kind": "rotational", "columns": {"position": "q", "effort"
 
 def channel(name, plant=None, **entry):
     """A further column of an axis."""
-    data = BASE | {"columns": BASE["columns"] | {name: {"column": "c", **entry}}} | ({"plant": plant} if plant else {})
+    data = (
+        BASE
+        | {"columns": BASE["columns"] | {name: {"column": "c", **entry}}}
+        | ({"plant": plant} if plant else {})
+    )
     return axis_from(data).columns[name]
 
 
@@ -145,14 +175,24 @@ def channel(name, plant=None, **entry):
     ("name", "plant", "entry", "expected"),
     [
         # A load counts in multiples of the nominal load, and temperatures are absolute.
-        ("load", {"nominal_load": "500 N"}, {"unit": "kN", "sign": -1}, ("kN", "N", pytest.approx(-1.0 / 500.0), 0.0)),
+        (
+            "load",
+            {"nominal_load": "500 N"},
+            {"unit": "kN", "sign": -1},
+            ("kN", "N", pytest.approx(-1.0 / 500.0), 0.0),
+        ),
         ("load", {"nominal_load": "500 N"}, {}, ("", "N", pytest.approx(1.0 / 500.0), 0.0)),
-        *(("temperature", None, {"unit": unit}, ("", "", 1.0, 273.15)) for unit in ("degC", "°C", "celsius")),
+        *(
+            ("temperature", None, {"unit": unit}, ("", "", 1.0, 273.15))
+            for unit in ("degC", "°C", "celsius")
+        ),
         ("temperature", None, {"unit": "K"}, ("K", "K", 1.0, 0.0)),
         ("oil", None, {"unit": "bar", "sign": -1}, ("bar", "kg/m/s^2", -1.0, 0.0)),
     ],
 )
-def test_further_channels_are_in_si_or_multiples_of_their_nominal_value(name, plant, entry, expected):
+def test_further_channels_are_in_si_or_multiples_of_their_nominal_value(
+    name, plant, entry, expected
+):
     column = channel(name, plant, **entry)
     assert (column.unit, column.base, column.scale, column.shift) == expected
 
@@ -164,12 +204,27 @@ def test_further_channels_are_in_si_or_multiples_of_their_nominal_value(name, pl
         ("load", {"nominal_load": "0 N"}, {}, r"plant\.nominal_load.*must be positive and finite"),
         ("load", {"nominal_load": "5 N"}, {"unit": "mm"}, r"columns\.load\.unit"),
         ("temperature", None, {"unit": "mm"}, r"columns\.temperature\.unit"),
-        ("temperature", None, {"unit": "degF"}, r"columns\.temperature\.unit.*has a zero point that bristle cannot convert.*degC"),
-        ("oil", None, {}, r'columns\.oil.*unknown key.*A further channel.* needs a unit: oil = \{ column = "c", unit = "%" \}'),
+        (
+            "temperature",
+            None,
+            {"unit": "degF"},
+            r"columns\.temperature\.unit.*has a zero point that bristle cannot convert.*degC",
+        ),
+        (
+            "oil",
+            None,
+            {},
+            r'columns\.oil.*unknown key.*A further channel.* needs a unit: oil = \{ column = "c", unit = "%" \}',
+        ),
         ("oil", None, {"unit": "barr"}, r"columns\.oil\.unit: is not a unit"),
         ("oil", None, {"unit": "bar", "side": 3}, r"columns\.oil\.side"),
         ("oil", None, {"unit": "degF"}, "has a zero point that bristle cannot convert"),
-        ("positon", None, {"unit": "mm"}, r"columns\.positon: unknown key.*Did you mean 'position'"),
+        (
+            "positon",
+            None,
+            {"unit": "mm"},
+            r"columns\.positon: unknown key.*Did you mean 'position'",
+        ),
     ],
 )
 def test_invalid_columns_are_refused(name, plant, entry, words):

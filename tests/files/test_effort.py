@@ -27,7 +27,11 @@ duration = "6 s"
 sample_time = "10 ms"
 tolerance = "1 um"
 """
-LOG = "time [s],position [m],effort [N]\n" + "\n".join(f"{0.02 * k:.2f},{1e-3 * k:.3f},{np.sin(k):.6f}" for k in range(120)) + "\n"
+LOG = (
+    "time [s],position [m],effort [N]\n"
+    + "\n".join(f"{0.02 * k:.2f},{1e-3 * k:.3f},{np.sin(k):.6f}" for k in range(120))
+    + "\n"
+)
 
 
 def write(folder, text):
@@ -50,7 +54,10 @@ def test_a_plant_left_alone(tmp_path):
     ("table", "check"),
     [
         ('model = "constant"\nlevel = "3 N"', lambda u, t: np.ptp(u) == 0.0 and u[0] == 3.0),
-        ('model = "sine"\namplitude = "2 kN"\nfrequency = "2 Hz"', lambda u, t: np.allclose(u, 2e3 * np.sin(4.0 * np.pi * t))),
+        (
+            'model = "sine"\namplitude = "2 kN"\nfrequency = "2 Hz"',
+            lambda u, t: np.allclose(u, 2e3 * np.sin(4.0 * np.pi * t)),
+        ),
         (
             'model = "s_curve"\ndistance = "5 N"\nvelocity = "2 N/s"\nacceleration = "1 kN/s^2"',
             lambda u, t: u[-1] == pytest.approx(5.0) and np.max(np.diff(u)) == pytest.approx(0.02),
@@ -65,10 +72,14 @@ def test_functions_of_time_are_efforts(tmp_path, table, check):
 
 def test_the_effort_of_a_log_sets_the_duration_with_zero_order_hold(tmp_path):
     (tmp_path / "log.csv").write_text(LOG)
-    text = OPEN.replace('model = "constant"', 'model = "recorded"\nfile = "log.csv"').replace('duration = "6 s"', "")
+    text = OPEN.replace('model = "constant"', 'model = "recorded"\nfile = "log.csv"').replace(
+        'duration = "6 s"', ""
+    )
     finer = read(tmp_path, text)
     assert finer.run.duration == pytest.approx(2.4)
-    assert finer.effort.values.reshape(-1, 2).tolist() == [[round(float(np.sin(k)), 6)] * 2 for k in range(120)]
+    assert finer.effort.values.reshape(-1, 2).tolist() == [
+        [round(float(np.sin(k)), 6)] * 2 for k in range(120)
+    ]
     alike = read(tmp_path, text.replace('sample_time = "10 ms"', ""))
     assert alike.effort.values.tolist() == finer.effort.values[::2].tolist()
 
@@ -84,18 +95,34 @@ def test_variants_differ_in_their_efforts(tmp_path):
     [
         ("[run]", "[run]\nsubsteps = 4", "run.substeps: .*tolerance.*Remove substeps or tolerance"),
         ("[run]", "[run]\ndelay = 1", "run.delay: conflicts with the tolerance.*substeps"),
-        ("[run]", '[run]\ncurrent_lag = "1 ms"', "run.current_lag: conflicts with the tolerance.*substeps"),
-        ("[run]", '[controller]\nmodel = "cascade"\n[run]', r"controller: needs a closed loop.*\[effort\]"),
+        (
+            "[run]",
+            '[run]\ncurrent_lag = "1 ms"',
+            "run.current_lag: conflicts with the tolerance.*substeps",
+        ),
+        (
+            "[run]",
+            '[controller]\nmodel = "cascade"\n[run]',
+            r"controller: needs a closed loop.*\[effort\]",
+        ),
         ("[run]", '[reference]\nmodel = "sine"\n[run]', "reference: needs a closed loop"),
         ('tolerance = "1 um"', 'tolerance = "-1 um"', "run.tolerance: "),
         ('tolerance = "1 um"', 'tolerance = "1 N"', "run.tolerance: "),
         ('model = "constant"', 'level = "1 N"', "effort: names no model.*constant, sine"),
         ('model = "constant"', 'model = "sin"', "effort.model: .*sin.*sine"),
-        ('model = "constant"', 'model = "constant"\namplitude = 1', "effort.amplitude: unknown key.*level"),
+        (
+            'model = "constant"',
+            'model = "constant"\namplitude = 1',
+            "effort.amplitude: unknown key.*level",
+        ),
         ('model = "constant"', 'model = "sine"\namplitude = "2 mm"', "effort.amplitude: .*2 mm"),
         ('model = "constant"', 'model = "sine"\namplitude = "2 N"', "frequency"),
         ('model = "constant"', 'model = "recorded"', "effort.file: "),
-        ('model = "constant"', 'model = "recorded"\nfile = "log.csv"', r"run\.duration: is longer than the log of the effort, 2\.4 s"),
+        (
+            'model = "constant"',
+            'model = "recorded"\nfile = "log.csv"',
+            r"run\.duration: is longer than the log of the effort, 2\.4 s",
+        ),
         (
             '[effort]\nmodel = "constant"',
             '[controller]\nmodel = "cascade"\nk_p = 10\nk_v = 20\n[reference]\nmodel = "sine"\namplitude = "1 mm"\nfrequency = 1',
@@ -117,14 +144,20 @@ def test_the_command_runs_it_and_reports_it(tmp_path, capsys):
     assert "Position, peak to peak" in text
     assert "ollowing error" not in text
     numbers = json.loads((out / "summary.json").read_text())["variants"]["base"]
-    assert (numbers["completed"], numbers["motion"]["max"] > 0.1, numbers["following_error"]["rms"]) == (True, True, None)
+    assert (
+        numbers["completed"],
+        numbers["motion"]["max"] > 0.1,
+        numbers["following_error"]["rms"],
+    ) == (True, True, None)
     page = Path(out / "report.html").read_text()
     assert "An open loop: without a controller" in page
     assert "1 µm" in page.replace("\u202f", " ").replace("\xa0", " ")
     assert (out / "log.csv").read_text().splitlines()[0] == "time [s],position [m],effort [N]"
 
 
-@pytest.mark.parametrize("effort", ['model = "constant"\nlevel = "0.3 N*m"', 'model = "recorded"\nfile = "log.csv"'])
+@pytest.mark.parametrize(
+    "effort", ['model = "constant"\nlevel = "0.3 N*m"', 'model = "recorded"\nfile = "log.csv"']
+)
 def test_an_open_loop_that_turns_has_a_reference_that_turns(tmp_path, effort):
     (tmp_path / "log.csv").write_text(LOG.replace("[m]", "[rad]").replace("[N]", "[N*m]"))
     text = f"""

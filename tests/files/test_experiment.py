@@ -88,7 +88,9 @@ def experiment(tmp_path):
     (tmp_path / "axis.toml").write_text(AXIS)
     t = 1e-3 * np.arange(200)
     columns = np.column_stack((t, np.sin(9 * t), 1e3 * np.sin(9 * t), np.cos(9 * t)))
-    np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.15g")
+    np.savetxt(
+        tmp_path / "log.csv", columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.15g"
+    )
 
     def read(text: str, *, allow_code: bool = False, **rest: str):
         for name, content in rest.items():
@@ -104,10 +106,22 @@ def test_a_file_without_variants_is_a_single_variant(experiment):
     result = experiment(PLAIN)
     (base,) = result.variants
     assert (result.name, result.kind, base.name) == ("plain", "translational", "base")
-    assert (base.plant.values, base.friction.values) == ({"M": 2.0}, {"F_C": 3.0, "F_v": 4.0, "offset": 0.0})
-    assert (base.feedforward.mass, base.feedforward.gain, base.feedforward.friction.values["F_C"]) == (2.0, 0.9, 2.5)
+    assert (base.plant.values, base.friction.values) == (
+        {"M": 2.0},
+        {"F_C": 3.0, "F_v": 4.0, "offset": 0.0},
+    )
+    assert (
+        base.feedforward.mass,
+        base.feedforward.gain,
+        base.feedforward.friction.values["F_C"],
+    ) == (2.0, 0.9, 2.5)
     assert base.sensor.values["resolution"] == 0.0
-    assert (base.run.duration, base.run.sample_time, base.run.substeps, base.run.delay) == (2.0, 1e-3, 4, 0)
+    assert (base.run.duration, base.run.sample_time, base.run.substeps, base.run.delay) == (
+        2.0,
+        1e-3,
+        4,
+        0,
+    )
 
 
 def test_variants_change_only_the_keys_that_they_name(experiment):
@@ -124,13 +138,23 @@ friction = { model = "stribeck", F_C = 3, F_S = 5, v_S = "1 mm/s", F_v = 4 }
     )
     base, none, late, stribeck = result.variants
     assert [variant.name for variant in result.variants] == ["base", "none", "late", "stribeck"]
-    assert (none.feedforward.friction, none.feedforward.mass, none.friction) == (None, 2.0, base.friction)
+    assert (none.feedforward.friction, none.feedforward.mass, none.friction) == (
+        None,
+        2.0,
+        base.friction,
+    )
     assert (late.run.delay, late.run.duration) == (2, 2.0)
-    assert (stribeck.friction.name, stribeck.friction.values["v_S"], stribeck.controller) == ("stribeck", 1e-3, base.controller)
+    assert (stribeck.friction.name, stribeck.friction.values["v_S"], stribeck.controller) == (
+        "stribeck",
+        1e-3,
+        base.controller,
+    )
 
 
 def test_an_empty_variant_renames_the_base(experiment):
-    result = experiment(PLAIN + '[compare.with]\n[compare.without.controller.feedforward]\nfriction = "none"\n')
+    result = experiment(
+        PLAIN + '[compare.with]\n[compare.without.controller.feedforward]\nfriction = "none"\n'
+    )
     assert [variant.name for variant in result.variants] == ["with", "without"]
     assert result.variants[0].feedforward.friction is not None
 
@@ -139,9 +163,15 @@ def test_an_axis_provides_missing_values(experiment):
     (base,) = experiment(BY_AXIS).variants
     assert (base.plant.values, base.sensor.values["resolution"]) == ({"M": 7.0}, 2e-6)
     assert base.controller.values["k_v"] == 20.0  # 4 V*s/m at 5 N/V
-    assert (base.run.effort_limit, base.run.sample_time, base.run.duration) == (50.0, pytest.approx(1e-3, rel=1e-12), pytest.approx(0.2))
+    assert (base.run.effort_limit, base.run.sample_time, base.run.duration) == (
+        50.0,
+        pytest.approx(1e-3, rel=1e-12),
+        pytest.approx(0.2),
+    )
     assert base.reference.values["position"][100] == pytest.approx(np.sin(0.9), rel=1e-12)
-    changed = experiment(BY_AXIS + '[plant]\nM = 8\n[controller]\nk_p = 30\n[run]\neffort_limit = "4 V"\n').variants[0]
+    changed = experiment(
+        BY_AXIS + '[plant]\nM = 8\n[controller]\nk_p = 30\n[run]\neffort_limit = "4 V"\n'
+    ).variants[0]
     assert (changed.plant.values, changed.run.effort_limit) == ({"M": 8.0}, 20.0)
     assert (changed.controller.values["k_p"], changed.controller.values["k_v"]) == (30.0, 20.0)
 
@@ -187,7 +217,10 @@ def test_an_identified_model_gives_plant_kind_and_friction(experiment):
 
 
 def test_a_users_own_model_by_file(experiment, own_model):
-    text = PLAIN.replace('model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'file = "own.py"\nF_0 = "3 N"\nlambda = 0.5')
+    text = PLAIN.replace(
+        'model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4',
+        'file = "own.py"\nF_0 = "3 N"\nlambda = 0.5',
+    )
     with pytest.raises(InputError, match="needs permission to run"):
         experiment(text)
     with pytest.warns(InputWarning, match="is run"):
@@ -198,7 +231,12 @@ def test_a_users_own_model_by_file(experiment, own_model):
 
 
 def test_the_kind_follows_from_the_units(experiment):
-    text = PLAIN.replace('"2 kg"', "2").replace('"3 N"', '"3 N*m"').replace('"2.5 N"', '"2.5 N*m"').replace("1 mm", "1 mrad")
+    text = (
+        PLAIN.replace('"2 kg"', "2")
+        .replace('"3 N"', '"3 N*m"')
+        .replace('"2.5 N"', '"2.5 N*m"')
+        .replace("1 mm", "1 mrad")
+    )
     assert experiment(text).kind == "rotational"
 
 
@@ -211,22 +249,37 @@ def test_the_kind_follows_from_the_units(experiment):
         (PLAIN + "[compare.one]\nname = 'x'\n", ("compare.one.name",)),
         (PLAIN + "[compare.one.friction]\nF_C = -3\n", ("compare.one.friction.F_C", ">= 0 N")),
         (PLAIN + "[compare.one.plant]\nN = 1\n", ("compare.one.plant.N",)),
-        (PLAIN + "[compare.one]\naxis = { file = 3 }\n", ("compare.one.axis.file", "name of a file")),
+        (
+            PLAIN + "[compare.one]\naxis = { file = 3 }\n",
+            ("compare.one.axis.file", "name of a file"),
+        ),
         (PLAIN.replace("duration = ", "length = "), ("run.length", "duration")),
-        (PLAIN + '[disturbance]\nfile = "loop.csv"\nunit = "N"\n', ("disturbance.unit", "unknown key", "allowed keys: file")),
+        (
+            PLAIN + '[disturbance]\nfile = "loop.csv"\nunit = "N"\n',
+            ("disturbance.unit", "unknown key", "allowed keys: file"),
+        ),
         (PLAIN.replace('"2 s"', '"1 ms"'), ("run.duration", "samples")),
         (PLAIN.replace("[run]", "[run]\nsettle = 3"), ("run.settle",)),
         (PLAIN.replace("[run]", "[run]\ncurrent_lag = '-1 ms'"), ("run.current_lag", ">= 0 s")),
         (PLAIN.replace("[run]", "[run]\ndelay = -1"), ("run.delay", "0 to")),
         (PLAIN.replace("[run]", "[run]\nsubsteps = inf"), ("run.substeps", "finite")),
         (PLAIN.replace("gain = 0.9", "gain = 'much'"), ("controller.feedforward.gain",)),
-        (PLAIN.replace("gain = 0.9", "gian = 0.9"), ("controller.feedforward.gian", "Did you mean 'gain'")),
+        (
+            PLAIN.replace("gain = 0.9", "gian = 0.9"),
+            ("controller.feedforward.gian", "Did you mean 'gain'"),
+        ),
         (PLAIN.replace("[plant]", 'kind = "rotational"\n[plant]'), ("friction.F_C", "rotational")),
-        (BY_AXIS.replace("schema = 1", 'schema = 1\nkind = "rotational"'), ("kind", "translational")),
+        (
+            BY_AXIS.replace("schema = 1", 'schema = 1\nkind = "rotational"'),
+            ("kind", "translational"),
+        ),
         (BY_AXIS + "axis = 'nowhere.toml'\n", ("reference.axis", "nowhere.toml")),
         (BY_AXIS.replace("log.csv", "none.csv"), ("reference.file", "none.csv")),
         (BY_AXIS.replace("axis.toml", "log.csv"), ("axis.file", "log.csv", "TOML")),
-        (BY_AXIS.replace('model = "coulomb"\nF_C = "3 N"', 'file = "model.toml"'), ("friction.file", "rotational")),
+        (
+            BY_AXIS.replace('model = "coulomb"\nF_C = "3 N"', 'file = "model.toml"'),
+            ("friction.file", "rotational"),
+        ),
         (BY_MODEL.replace("F_C_neg", "F_C"), ("controller.feedforward.friction.F_C", "F_C_neg")),
         *((f"compare = {value}\n{PLAIN}", ("compare",)) for value in ('"x"', "-inf", "[1]")),
     ],
@@ -261,10 +314,16 @@ def test_a_table_behind_a_screw_has_friction_in_its_own_units(tmp_path):
     ("entries", "said"),
     [
         ("", "identify.own: needs a log or a simulated loop for the fit"),
-        ('log = "log.csv"\nexcite = "loop"', "identify.own: needs a log or a simulated loop for the fit"),
+        (
+            'log = "log.csv"\nexcite = "loop"',
+            "identify.own: needs a log or a simulated loop for the fit",
+        ),
         ('log = "log.csv"\naxis = "axis.toml"', "identify.own: is not identified"),
         ('excite = "loop"', "identify.own: is not identified"),
-        ('excite = "lop"', "identify.own.excite: is not a variant in this file; found 'lop', allowed loop. Did you mean 'loop'?"),
+        (
+            'excite = "lop"',
+            "identify.own.excite: is not a variant in this file; found 'lop', allowed loop. Did you mean 'loop'?",
+        ),
         ('log = "gone.csv"', "identify.own.log: "),
     ],
 )
@@ -272,14 +331,18 @@ def test_a_model_is_fitted_to_logs_or_to_an_excited_loop(experiment, entries, sa
     text = PLAIN.replace('friction = { model = "coulomb", F_C = "2.5 N" }', "")
     text = text.replace('model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'identified = "own"')
     with pytest.raises(InputError, match=re.escape(said)):
-        experiment(f'{text}[compare.loop.friction]\nmodel = "coulomb"\nF_C = 1\n[identify.own]\n{entries}\n')
+        experiment(
+            f'{text}[compare.loop.friction]\nmodel = "coulomb"\nF_C = 1\n[identify.own]\n{entries}\n'
+        )
 
 
 def planned(folder, digest="d1"):
     return Planned("friction", folder, digest, (), None, None, {})
 
 
-def test_a_model_is_identified_anew_where_its_inputs_changed_and_never_taken_where_it_was_edited(tmp_path):
+def test_a_model_is_identified_anew_where_its_inputs_changed_and_never_taken_where_it_was_edited(
+    tmp_path,
+):
     plan = planned(tmp_path / "a")
     assert not plan.is_current, "nothing is there yet"
     with results_folder(plan.folder) as folder:
@@ -295,8 +358,17 @@ def test_a_model_is_identified_anew_where_its_inputs_changed_and_never_taken_whe
 def test_a_loop_of_a_log_is_a_reference_with_its_own_sample_time(experiment, tmp_path):
     t = 2e-3 * np.arange(100)
     head = "time [s],reference [m],unexplained [N]"
-    np.savetxt(tmp_path / "loop.csv", np.column_stack((t, np.cos(t), 3.0 * t)), delimiter=",", header=head, comments="", fmt="%.15g")
-    (base,) = experiment(BY_AXIS.replace("log.csv", "loop.csv") + '[disturbance]\nfile = "loop.csv"\n').variants
+    np.savetxt(
+        tmp_path / "loop.csv",
+        np.column_stack((t, np.cos(t), 3.0 * t)),
+        delimiter=",",
+        header=head,
+        comments="",
+        fmt="%.15g",
+    )
+    (base,) = experiment(
+        BY_AXIS.replace("log.csv", "loop.csv") + '[disturbance]\nfile = "loop.csv"\n'
+    ).variants
     assert base.reference.values["position"] == pytest.approx(np.cos(t))
     assert base.run.sample_time == pytest.approx(2e-3)
     assert base.disturbance == pytest.approx(3.0 * t)

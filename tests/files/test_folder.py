@@ -33,8 +33,21 @@ def test_the_content_of_a_folder_is_listed_in_order(opened):
 
 
 def test_links_are_there_and_are_no_files(opened):
-    assert [opened.is_file(name) for name in ("a", "below/b", "link", "lost", "below", "gone")] == [True, True, False, False, False, False]
-    assert [opened.is_there(name) for name in ("a", "link", "lost", "gone", "gone/b")] == [True, True, True, False, False]
+    assert [opened.is_file(name) for name in ("a", "below/b", "link", "lost", "below", "gone")] == [
+        True,
+        True,
+        False,
+        False,
+        False,
+        False,
+    ]
+    assert [opened.is_there(name) for name in ("a", "link", "lost", "gone", "gone/b")] == [
+        True,
+        True,
+        True,
+        False,
+        False,
+    ]
     for name in ("link", "lost"):
         with pytest.raises(OSError, match=r"symbolic link"):
             opened.open(name)
@@ -127,7 +140,12 @@ def test_a_folder_is_renamed_only_to_an_unused_name(tmp_path, monkeypatch, syste
     with pytest.raises(FileExistsError):
         rename_new(old, new)
     rename_new(old, tmp_path / "third")
-    assert sorted(str(item.relative_to(tmp_path)) for item in tmp_path.rglob("*")) == ["new", "new/new", "third", "third/old"]
+    assert sorted(str(item.relative_to(tmp_path)) for item in tmp_path.rglob("*")) == [
+        "new",
+        "new/new",
+        "third",
+        "third/old",
+    ]
 
 
 def test_two_folders_exchange_their_names(tmp_path):
@@ -137,8 +155,13 @@ def test_two_folders_exchange_their_names(tmp_path):
 
 
 @pytest.mark.parametrize(("system", "arguments"), [("renameat2", 5), ("renamex_np", 3)])
-@pytest.mark.parametrize(("code", "outcome"), [(0, True), (errno.EINVAL, False), (errno.ENOSYS, False), (errno.EEXIST, None)])
-def test_the_exchange_of_names_reports_its_success(monkeypatch, tmp_path, system, arguments, code, outcome):
+@pytest.mark.parametrize(
+    ("code", "outcome"),
+    [(0, True), (errno.EINVAL, False), (errno.ENOSYS, False), (errno.EEXIST, None)],
+)
+def test_the_exchange_of_names_reports_its_success(
+    monkeypatch, tmp_path, system, arguments, code, outcome
+):
     requested = []
 
     def call(*passed):

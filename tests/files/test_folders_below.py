@@ -23,7 +23,11 @@ def out(tmp_path):
 
 
 def held_by(out):
-    return {str(item.relative_to(out)): item.read_text() for item in out.rglob("*") if item.is_file() and item.name != NOTE}
+    return {
+        str(item.relative_to(out)): item.read_text()
+        for item in out.rglob("*")
+        if item.is_file() and item.name != NOTE
+    }
 
 
 def test_they_appear_and_are_replaced_whole(out):
@@ -72,7 +76,10 @@ def test_a_user_file_in_place_of_the_folder_is_kept(out, what, tmp_path):
 
 def test_input_files_are_not_replaced(out):
     reads = [out / "figures" / "a.svg"]
-    with pytest.raises(InputError, match="contains input files of this command: figures"), results_folder(out, force=True, reads=reads):
+    with (
+        pytest.raises(InputError, match="contains input files of this command: figures"),
+        results_folder(out, force=True, reads=reads),
+    ):
         pytest.fail("the work must not begin")
 
 
@@ -106,7 +113,9 @@ def test_all_of_them_are_on_the_disk_before_they_appear(tmp_path, monkeypatch):
     assert {item.stat().st_ino for item in (tmp_path / "run").rglob("*")} <= synced
 
 
-@pytest.mark.skipif(os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open")
+@pytest.mark.skipif(
+    os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open"
+)
 def test_a_subfolder_belongs_to_the_opened_folder(out, tmp_path):
     with Folder(out) as fixed:
         note = note_in(fixed)

@@ -23,8 +23,17 @@ def out(tmp_path):
 
 def test_files_survive_a_round_trip(out):
     with growing_folder(out, "study") as (grown, damaged):
-        assert (damaged, grown.path, grown / "a.csv", sorted(grown.names)) == ([], out, out / "a.csv", ["a.csv", "runs/b.csv"])
-        assert (grown.read("a.csv"), grown.read("runs/b.csv"), grown.read("c.csv")) == (b"1,2\n", b"3,4\n", None)
+        assert (damaged, grown.path, grown / "a.csv", sorted(grown.names)) == (
+            [],
+            out,
+            out / "a.csv",
+            ["a.csv", "runs/b.csv"],
+        )
+        assert (grown.read("a.csv"), grown.read("runs/b.csv"), grown.read("c.csv")) == (
+            b"1,2\n",
+            b"3,4\n",
+            None,
+        )
         assert (grown.is_whole("a.csv"), grown.is_whole("c.csv")) == (True, False)
         held = (("a.csv", "1,2\n"), ("a.csv", "1,3\n"), ("c.csv", "1,2\n"))
         assert [grown.has_held(name, text) for name, text in held] == [True, False, False]
@@ -45,12 +54,18 @@ def test_a_file_that_was_changed_is_neither_read_nor_replaced_nor_removed(out):
             grown.write("a.csv", "1,2\n")
         for name in ("a.csv", "runs/b.csv"):
             grown.remove(name)
-        assert ((out / "a.csv").read_text(), (out / "runs/b.csv").exists()) == ("of a person", False)
+        assert ((out / "a.csv").read_text(), (out / "runs/b.csv").exists()) == (
+            "of a person",
+            False,
+        )
         assert grown.names == ["a.csv"]
 
 
 def test_a_path_to_another_place_is_refused(out):
-    with growing_folder(out, "study") as (grown, _), pytest.raises(ValueError, match="is not the name of a file"):
+    with (
+        growing_folder(out, "study") as (grown, _),
+        pytest.raises(ValueError, match="is not the name of a file"),
+    ):
         grown.write("../a.csv", "x")
 
 
@@ -61,7 +76,10 @@ def test_damaged_files_are_reported_and_kept(out):
         assert damaged == ["a.csv"]
         for kept in ("a.csv.damaged", "a.csv.damaged-2"):
             (out / "a.csv").write_text("dama")
-            with pytest.warns(InputWarning, match=rf"/a\.csv is damaged, .*: bristle keeps it as {kept}, and writes the file again$"):
+            with pytest.warns(
+                InputWarning,
+                match=rf"/a\.csv is damaged, .*: bristle keeps it as {kept}, and writes the file again$",
+            ):
                 grown.set_all_aside(["a.csv"])
             assert (out / kept).read_text() == "dama"
         grown.write("a.csv", "1,2\n")
@@ -82,7 +100,11 @@ def test_all_of_a_file_is_on_the_disk_before_its_name_is_there(out, monkeypatch)
     with growing_folder(out, "study") as (grown, _):
         synced.clear()
         grown.write("c.csv", "x" * 1000)
-    assert [name.rpartition(".")[2] for name in synced[:1]] + synced[1:] == ["partial", NOTE, "folder"]
+    assert [name.rpartition(".")[2] for name in synced[:1]] + synced[1:] == [
+        "partial",
+        NOTE,
+        "folder",
+    ]
 
 
 def test_a_failed_write_leaves_no_incomplete_file(out, monkeypatch):
@@ -94,7 +116,9 @@ def test_a_failed_write_leaves_no_incomplete_file(out, monkeypatch):
 
         with monkeypatch.context() as patch:
             patch.setattr(os, "fsync", full)
-            with pytest.raises(InputError, match=r"cannot be written: no space left on device.*Make room"):
+            with pytest.raises(
+                InputError, match=r"cannot be written: no space left on device.*Make room"
+            ):
                 grown.write("c.csv", "x")
         assert {file.name for file in out.iterdir()} == before
 
@@ -139,5 +163,7 @@ def test_files_are_verified_by_their_content(out):
     verified(out, ["a.csv", "runs/b.csv"])
     (out / "a.csv").write_text("dama")
     verified(out, ["runs/b.csv"])
-    with pytest.raises(InputError, match=r"contains files that are damaged or were not written here: a\.csv"):
+    with pytest.raises(
+        InputError, match=r"contains files that are damaged or were not written here: a\.csv"
+    ):
         verified(out, ["a.csv", "runs/b.csv"])

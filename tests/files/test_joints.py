@@ -27,13 +27,22 @@ def joints(text, name="joints.toml"):
 
 
 def test_the_number_of_a_joint_stands_in_all_texts():
-    axes = {name: axis_from(table) for name, table in joints(COMMON + "[[joint]]\n[[joint]]\nname = 'elbow'").items()}
+    axes = {
+        name: axis_from(table)
+        for name, table in joints(COMMON + "[[joint]]\n[[joint]]\nname = 'elbow'").items()
+    }
     assert list(axes) == ["joint_1", "elbow"]
-    assert [(axis.name, axis.columns["effort"].name) for axis in axes.values()] == [("joint_1", "u1"), ("elbow", "u2")]
+    assert [(axis.name, axis.columns["effort"].name) for axis in axes.values()] == [
+        ("joint_1", "u1"),
+        ("elbow", "u2"),
+    ]
 
 
 def test_an_entry_of_a_joint_replaces_only_the_same_entry():
-    text = COMMON + "[[joint]]\n[joint.limits]\nvelocity = '2 rad/s'\n[[joint]]\n[joint.limits]\nstroke = [0.0, 2.0]"
+    text = (
+        COMMON
+        + "[[joint]]\n[joint.limits]\nvelocity = '2 rad/s'\n[[joint]]\n[joint.limits]\nstroke = [0.0, 2.0]"
+    )
     first, second = (axis_from(table) for table in joints(text).values())
     assert (first.stroke, first.velocity_limit) == ((-1.0, 1.0), 2.0)
     assert (second.stroke, second.velocity_limit) == ((0.0, 2.0), None)
@@ -52,7 +61,10 @@ def test_a_file_of_one_axis_has_no_joints():
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[[joint]]\nname = 'a'\n[[joint]]\nname = 'a'", r"joint\[1\].name: must be a word that no other joint has"),
+        (
+            "[[joint]]\nname = 'a'\n[[joint]]\nname = 'a'",
+            r"joint\[1\].name: must be a word that no other joint has",
+        ),
         ("[[joint]]\nname = '../a'", r"joint\[0\].name: must be a word"),
         ("[joint]\nname = 'a'", r"joint: must be a list of tables"),
         ("[[joint]]\nname = 3", r"joint\[0\].name"),
@@ -68,19 +80,32 @@ ARRAYS = COMMON.replace("q{joint}", "y[{joint0}]").replace("u{joint}", "u[{joint
 
 def test_columns_of_arrays_count_from_a_stated_number():
     axes = [axis_from(table) for table in joints(ARRAYS + "[[joint]]\n[[joint]]\n").values()]
-    assert [(axis.columns["position"].name, axis.columns["effort"].name) for axis in axes] == [("y[0]", "u[1]"), ("y[1]", "u[2]")]
+    assert [(axis.columns["position"].name, axis.columns["effort"].name) for axis in axes] == [
+        ("y[0]", "u[1]"),
+        ("y[1]", "u[2]"),
+    ]
 
 
-@pytest.mark.parametrize("names", [("a1", "a2", "a3"), ("a0", "a1", "a2"), ("turn", "lift", "twist")])
+@pytest.mark.parametrize(
+    "names", [("a1", "a2", "a3"), ("a0", "a1", "a2"), ("turn", "lift", "twist")]
+)
 def test_names_may_count_from_0_or_1(names):
     tables = joints(COMMON + "".join(f"[[joint]]\nname = '{name}'\n" for name in names))
-    assert [axis_from(table).columns["effort"].name for table in tables.values()] == ["u1", "u2", "u3"]
+    assert [axis_from(table).columns["effort"].name for table in tables.values()] == [
+        "u1",
+        "u2",
+        "u3",
+    ]
 
 
 @pytest.mark.parametrize(
     ("common", "names", "message"),
     [
-        (COMMON.replace("u{joint}", "u[{joint}]"), ("a1",), r"joint\[0\].name: uses \[\{joint\}\].*write \[\{joint0\}\]"),
+        (
+            COMMON.replace("u{joint}", "u[{joint}]"),
+            ("a1",),
+            r"joint\[0\].name: uses \[\{joint\}\].*write \[\{joint0\}\]",
+        ),
         (COMMON, ("a1", "a3"), r"joint\[1\].name: is the table of joint 2.*'a3'"),
         (COMMON, ("a0", "a2"), r"joint\[1\].name: is the table of joint 2.*'a2'"),
         (COMMON, ("a2", "a3"), r"joint\[0\].name: is the table of joint 1.*'a2'"),

@@ -56,7 +56,11 @@ def read(text, folder, kind="translational"):
 
 def fed_forward(folder, table):
     text = EXPERIMENT.replace("FRICTION", table)
-    return experiment_from(tomllib.loads(text), folder / "experiment.toml", Sources(folder)).variants[0].feedforward
+    return (
+        experiment_from(tomllib.loads(text), folder / "experiment.toml", Sources(folder))
+        .variants[0]
+        .feedforward
+    )
 
 
 @pytest.mark.parametrize(
@@ -67,14 +71,19 @@ def fed_forward(folder, table):
         ('offset = "0 N"\nkernel = "found/model.toml"', 0.0),  # what is written goes before
     ],
 )
-def test_a_file_names_the_kernel_and_its_offset_is_that_of_the_friction(folder, table, entries, offset):
+def test_a_file_names_the_kernel_and_its_offset_is_that_of_the_friction(
+    folder, table, entries, offset
+):
     content = read(f'model = "preisach_contact"\nsigma_2 = 2.0\n{entries}', folder)
     assert content == friction.find("preisach_contact")(kernel=table, sigma_2=2.0, offset=offset)
 
 
 def test_the_kernel_may_be_a_table(folder):
     text = 'model = "preisach_lugre"\nF_C = "3 N"\nF_S = "4 N"\nv_S = "1 mm/s"\n[kernel]\n'
-    content = read(text + 'model = "prandtl_ishlinskii"\nthresholds = ["1 um", "5 um"]\nweights = [4e6, 1e6]', folder)
+    content = read(
+        text + 'model = "prandtl_ishlinskii"\nthresholds = ["1 um", "5 um"]\nweights = [4e6, 1e6]',
+        folder,
+    )
     stops = hysteresis.prandtl_ishlinskii(thresholds=[1e-6, 5e-6], weights=[4e6, 1e6])
     assert content == friction.find("preisach_lugre")(kernel=stops, F_C=3.0, F_S=4.0, v_S=1e-3)
 
@@ -82,7 +91,9 @@ def test_the_kernel_may_be_a_table(folder):
 def test_a_file_of_an_operator_is_friction_and_a_compensator(folder, table):
     contact = friction.find("preisach_contact")(kernel=table, offset=2.5)
     assert fed_forward(folder, 'file = "found/model.toml"').friction == contact
-    text = EXPERIMENT.replace("friction = { FRICTION }", "").replace('model = "coulomb"\nF_C = "3 N"', 'file = "OP"')
+    text = EXPERIMENT.replace("friction = { FRICTION }", "").replace(
+        'model = "coulomb"\nF_C = "3 N"', 'file = "OP"'
+    )
     (folder / "run.toml").write_text(text.replace("OP", "found/model.toml"))
     experiment = read_experiment(folder / "run.toml")
     assert experiment.variants[0].friction == contact
@@ -93,14 +104,18 @@ def test_the_file_of_a_kernel_is_an_origin(folder, table):
     text = EXPERIMENT.replace("FRICTION", 'model = "preisach_contact", kernel = "bare.toml"')
     (folder / "run.toml").write_text(text)
     experiment = read_experiment(folder / "run.toml")
-    assert experiment.variants[0].feedforward.friction == friction.find("preisach_contact")(kernel=table)
+    assert experiment.variants[0].feedforward.friction == friction.find("preisach_contact")(
+        kernel=table
+    )
     assert [origin.name for origin in experiment.origins["operator"]] == ["bare.toml"]
 
 
 DIRECTED = {"F_C_pos": 3.0, "F_C_neg": 2.0, "F_S_pos": 4.0, "F_S_neg": 3.0, "v_S": 1e-3}
 
 
-@pytest.mark.parametrize(("name", "values"), [("preisach_contact", {}), ("preisach_lugre+asymmetry", DIRECTED)])
+@pytest.mark.parametrize(
+    ("name", "values"), [("preisach_contact", {}), ("preisach_lugre+asymmetry", DIRECTED)]
+)
 def test_a_model_over_an_operator_is_written_and_read_to_the_bit(tmp_path, table, name, values):
     model = friction.find(name)(kernel=table, offset=1.0 / 3.0, **values)
     write_model(tmp_path / "model.toml", None, model)
@@ -110,7 +125,10 @@ def test_a_model_over_an_operator_is_written_and_read_to_the_bit(tmp_path, table
 
 def test_the_plane_of_a_hundred_branches_is_written_in_no_time(tmp_path):
     u = np.linspace(0.0, 1.0, 50)
-    curves = [(turn + (1.0 - turn) * u, u * (1.0 - turn) / 3.0) for turn in np.linspace(-1.0, 0.9, 100).tolist()]
+    curves = [
+        (turn + (1.0 - turn) * u, u * (1.0 - turn) / 3.0)
+        for turn in np.linspace(-1.0, 0.9, 100).tolist()
+    ]
     model = friction.find("preisach_contact")(kernel=hysteresis.table_of_curves(curves))
     assert model.kernel_E.size > 20_000
     begin = time.process_time()
@@ -123,13 +141,34 @@ def test_the_plane_of_a_hundred_branches_is_written_in_no_time(tmp_path):
     ("text", "said"),
     [
         ('model = "preisach_contact"\nkernel = "no.toml"', "friction.kernel"),
-        ('model = "preisach_contact"\nkernel = { file = "bare.toml", s = 1 }', "friction.kernel.s: unknown key"),
-        ('model = "preisach_contact"\nkernel = { file = 3 }', "friction.kernel.file: must be the name of a file; found 3"),
-        ('model = "preisach_contact"\nkernel = { file = "bare.toml", model = "play" }', "friction.kernel.model: unknown key"),
-        ('model = "preisach_contact"\nkernel = { model = "play", r = 1 }', "friction.kernel: gives no force"),
-        ('model = "preisach_contact"\nkernel = { thresholds = [1] }', "friction.kernel: names no model"),
-        ('model = "preisach_contact"\nkernel = "magic"\ns = 1\nf_p = 1', "friction.kernel: is not a valid choice"),
-        ('model = "preisach_contact"\nkernel = "bare.toml"\ns = 1', "friction.s: preisach_contact+reversal"),
+        (
+            'model = "preisach_contact"\nkernel = { file = "bare.toml", s = 1 }',
+            "friction.kernel.s: unknown key",
+        ),
+        (
+            'model = "preisach_contact"\nkernel = { file = 3 }',
+            "friction.kernel.file: must be the name of a file; found 3",
+        ),
+        (
+            'model = "preisach_contact"\nkernel = { file = "bare.toml", model = "play" }',
+            "friction.kernel.model: unknown key",
+        ),
+        (
+            'model = "preisach_contact"\nkernel = { model = "play", r = 1 }',
+            "friction.kernel: gives no force",
+        ),
+        (
+            'model = "preisach_contact"\nkernel = { thresholds = [1] }',
+            "friction.kernel: names no model",
+        ),
+        (
+            'model = "preisach_contact"\nkernel = "magic"\ns = 1\nf_p = 1',
+            "friction.kernel: is not a valid choice",
+        ),
+        (
+            'model = "preisach_contact"\nkernel = "bare.toml"\ns = 1',
+            "friction.s: preisach_contact+reversal",
+        ),
         ('model = "lugre"\nkernel = "bare.toml"', "friction.kernel: unknown key"),
     ],
 )
@@ -139,9 +178,14 @@ def test_invalid_kernels_are_refused_with_their_key(folder, text, said):
 
 
 @pytest.mark.parametrize("kind", ["magnetic", "rotational"])
-@pytest.mark.parametrize("entry", ['file = "other.toml"', 'model = "preisach_contact", kernel = "other.toml"'])
+@pytest.mark.parametrize(
+    "entry", ['file = "other.toml"', 'model = "preisach_contact", kernel = "other.toml"']
+)
 def test_an_operator_of_another_kind_is_refused(folder, entry, kind):
-    write_operator(folder / "other.toml", hysteresis.prandtl_ishlinskii(kind=kind, thresholds=[0.1], weights=[1.0]))
+    write_operator(
+        folder / "other.toml",
+        hysteresis.prandtl_ishlinskii(kind=kind, thresholds=[0.1], weights=[1.0]),
+    )
     with pytest.raises(InputError, match=kind):
         fed_forward(folder, entry)
 

@@ -27,16 +27,24 @@ gear_ratio = 10
 def log_file(tmp_path):
     t = np.arange(300.0)
     q, i = 90 * np.sin(t / 40), -np.cos(t / 40) - 0.01 * t
-    rows = "".join(f"{a},{b!r},{c!r}\n" for a, b, c in zip(t.tolist(), q.tolist(), i.tolist(), strict=True))
+    rows = "".join(
+        f"{a},{b!r},{c!r}\n" for a, b, c in zip(t.tolist(), q.tolist(), i.tolist(), strict=True)
+    )
     (tmp_path / "log.csv").write_text("t,q,i\n" + rows)
     return tmp_path / "log.csv"
 
 
-@pytest.mark.parametrize("values", [str, lambda path: path, read_axis], ids=["text", "path", "axis"])
+@pytest.mark.parametrize(
+    "values", [str, lambda path: path, read_axis], ids=["text", "path", "axis"]
+)
 def test_an_axis_is_a_file_or_an_object(tmp_path, log_file, values):
     (tmp_path / "axis.toml").write_text(AXIS)
     log = read_log(log_file, values(tmp_path / "axis.toml"))
-    assert (log.kind, log.sample_time, log.effort.unit) == ("rotational", pytest.approx(1e-3), "N*m")
+    assert (log.kind, log.sample_time, log.effort.unit) == (
+        "rotational",
+        pytest.approx(1e-3),
+        "N*m",
+    )
     assert np.max(log.position.values) == pytest.approx(np.pi / 20, rel=1e-3)
     assert log.effort.values[0] == pytest.approx(5.0)  # -1 A, sign, 0.5 N*m/A, gear of 10
 
@@ -59,18 +67,58 @@ PARTS = {
 @pytest.mark.parametrize(
     ("head", "axis", "step", "factor", "note"),
     [
-        ("time [s],speed [Hz]", "speed", 2.0, 2.0 * np.pi, "column speed has the unit 'Hz' in the log, but rev/s in the axis file"),
-        ("Sample Period: 4 ms\ntime,x", "timed", 0.002, 1e-3, "states a sample time of 0.004 s, but the axis file gives 0.002 s"),
-        ("time [s],x", "stamped", 0.002, 1e-3, "rises by 2 s per sample by its unit in the log, but sample_time in the axis file is"),
+        (
+            "time [s],speed [Hz]",
+            "speed",
+            2.0,
+            2.0 * np.pi,
+            "column speed has the unit 'Hz' in the log, but rev/s in the axis file",
+        ),
+        (
+            "Sample Period: 4 ms\ntime,x",
+            "timed",
+            0.002,
+            1e-3,
+            "states a sample time of 0.004 s, but the axis file gives 0.002 s",
+        ),
+        (
+            "time [s],x",
+            "stamped",
+            0.002,
+            1e-3,
+            "rises by 2 s per sample by its unit in the log, but sample_time in the axis file is",
+        ),
         ("Sample Period: 4 ms\nn,x", "silent", 0.004, 1e-3, ""),
-        ("Sample Period: 4 ms\nx,time", "role", 0.004, 1e-3, ""),  # the axis file decides which column is the position
-        ("Sample rate: 500 Hz\ntime,x", "silent", None, 0.0, 'column = "time", unit = "s" } in .columns., or sample_time = "0.002 s"'),
-        ("Sample time: 2 ms\nTrace cycle: 4 ms\nn,x", "silent", None, 0.0, "'Sample time: 2 ms' states, or sample_time = \"0.004 s\""),
+        (
+            "Sample Period: 4 ms\nx,time",
+            "role",
+            0.004,
+            1e-3,
+            "",
+        ),  # the axis file decides which column is the position
+        (
+            "Sample rate: 500 Hz\ntime,x",
+            "silent",
+            None,
+            0.0,
+            'column = "time", unit = "s" } in .columns., or sample_time = "0.002 s"',
+        ),
+        (
+            "Sample time: 2 ms\nTrace cycle: 4 ms\nn,x",
+            "silent",
+            None,
+            0.0,
+            "'Sample time: 2 ms' states, or sample_time = \"0.004 s\"",
+        ),
     ],
 )
-def test_the_axis_file_outranks_the_log_which_answers_where_it_is_silent(head, axis, step, factor, note):
+def test_the_axis_file_outranks_the_log_which_answers_where_it_is_silent(
+    head, axis, step, factor, note
+):
     values = np.sin(np.arange(300.0) / 20.0)
-    content = "\n".join([head, *(f"{2.0 * k},{x!r}" for k, x in enumerate(values.tolist())), ""]).encode()
+    content = "\n".join(
+        [head, *(f"{2.0 * k},{x!r}" for k, x in enumerate(values.tolist())), ""]
+    ).encode()
     if step is None:
         with pytest.raises(InputError, match=note):
             read_log(content, read_axis(PARTS[axis].encode()))

@@ -13,18 +13,26 @@ ENTRY = re.compile(r'[Ww]rite (?:.*?such as )?(\w+) = ("[^"]+"|[\d.]+)(?:.*?unde
 
 def typed(data, error):
     """Return the tables with what the message says written into them."""
-    match = ENTRY.search(error.mend) or re.search(r'such as (\w+) = ("[^"]+") under \[([\w.]+)\]', error.mend)
+    match = ENTRY.search(error.mend) or re.search(
+        r'such as (\w+) = ("[^"]+") under \[([\w.]+)\]', error.mend
+    )
     assert match, str(error)
     key, value, table = match[1], match[2], match[3]
     place = data
-    for name in (table or error.path.rpartition(".")[0]).split(".") if (table or "." in error.path) else ():
+    for name in (
+        (table or error.path.rpartition(".")[0]).split(".") if (table or "." in error.path) else ()
+    ):
         place = place.setdefault(name, {})
     place[key] = value.strip('"') if value.startswith('"') else float(value)
     return data
 
 
 def table(**entries):
-    base = {"schema": 1, "kind": "translational", "columns": {"position": {"column": "q", "unit": "mm"}}}
+    base = {
+        "schema": 1,
+        "kind": "translational",
+        "columns": {"position": {"column": "q", "unit": "mm"}},
+    }
     for path, value in entries.items():
         keys = path.split("__")
         place = base
@@ -43,11 +51,19 @@ def table(**entries):
         table(columns__effort={"column": "u", "unit": "%"}),
         table(columns__effort={"column": "u", "unit": "‰"}),
         table(columns__effort={"column": "u", "unit": "V"}),
-        table(columns__effort={"column": "u", "unit": "A"}, kind="rotational", columns__position={"column": "q"}),
+        table(
+            columns__effort={"column": "u", "unit": "A"},
+            kind="rotational",
+            columns__position={"column": "q"},
+        ),
         table(columns__effort={"column": "u", "unit": "N*m"}),
         table(columns__position={"column": "q", "unit": "rev"}),
         table(columns__position={"column": "q", "unit": "count"}),
-        table(columns__position={"column": "q", "unit": "deg"}, kind="rotational", transmission={"gear_ratio": 50}),
+        table(
+            columns__position={"column": "q", "unit": "deg"},
+            kind="rotational",
+            transmission={"gear_ratio": 50},
+        ),
         table(kind=None, columns__position={"column": "q"}),
         table(columns__load={"column": "F", "unit": "N"}),
     ],
@@ -99,7 +115,10 @@ OF_DRIVE = {"column": "u", "unit": "A"}
     ("entries", "scale"),
     [
         ({"effort": {"constant": "61.2 N/A"}}, 61.2),
-        ({"kind": "rotational", "columns__position": "q", "effort": {"constant": "0.12 N*m/A"}}, 0.12),
+        (
+            {"kind": "rotational", "columns__position": "q", "effort": {"constant": "0.12 N*m/A"}},
+            0.12,
+        ),
     ],
 )
 def test_a_constant_is_a_force_or_a_torque(entries, scale):

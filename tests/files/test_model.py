@@ -20,7 +20,12 @@ from bristle.models.friction import MODELS, find
 positive = st.floats(min_value=1e-11, max_value=1e15)
 
 
-@given(M=positive, F_C=positive, F_v=st.floats(min_value=0.0, max_value=1e100), offset=st.floats(-1e9, 1e9))
+@given(
+    M=positive,
+    F_C=positive,
+    F_v=st.floats(min_value=0.0, max_value=1e100),
+    offset=st.floats(-1e9, 1e9),
+)
 def test_numbers_survive_a_round_trip_exactly(tmp_path_factory, M, F_C, F_v, offset):
     path = tmp_path_factory.getbasetemp() / "model.toml"
     plant = plants.inertia(M=M)
@@ -70,10 +75,21 @@ def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
 
 def test_the_treatment_survives_a_round_trip(tmp_path):
     path = tmp_path / "model.toml"
-    treatment = {"cutoff": 37.5, "decimation": 4.0, "rows": 900.0, "velocity_max": 0.3, "lag": 2.8e-4}
+    treatment = {
+        "cutoff": 37.5,
+        "decimation": 4.0,
+        "rows": 900.0,
+        "velocity_max": 0.3,
+        "lag": 2.8e-4,
+    }
     write_model(path, None, find("coulomb")(F_C=8.0), treatment=treatment)
     assert "cutoff = 37.5 # Hz: " in path.read_text()
-    assert read_model(path).info["treatment"] == {"cutoff": 37.5, "decimation": 4, "velocity_max": 0.3, "lag": 2.8e-4}
+    assert read_model(path).info["treatment"] == {
+        "cutoff": 37.5,
+        "decimation": 4,
+        "velocity_max": 0.3,
+        "lag": 2.8e-4,
+    }
     write_model(path, None, find("coulomb")(F_C=8.0))
     assert read_model(path).info["treatment"] == {}
 
@@ -82,7 +98,11 @@ def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):
     component = load_code(own_model)
     (tmp_path / "there").mkdir()
     path = tmp_path / "there" / "model.toml"
-    write_model(path, None, friction.with_slots(component, ["asymmetry"])(F_0_pos=3.0, F_0_neg=4.0, lambda_=0.5))
+    write_model(
+        path,
+        None,
+        friction.with_slots(component, ["asymmetry"])(F_0_pos=3.0, F_0_neg=4.0, lambda_=0.5),
+    )
     assert "lambda = 0.5" in path.read_text()
     own_model.unlink()
     with pytest.warns(InputWarning, match=r"own\.py \(SHA-256 [0-9a-f]{64}\) is run"):
@@ -103,7 +123,10 @@ def test_a_user_model_is_not_confused_with_a_model_of_the_same_name(tmp_path, ow
 def test_a_users_own_model_has_no_slots_but_those_that_there_are(tmp_path, own_model):
     path = tmp_path / "model.toml"
     path.write_text("schema = 1\n[friction]\nfile = 'own.py'\nslots = ['cold']\nF_0 = 1\n")
-    with pytest.raises(InputError, match=r"friction\.slots.*\+asymmetry"), pytest.warns(InputWarning):
+    with (
+        pytest.raises(InputError, match=r"friction\.slots.*\+asymmetry"),
+        pytest.warns(InputWarning),
+    ):
         read_model(path, allow_code=True)
 
 
@@ -152,7 +175,10 @@ def test_models_with_memory_survive_a_round_trip_exactly(name, tmp_path):
     path = tmp_path / "model.toml"
     write_model(path, None, friction_model)
     result = read_model(path).friction
-    assert (result.name, pack(result.parameters).tobytes()) == (name, pack(friction_model.parameters).tobytes())
+    assert (result.name, pack(result.parameters).tobytes()) == (
+        name,
+        pack(friction_model.parameters).tobytes(),
+    )
 
 
 def test_a_choice_is_written_by_name_and_an_invalid_choice_is_refused(tmp_path):
@@ -161,11 +187,16 @@ def test_a_choice_is_written_by_name_and_an_invalid_choice_is_refused(tmp_path):
     text = path.read_text()
     assert 'kernel = "dahl_masing"' in text
     path.write_text(text.replace("dahl_masing", "dahl_massing"))
-    with pytest.raises(InputError, match=r"friction.kernel.*dahl_massing.*allowed dahl_masing.*Did you mean"):
+    with pytest.raises(
+        InputError, match=r"friction.kernel.*dahl_massing.*allowed dahl_masing.*Did you mean"
+    ):
         read_model(path)
 
 
-@pytest.mark.parametrize(("bad", "plant", "model"), [("plant", 5, friction.coulomb(F_C=1.0)), ("friction", None, friction.coulomb)])
+@pytest.mark.parametrize(
+    ("bad", "plant", "model"),
+    [("plant", 5, friction.coulomb(F_C=1.0)), ("friction", None, friction.coulomb)],
+)
 def test_invalid_models_are_refused_before_writing(bad, plant, model, tmp_path):
     with pytest.raises(InputError, match=rf"^{bad}: must be a {bad} model with parameters"):
         write_model(tmp_path / "model.toml", plant, model)
@@ -177,6 +208,8 @@ def test_values_beyond_toml_are_refused_and_the_file_is_unchanged(value, tmp_pat
     path, plant, model = tmp_path / "model.toml", plants.inertia(M=1.0), friction.coulomb(F_C=1.0)
     write_model(path, plant, model)
     before = path.read_bytes()
-    with pytest.raises(InputError, match=r"^provenance\.made: cannot be written; found .*, allowed text, a number"):
+    with pytest.raises(
+        InputError, match=r"^provenance\.made: cannot be written; found .*, allowed text, a number"
+    ):
         write_model(path, plant, model, provenance={"made": value})
     assert path.read_bytes() == before

@@ -9,7 +9,12 @@ from bristle.files.motion import write_motion
 
 T = 1e-3 * np.arange(2000)
 X = 0.01 * np.sin(2.0 * np.pi * T) ** 3
-SIGNALS = {"time": T, "position": X, "velocity": np.gradient(X, T), "acceleration": np.gradient(np.gradient(X, T), T)}
+SIGNALS = {
+    "time": T,
+    "position": X,
+    "velocity": np.gradient(X, T),
+    "acceleration": np.gradient(np.gradient(X, T), T),
+}
 
 AXES = {
     "millimetres": {
@@ -20,7 +25,10 @@ AXES = {
         }
     },
     "counts, turned round": {
-        "columns": {"time": "t", "position": {"column": "Position [count]", "unit": "count", "sign": -1}},
+        "columns": {
+            "time": "t",
+            "position": {"column": "Position [count]", "unit": "count", "sign": -1},
+        },
         "encoder": {"resolution": "0.01 um"},
     },
     "turns of the motor": {
@@ -44,7 +52,14 @@ def test_a_motion_survives_a_round_trip(name, tmp_path):
         "position": {**AXES[name]["columns"]["position"], "column": head[1].split(" [")[0]},
         "velocity": AXES[name]["columns"].get("velocity"),
     }
-    again = axis_from({"schema": 1, "kind": "translational", **AXES[name], "columns": {key: item for key, item in columns.items() if item}})
+    again = axis_from(
+        {
+            "schema": 1,
+            "kind": "translational",
+            **AXES[name],
+            "columns": {key: item for key, item in columns.items() if item},
+        }
+    )
     log = read_log(tmp_path / "motion.csv", again)
     assert log.sample_time == pytest.approx(1e-3)
     assert log.position.values == pytest.approx(X, abs=1e-12)

@@ -4,7 +4,15 @@ import pytest
 
 from bristle import hysteresis
 from bristle.core.errors import InputError
-from bristle.files.operator import OperatorFile, contact_over, holds_operator, operator_beside, read_operator, with_operator, write_operator
+from bristle.files.operator import (
+    OperatorFile,
+    contact_over,
+    holds_operator,
+    operator_beside,
+    read_operator,
+    with_operator,
+    write_operator,
+)
 
 WRITTEN = [name for name in hysteresis.OPERATORS if name not in ("stop", "play")]
 
@@ -14,9 +22,15 @@ WRITTEN = [name for name in hysteresis.OPERATORS if name not in ("stop", "play")
 def test_numbers_survive_a_round_trip_exactly(tmp_path, name, kind):
     component = hysteresis.OPERATORS[name]
     operator = component(kind=kind, **component.example)
-    write_operator(tmp_path / "model.toml", operator, 1.0 / 3.0, provenance={"command": 'a "quoted" one'})
+    write_operator(
+        tmp_path / "model.toml", operator, 1.0 / 3.0, provenance={"command": 'a "quoted" one'}
+    )
     result = read_operator(tmp_path / "model.toml")
-    assert (result.operator, result.offset, result.provenance) == (operator, 1.0 / 3.0, {"command": 'a "quoted" one'})
+    assert (result.operator, result.offset, result.provenance) == (
+        operator,
+        1.0 / 3.0,
+        {"command": 'a "quoted" one'},
+    )
     assert holds_operator(tmp_path / "model.toml")
 
 
@@ -52,8 +66,14 @@ def test_an_operator_for_a_kernel_is_named_by_its_file_or_by_its_table(tmp_path,
     beside = {"offset": offset} if offset else {}
     for kernel in ("kernel.toml", {"file": "kernel.toml"}):
         entries = {"model": "preisach_contact", "kernel": kernel}
-        assert with_operator(entries, "translational", "friction", read) == beside | {"model": "preisach_contact", "kernel": made}
-        assert with_operator(entries | {"offset": 7.0}, "translational", "friction", read)["offset"] == 7.0  # what is told goes before
+        assert with_operator(entries, "translational", "friction", read) == beside | {
+            "model": "preisach_contact",
+            "kernel": made,
+        }
+        assert (
+            with_operator(entries | {"offset": 7.0}, "translational", "friction", read)["offset"]
+            == 7.0
+        )  # what is told goes before
     table = {"kernel": {"model": "play", "r": "1 um"}}
     assert with_operator(table, "translational", "friction", read)["kernel"].values == {"r": 1e-6}
     assert with_operator({"kernel": made}, "translational", "friction", read) == {"kernel": made}

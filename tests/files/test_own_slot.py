@@ -13,10 +13,28 @@ import bristle as br
 from bristle.core import InputError
 from bristle.core.errors import InputWarning
 from bristle.engine import force_along, interpreted
-from bristle.files import load_slot_file, read_axis, read_experiment, read_log, read_model, write_model
-from bristle.models.friction import base_of, channel_slots_of, coulomb_viscous, find, lugre, unvaried, with_presliding, with_slots
+from bristle.files import (
+    load_slot_file,
+    read_axis,
+    read_experiment,
+    read_log,
+    read_model,
+    write_model,
+)
+from bristle.models.friction import (
+    base_of,
+    channel_slots_of,
+    coulomb_viscous,
+    find,
+    lugre,
+    unvaried,
+    with_presliding,
+    with_slots,
+)
 
-CHANNEL = 'Surrounding("pressure", Variable("force/length^2", "pressure of the oil", min=0.0), usual=2e5)'
+CHANNEL = (
+    'Surrounding("pressure", Variable("force/length^2", "pressure of the oil", min=0.0), usual=2e5)'
+)
 V, PRESSURE = np.array([0.1, -0.2, 0.3, -0.4]), np.array([1e5, 2e5, 3e5, 0.0])
 FACTOR = np.exp(-3e-6 * (PRESSURE - 2e5))
 
@@ -49,7 +67,9 @@ def test_a_saved_model_is_read_back_equal(oiled, bench):
     model = with_slots(coulomb_viscous, ["temperature", oiled, "asymmetry"])(**values, k_T=-0.01)
     (bench / "elsewhere").mkdir()
     write_model(bench / "elsewhere" / "model.toml", None, model)
-    with pytest.raises(InputError, match=r"friction\.model: names code that needs permission to run: oiled\.py"):
+    with pytest.raises(
+        InputError, match=r"friction\.model: names code that needs permission to run: oiled\.py"
+    ):
         read_model(bench / "elsewhere" / "model.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         again = read_model(bench / "elsewhere" / "model.toml", allow_code=True).friction
@@ -83,13 +103,19 @@ def test_in_a_loop_the_channel_has_its_usual_value(bench):
     less = float(np.exp(-3e-6 * 1e5))
     custom = {"model": "coulomb_viscous+oiled.py", "F_C": 8.0, "F_v": 40.0, "a": 3e-6, "b_0": 1e5}
     Path("own.toml").write_text(tomlkit.dumps(tables | {"friction": custom}))
-    with pytest.raises(InputError, match=r"oiled\.py .*needs permission to run|names code that needs permission to run: oiled"):
+    with pytest.raises(
+        InputError,
+        match=r"oiled\.py .*needs permission to run|names code that needs permission to run: oiled",
+    ):
         read_experiment("own.toml")
     with pytest.warns(InputWarning, match=r"oiled\.py .* is run"):
         experiment = read_experiment("own.toml", allow_code=True)
     scaled = {"model": "coulomb_viscous", "F_C": 8.0 * less, "F_v": 40.0 * less}
     Path("scaled.toml").write_text(tomlkit.dumps(tables | {"friction": scaled}))
-    result, expected = (br.simulate(item).variants["as_it_is"].position for item in (experiment, read_experiment("scaled.toml")))
+    result, expected = (
+        br.simulate(item).variants["as_it_is"].position
+        for item in (experiment, read_experiment("scaled.toml"))
+    )
     assert result == pytest.approx(expected, abs=1e-12)
 
 
@@ -100,7 +126,9 @@ def test_the_force_is_that_of_the_equation(oiled):
     assert force_along(model, V, DT, pressure=PRESSURE) == pytest.approx(FACTOR * plain)
     assert np.array_equal(force_along(model, V, DT), plain)
     assert np.array_equal(force_along(unvaried(model), V, DT, pressure=PRESSURE), plain)
-    with pytest.raises(InputError, match=r"presure: is not a channel of coulomb_viscous.*Did you mean 'pressure'"):
+    with pytest.raises(
+        InputError, match=r"presure: is not a channel of coulomb_viscous.*Did you mean 'pressure'"
+    ):
         force_along(model, V, DT, presure=PRESSURE)
 
 
@@ -133,25 +161,44 @@ def test_a_user_slot_may_share_a_channel_of_bristle(oiled):
     )
     plain = force_along(find("coulomb_viscous")(F_C=8.0, F_v=30.0), V, DT)
     both = with_slots(coulomb_viscous, [warm, oiled])(F_C=8.0, F_v=30.0, a=3e-6, w=1e-2)
-    assert [surrounding.name for surrounding in both.component.surroundings] == ["temperature", "pressure"]
+    assert [surrounding.name for surrounding in both.component.surroundings] == [
+        "temperature",
+        "pressure",
+    ]
     with interpreted():
         force = force_along(both, V, DT, pressure=PRESSURE, temperature=303.15)
     assert force == pytest.approx(FACTOR * np.exp(-0.1) * plain)
     placed = edited((CHANNEL, '"position"'), ("2e5", "0.0"), ('"oiled"', '"placed"'))
-    model, x = with_slots(coulomb_viscous, [placed])(F_C=8.0, F_v=30.0, a=3.0), np.array([0.1, 0.2, 0.3, 0.4])
+    model, x = (
+        with_slots(coulomb_viscous, [placed])(F_C=8.0, F_v=30.0, a=3.0),
+        np.array([0.1, 0.2, 0.3, 0.4]),
+    )
     with interpreted():
         text = force_along(model, V, DT, x)
     assert text == pytest.approx(np.exp(-3.0 * (x - 0.5 * DT * V)) * plain)
 
 
-OTHER = [("2e5)", "1e5)"), ('"oiled"', '"another"'), ("    a:", "    c:"), ("p.a ", "p.c "), ("b_0", "b_1"), ('{"a"', '{"c"')]
+OTHER = [
+    ("2e5)", "1e5)"),
+    ('"oiled"', '"another"'),
+    ("    a:", "    c:"),
+    ("p.a ", "p.c "),
+    ("b_0", "b_1"),
+    ('{"a"', '{"c"'),
+]
 
 
 @pytest.mark.parametrize(
     ("slots", "words"),
     [
-        (lambda oiled: [oiled, edited(*OTHER)], r"channel pressure: has different descriptions in two slots"),
-        (lambda oiled: [edited(("b_0", "F_C"))], r"F_C.*Give the parameter of the slot another name"),
+        (
+            lambda oiled: [oiled, edited(*OTHER)],
+            r"channel pressure: has different descriptions in two slots",
+        ),
+        (
+            lambda oiled: [edited(("b_0", "F_C"))],
+            r"F_C.*Give the parameter of the slot another name",
+        ),
         (lambda oiled: [oiled, oiled], "a slot twice"),
     ],
 )
@@ -163,20 +210,48 @@ def test_two_slots_must_agree_on_a_channel(oiled, slots, words):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("SLOT = Slot(", "SLUT = Slot(", r"defines no slot\. End the file with SLOT = Slot\(name=\.\.\., description"),
+        (
+            "SLOT = Slot(",
+            "SLUT = Slot(",
+            r"defines no slot\. End the file with SLOT = Slot\(name=\.\.\., description",
+        ),
         ("SLOT = Slot(", "SLOT = dict(", r"SLOT is not a Slot; found 'dict'"),
         ('name="oiled"', 'name="load"', r"an invalid name for its slot; found 'load'"),
         ('name="oiled"', 'name="a+b"', r"an invalid name for its slot; found 'a\+b'"),
         ("@kernel\n", "", r"factor: is not a kernel\. Decorate factor with @kernel"),
-        ("factor(pressure, p)", "factor(pressure)", r"factor: takes 1 arguments; allowed factor\(channel, p\)"),
-        ('excitation="channel"', 'excitation="speed"', r"excitation of a: is not an excitation for a slot; .* allowed \"channel\""),
-        (', excitation="channel"', "", r"has no parameter to identify from a log\. Write Variable\(.*\"channel\""),
+        (
+            "factor(pressure, p)",
+            "factor(pressure)",
+            r"factor: takes 1 arguments; allowed factor\(channel, p\)",
+        ),
+        (
+            'excitation="channel"',
+            'excitation="speed"',
+            r"excitation of a: is not an excitation for a slot; .* allowed \"channel\"",
+        ),
+        (
+            ', excitation="channel"',
+            "",
+            r"has no parameter to identify from a log\. Write Variable\(.*\"channel\"",
+        ),
         ('"force/length^2", "pressure of', '"presure", "pressure of', r"presure"),
-        ('Surrounding("pressure"', 'Surrounding("effort"', r"is already the name of a channel of bristle"),
-        ('Surrounding("pressure"', 'Surrounding("my pressure"', r"is not a valid name of a channel"),
+        (
+            'Surrounding("pressure"',
+            'Surrounding("effort"',
+            r"is already the name of a channel of bristle",
+        ),
+        (
+            'Surrounding("pressure"',
+            'Surrounding("my pressure"',
+            r"is not a valid name of a channel",
+        ),
         ("usual=2e5", "usual=-1.0", r"usual value of pressure: out of range"),
         (CHANNEL, '"humidity"', r"is not a channel of a log; found 'humidity'"),
-        ("example=", 'of="all", example=', r"argument `of` of oiled: is not a valid choice; found 'all'"),
+        (
+            "example=",
+            'of="all", example=',
+            r"argument `of` of oiled: is not a valid choice; found 'all'",
+        ),
     ],
 )
 def test_an_invalid_file_is_refused_with_a_remedy(bench, old, new, said):
@@ -190,7 +265,10 @@ DRAG = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: load_slot_file(DRAG), r"defines a friction model. Write quadratic_drag\.py as the first name"),
+        (
+            lambda: load_slot_file(DRAG),
+            r"defines a friction model. Write quadratic_drag\.py as the first name",
+        ),
         (lambda: br.load_code("oiled.py"), r"oiled\.py: defines no friction model"),
         (lambda: find("lugre+oiled.py"), r"no such slot; found '\+oiled\.py'.*or a file of yours"),
     ],
@@ -215,15 +293,23 @@ def test_a_further_channel_comes_in_si(bench):
 @pytest.mark.parametrize(
     ("unit", "said"),
     [
-        ("mm", r"pressure\.unit: has another quantity than the slot expects; found 'm', allowed pressure"),
-        ("-", r"columns\.pressure: has a median out of range.*found -2.*allowed >= 0 N/m\^2.*Check the unit of this column"),
+        (
+            "mm",
+            r"pressure\.unit: has another quantity than the slot expects; found 'm', allowed pressure",
+        ),
+        (
+            "-",
+            r"columns\.pressure: has a median out of range.*found -2.*allowed >= 0 N/m\^2.*Check the unit of this column",
+        ),
     ],
 )
 def test_a_channel_with_a_wrong_unit_or_a_sign_is_refused(bench, oiled, unit, said):
     new = 'unit = "bar", sign = -1' if unit == "-" else f'unit = "{unit}"'
     axis = read_axis(AXIS.replace('unit = "bar"', new).encode())
     with pytest.raises(InputError, match=said):
-        br.identify(read_log("log.csv", axis), with_slots(coulomb_viscous, [oiled]), axis=axis, draws=0)
+        br.identify(
+            read_log("log.csv", axis), with_slots(coulomb_viscous, [oiled]), axis=axis, draws=0
+        )
 
 
 # --- export -----------------------------------------------------------------------------------------------------
@@ -253,5 +339,12 @@ def test_in_c_the_channel_comes_in_and_the_bits_are_the_same(bench, oiled):
     forces = np.array(built(bench / "out", "at.c").stdout.split(), dtype=float)
     x = 1e-5 * ((np.arange(60) * 37) % 91)
     with interpreted():
-        expected = force_along(model, np.diff(x) / 5e-4, 5e-4, x[1:], temperature=300.0, pressure=1e4 * np.arange(1.0, 60.0))
+        expected = force_along(
+            model,
+            np.diff(x) / 5e-4,
+            5e-4,
+            x[1:],
+            temperature=300.0,
+            pressure=1e4 * np.arange(1.0, 60.0),
+        )
     assert np.array_equal(forces[1:], expected)

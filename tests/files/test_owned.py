@@ -11,7 +11,9 @@ import pytest
 from bristle.files import owned
 from bristle.files.owned import NOTE, Folder, line_of, note_in, remove_own
 
-pytestmark = pytest.mark.skipif(os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open")
+pytestmark = pytest.mark.skipif(
+    os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open"
+)
 
 
 @pytest.fixture
@@ -68,7 +70,10 @@ def test_an_incomplete_note_is_invalid(tmp_path, key):
     assert [note_of(tmp_path, head) for head in wrong] == [None] * len(wrong)
 
 
-@pytest.mark.parametrize("line", [{"file": 1}, {"file": "a", "sha256": 1}, {"file": "../a"}, {"file": NOTE}, {"sha256": ""}])
+@pytest.mark.parametrize(
+    "line",
+    [{"file": 1}, {"file": "a", "sha256": 1}, {"file": "../a"}, {"file": NOTE}, {"sha256": ""}],
+)
 def test_a_note_with_a_foreign_line_is_invalid(tmp_path, line):
     assert note_of(tmp_path, HEAD, {"file": "a", "sha256": "00"}) is not None
     assert note_of(tmp_path, HEAD, {"file": "a"}, line) is None

@@ -24,7 +24,9 @@ MODEL = "schema = 1\n[friction]\nfile = '{file}'\nF_0 = 1.0\n"
 def treacherous(own_model) -> Path:
     """A model that leaves a trace when it is run."""
     trace = own_model.with_name("ran")
-    own_model.write_text(own_model.read_text() + f"\nimport pathlib; pathlib.Path({str(trace)!r}).touch()\n")
+    own_model.write_text(
+        own_model.read_text() + f"\nimport pathlib; pathlib.Path({str(trace)!r}).touch()\n"
+    )
     return own_model
 
 
@@ -36,7 +38,9 @@ def named(folder: Path, file: str) -> Path:
 
 def test_code_needs_permission_and_is_identified_by_name_and_hash(tmp_path, treacherous):
     checksum = hashlib.sha256(treacherous.read_bytes()).hexdigest()
-    with pytest.raises(InputError, match=rf"own\.py \(SHA-256 {checksum}\).*--allow-code.*bristle check"):
+    with pytest.raises(
+        InputError, match=rf"own\.py \(SHA-256 {checksum}\).*--allow-code.*bristle check"
+    ):
         read_model(named(tmp_path, "own.py"))
     assert not (tmp_path / "ran").exists()
     with pytest.warns(InputWarning, match=rf"own\.py \(SHA-256 {checksum}\) is run"):
@@ -59,10 +63,16 @@ def test_a_permission_is_for_this_content_and_this_user_only(tmp_path, treachero
 
 
 @pytest.mark.parametrize("where", ["{line}\n{text}", "{text}{line}\n"])
-@pytest.mark.parametrize("line", ["allow_code = true", "allow-code = true", "code_sha256 = '{checksum}'"])
+@pytest.mark.parametrize(
+    "line", ["allow_code = true", "allow-code = true", "code_sha256 = '{checksum}'"]
+)
 def test_a_file_cannot_allow_its_own_code(tmp_path, treacherous, line, where):
     path = named(tmp_path, "own.py")
-    path.write_text(where.format(line=line.format(checksum=content_of(treacherous).checksum), text=path.read_text()))
+    path.write_text(
+        where.format(
+            line=line.format(checksum=content_of(treacherous).checksum), text=path.read_text()
+        )
+    )
     with pytest.raises(InputError):
         read_model(path)
     assert not (tmp_path / "ran").exists()
@@ -78,7 +88,9 @@ def test_a_file_cannot_allow_its_own_code(tmp_path, treacherous, line, where):
         lambda folder, own: f"x/../../{own.name}",
     ],
 )
-def test_code_elsewhere_is_not_run_even_where_it_is_allowed_and_in_a_subfolder_it_is(tmp_path, treacherous, name):
+def test_code_elsewhere_is_not_run_even_where_it_is_allowed_and_in_a_subfolder_it_is(
+    tmp_path, treacherous, name
+):
     folder = tmp_path / "mailed"
     (folder / "x").mkdir(parents=True)
     allow(content_of(treacherous))
@@ -86,10 +98,17 @@ def test_code_elsewhere_is_not_run_even_where_it_is_allowed_and_in_a_subfolder_i
         read_model(named(folder, name(folder, treacherous)), allow_code=True)
     assert not (tmp_path / "ran").exists()
     with pytest.warns(InputWarning, match="is run"):
-        assert read_model(named(tmp_path.parent, f"{tmp_path.name}/own.py"), allow_code=True).friction.name == "own"
+        assert (
+            read_model(
+                named(tmp_path.parent, f"{tmp_path.name}/own.py"), allow_code=True
+            ).friction.name
+            == "own"
+        )
 
 
-@pytest.mark.parametrize("file", ["gone.py", "folder.py", "a\0.py", "x" * 300 + ".py", "loop.py", "pipe.py"])
+@pytest.mark.parametrize(
+    "file", ["gone.py", "folder.py", "a\0.py", "x" * 300 + ".py", "loop.py", "pipe.py"]
+)
 def test_files_without_usable_code_are_refused(tmp_path, monkeypatch, file):
     (tmp_path / "folder.py").mkdir()
     (tmp_path / "loop.py").symlink_to("loop.py")
@@ -146,7 +165,11 @@ def test_code_must_have_its_declared_encoding_and_a_model_a_name(tmp_path, code,
 
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_a_stream_that_code_closes_stays_usable(tmp_path, capsys, stream):
-    refused(tmp_path, f"import sys\nprint('said', file=sys.{stream})\nsys.{stream}.close()\n", "defines no friction model")
+    refused(
+        tmp_path,
+        f"import sys\nprint('said', file=sys.{stream})\nsys.{stream}.close()\n",
+        "defines no friction model",
+    )
     sys.stdout.write("out")
     sys.stderr.write("err")
     assert capsys.readouterr() == ("out", "said\nerr")
@@ -169,7 +192,9 @@ def test_user_code_cannot_change_the_recursion_limit(tmp_path):
         ("<own>", "<own>", r"rename it to <own>\.py"),
     ],
 )
-@pytest.mark.parametrize("load", [load_code, load_slot_file, load_checked, load_reader_file, load_target_file])
+@pytest.mark.parametrize(
+    "load", [load_code, load_slot_file, load_checked, load_reader_file, load_target_file]
+)
 def test_only_files_with_the_ending_py_are_run(treacherous, load, name, found, mend):
     path = treacherous.rename(treacherous.with_name(name))
     text = rf"{name}: is not a Python file, so bristle does not run it; found '{found}', allowed a name that ends with \.py\. "
@@ -180,7 +205,11 @@ def test_only_files_with_the_ending_py_are_run(treacherous, load, name, found, m
 
 
 def test_code_without_a_name_is_run(own_model):
-    assert load_code(own_model.read_bytes()).name == load_code(io.BytesIO(own_model.read_bytes())).name == "own"
+    assert (
+        load_code(own_model.read_bytes()).name
+        == load_code(io.BytesIO(own_model.read_bytes())).name
+        == "own"
+    )
     with own_model.open("rb") as opened:
         assert load_code(opened).name == "own"
 
@@ -238,10 +267,16 @@ def test_any_exception_of_code_becomes_a_single_message(tmp_path, code):
     refused(tmp_path, code, ".")
 
 
-def test_code_beyond_the_limits_of_the_compiler_is_refused_with_the_name_of_the_error(tmp_path, monkeypatch):
+def test_code_beyond_the_limits_of_the_compiler_is_refused_with_the_name_of_the_error(
+    tmp_path, monkeypatch
+):
     def compiled(*arguments, **options):
         raise MemoryError
 
     monkeypatch.setattr("bristle.files.user_model.compile", compiled, raising=False)
     # Code of one text runs once in a process: no other test has this one.
-    refused(tmp_path, "more_than_the_compiler_takes = 1\n", r"own\.py: is not valid Python \(MemoryError\)")
+    refused(
+        tmp_path,
+        "more_than_the_compiler_takes = 1\n",
+        r"own\.py: is not valid Python \(MemoryError\)",
+    )

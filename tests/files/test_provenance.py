@@ -17,7 +17,9 @@ def test_names_checksums_and_command(tmp_path):
     log.write_bytes(b"another")
     result = provenance("bristle identify log.csv", log=content, axis=None, code=())
     (tmp_path / "as_read.csv").write_bytes(content.data)
-    printed = subprocess.run(["sha256sum", tmp_path / "as_read.csv"], capture_output=True, text=True, check=True).stdout.split()[0]
+    printed = subprocess.run(
+        ["sha256sum", tmp_path / "as_read.csv"], capture_output=True, text=True, check=True
+    ).stdout.split()[0]
     assert {name: text for name, text in result.items() if name != "bristle"} == {
         "log": "log.csv",
         "log_sha256": printed,

@@ -47,7 +47,9 @@ def fill(folder, mark: str, size: int = 3) -> None:
         (folder / name).write_text((mark + "\n") * size)
 
 
-def write_results(out: Path, mark: str = "new", force: bool = True, during=lambda folder: None) -> None:
+def write_results(
+    out: Path, mark: str = "new", force: bool = True, during=lambda folder: None
+) -> None:
     """Write the results, and let something happen while they are written."""
     with results_folder(out, force=force) as folder:
         fill(folder, mark)
@@ -73,7 +75,13 @@ def state_of(place: Path) -> dict[str, object]:
     result = {}
     for item in sorted(place.rglob("*")):
         info = item.lstat()
-        fixed = item.read_bytes() if stat.S_ISREG(info.st_mode) else os.readlink(item) if item.is_symlink() else None
+        fixed = (
+            item.read_bytes()
+            if stat.S_ISREG(info.st_mode)
+            else os.readlink(item)
+            if item.is_symlink()
+            else None
+        )
         result[str(item.relative_to(place))] = (stat.S_IFMT(info.st_mode), info.st_ino, fixed)
     return result
 
@@ -93,7 +101,10 @@ def out(tmp_path):
 
 
 def test_results_appear_only_when_complete(tmp_path):
-    write_results(tmp_path / "run", during=lambda _: pytest.fail("too early") if (tmp_path / "run").exists() else None)
+    write_results(
+        tmp_path / "run",
+        during=lambda _: pytest.fail("too early") if (tmp_path / "run").exists() else None,
+    )
     assert left_in(tmp_path) == ("new", ["run"])
     assert sorted(item.name for item in (tmp_path / "run").iterdir()) == sorted((*NAMES, NOTE))
 
@@ -159,7 +170,9 @@ def test_user_files_next_to_the_results_are_unchanged(tmp_path, make):
     write_results(tmp_path / "run", "new")
     refused(tmp_path / "run", force=False)
     assert mark_of(tmp_path / "run") == "new"
-    assert {name: item for name, item in state_of(tmp_path).items() if name.partition("/")[0] != "run"} == before
+    assert {
+        name: item for name, item in state_of(tmp_path).items() if name.partition("/")[0] != "run"
+    } == before
 
 
 NEW = '{"bristle": "0.1.0", "folder": "00", "target": "run", "began": "1"}\n'
@@ -182,15 +195,22 @@ def with_note(text: str | bytes):
         stranger("an empty note", with_note("")),
         stranger("a note of anything", with_note("bristle was here\n")),
         stranger("a note that names nothing", with_note(NEW)),
-        stranger("a note that names files elsewhere", with_note(NEW + '{"file": "../thesis/years.tex"}\n')),
+        stranger(
+            "a note that names files elsewhere",
+            with_note(NEW + '{"file": "../thesis/years.tex"}\n'),
+        ),
         stranger("a note with a full path", with_note(NEW + '{"file": "/etc/passwd"}\n')),
         stranger("a note of lists", with_note("[" * 9000 + "\n")),
         stranger("a note of other types", with_note(NEW + '{"file": 3}\n')),
         stranger("a note without end", with_note(NEW.encode() + b"\n" * 20_000)),
         stranger("a note of no text", with_note(bytes(range(256)))),
         stranger("a note of a broken number", with_note(NEW.replace('"1"', '"-1e9"'))),
-        stranger("a note that claims all as half written", with_note(NEW + '{"file": "mine.txt"}\n')),
-        stranger("a note that is a link", lambda place: (place / NOTE).symlink_to(place.parent / "note")),
+        stranger(
+            "a note that claims all as half written", with_note(NEW + '{"file": "mine.txt"}\n')
+        ),
+        stranger(
+            "a note that is a link", lambda place: (place / NOTE).symlink_to(place.parent / "note")
+        ),
         stranger("a note that is a pipe", lambda place: os.mkfifo(place / NOTE)),
         stranger("a note that is a folder", lambda place: (place / NOTE).mkdir()),
     ],
@@ -207,9 +227,13 @@ def test_a_folder_of_a_persons_own_is_never_replaced(tmp_path, make):
     refused(place)
     assert state_of(tmp_path) == before
     write_results(tmp_path / "other")
-    left = {name: item for name, item in state_of(tmp_path).items() if name.partition("/")[0] != "other"}
+    left = {
+        name: item for name, item in state_of(tmp_path).items() if name.partition("/")[0] != "other"
+    }
     if not ((place / NOTE).is_file() and b'"mine.txt"' in (place / NOTE).read_bytes()):
-        assert left == before  # what such a note claims as half written, in a folder named as ours, nobody can tell
+        assert (
+            left == before
+        )  # what such a note claims as half written, in a folder named as ours, nobody can tell
     assert (place / "mine.txt").read_text() == "mine"
 
 
@@ -229,15 +253,27 @@ def copied(source: str, target: str) -> str:
             r"besides the results: notes\.txt\. Name another folder. Or move these files to another place",
         ),
         (lambda out: (out / "plots").mkdir(), "besides the results: plots"),
-        (lambda out: (out / "model.toml").write_text("mended by hand"), r"were changed: model\.toml"),
-        (lambda out: (out / "model.toml").write_text((out / "model.toml").read_text() + " "), "were changed"),
         (
-            lambda out: ((out / "report.html").unlink(), (out / "report.html").symlink_to(out.parent / "mine")),
+            lambda out: (out / "model.toml").write_text("mended by hand"),
+            r"were changed: model\.toml",
+        ),
+        (
+            lambda out: (out / "model.toml").write_text((out / "model.toml").read_text() + " "),
+            "were changed",
+        ),
+        (
+            lambda out: (
+                (out / "report.html").unlink(),
+                (out / "report.html").symlink_to(out.parent / "mine"),
+            ),
             r"were changed: report\.html",
         ),
         (lambda out: ((out / SUMMARY).unlink(), (out / SUMMARY).mkdir()), "were changed: summary"),
         (lambda out: (out / NOTE).unlink(), r"without the file.*0\.1.*by hand"),
-        (lambda out: (out / NOTE).write_text((out / NOTE).read_text() + "# my remark\n"), f"contains files that were changed: {NOTE}"),
+        (
+            lambda out: (out / NOTE).write_text((out / NOTE).read_text() + "# my remark\n"),
+            f"contains files that were changed: {NOTE}",
+        ),
         (of_many_runs, "contains a study of many runs"),
         (lambda out: out.chmod(0o555), "write-protected"),
     ],
@@ -252,7 +288,9 @@ def test_added_changed_and_other_files_are_never_replaced(out, change, words):
 
 
 @pytest.mark.parametrize("exchanged", [True, False])
-@pytest.mark.parametrize("change", [lambda p: (p / "notes.txt").write_text("mine"), lambda p: p.chmod(0o500)])
+@pytest.mark.parametrize(
+    "change", [lambda p: (p / "notes.txt").write_text("mine"), lambda p: p.chmod(0o500)]
+)
 def test_changes_during_the_run_are_kept(out, monkeypatch, exchanged, change):
     if not exchanged:
         monkeypatch.setattr(results, "exchange", lambda *_: False)
@@ -277,7 +315,10 @@ def test_files_added_at_the_last_moment_are_kept_and_reported(out, monkeypatch, 
         write_results(out)
     place = Path(str(message[0].message).partition(":")[0])
     assert mark_of(out) == "new"
-    assert [(place / name).read_text() for name in ("notes.txt", "model.toml")] == ["mine", "mine too"]
+    assert [(place / name).read_text() for name in ("notes.txt", "model.toml")] == [
+        "mine",
+        "mine too",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -295,7 +336,9 @@ def test_a_folder_that_appears_during_the_run_is_kept(tmp_path, appear):
 
     def during(_):
         appear(tmp_path / "run")
-        before.update({name: item for name, item in state_of(tmp_path).items() if name.startswith("run")})
+        before.update(
+            {name: item for name, item in state_of(tmp_path).items() if name.startswith("run")}
+        )
 
     with pytest.raises(InputError):
         write_results(tmp_path / "run", during=during)
@@ -348,7 +391,10 @@ def test_a_place_that_cannot_be_is_refused(tmp_path, monkeypatch, place, words):
         (lambda place: (place / "run").write_text(""), "is a file"),
         (lambda place: (place / "run").mkdir(), "did not make it"),
         (lambda place: (place / "run").symlink_to(place), "contains other files than results"),
-        (lambda place: (place / "run").symlink_to("run"), "cannot be written|loop|is a link to run"),  # by Python
+        (
+            lambda place: (place / "run").symlink_to("run"),
+            "cannot be written|loop|is a link to run",
+        ),  # by Python
         (lambda place: os.mkfifo(place / "run"), "is a file"),
     ],
 )
@@ -372,12 +418,24 @@ def test_a_link_to_the_results_or_above_them_is_followed(tmp_path, named, place)
 @pytest.mark.parametrize(
     ("name", "patched", "answer", "words"),
     [
-        ("other", (os, "access"), lambda *_: False, "permission"),  # the tests may run as root, who may everything
-        ("run", (Path, "is_mount"), lambda _: True, "mount point"),  # mounting takes rights that tests do not have
+        (
+            "other",
+            (os, "access"),
+            lambda *_: False,
+            "permission",
+        ),  # the tests may run as root, who may everything
+        (
+            "run",
+            (Path, "is_mount"),
+            lambda _: True,
+            "mount point",
+        ),  # mounting takes rights that tests do not have
         ("other", (os, "write"), lambda *_: full(), "no space left"),
     ],
 )
-def test_a_place_without_permission_or_room_is_refused_before_any_work(out, monkeypatch, name, patched, answer, words):
+def test_a_place_without_permission_or_room_is_refused_before_any_work(
+    out, monkeypatch, name, patched, answer, words
+):
     before = state_of(out.parent)
     monkeypatch.setattr(*patched, answer)
     refused(out.with_name(name), words)
@@ -393,7 +451,9 @@ def failing(error):
     return during
 
 
-@pytest.mark.parametrize("error", [RuntimeError("a bug"), KeyboardInterrupt(), InputError("bad"), SystemExit(1)])
+@pytest.mark.parametrize(
+    "error", [RuntimeError("a bug"), KeyboardInterrupt(), InputError("bad"), SystemExit(1)]
+)
 def test_an_error_in_the_work_keeps_the_old_results(out, error):
     with pytest.raises(type(error)):
         write_results(out, during=failing(error))
@@ -511,11 +571,15 @@ with pytest.MonkeyPatch.context() as patch:
 @pytest.mark.parametrize("step", range(1, 26))
 def test_killed_at_each_step(out, step, way):
     code = KILLED.format(tests=str(Path(__file__).parents[2]))
-    ended = subprocess.run([sys.executable, "-c", code, str(out), str(step), way], check=False).returncode
+    ended = subprocess.run(
+        [sys.executable, "-c", code, str(out), str(step), way], check=False
+    ).returncode
     assert ended in (0, 9)
     if way == "exchanged":
         assert mark_of(out) in ("old", "new")
-    refused(out, "exists already", force=False)  # in the other way, this gives the old results their name back
+    refused(
+        out, "exists already", force=False
+    )  # in the other way, this gives the old results their name back
     assert mark_of(out) in ("old", "new")
     long_ago(out.parent)
     write_results(out, "last")
@@ -524,11 +588,18 @@ def test_killed_at_each_step(out, step, way):
 
 def writer(out: Path, mark: str, size: int, **options) -> subprocess.Popen:
     command = [sys.executable, "-c", WRITER.format(names=NAMES), str(out), mark, str(size)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+    )
 
 
 def test_a_limit_on_the_size_of_files(out):
-    process = writer(out, "new", 100_000, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000)))
+    process = writer(
+        out,
+        "new",
+        100_000,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000)),
+    )
     _, errors = process.communicate()
     assert process.returncode != 0
     assert re.search("InputError.*file too large", errors)
@@ -541,7 +612,9 @@ def test_the_later_of_two_simultaneous_writers_is_refused(out):
         _, errors = process.communicate()
         assert process.returncode != 0
         assert "another process" in errors
-        write_results(out.with_name("another"))  # clears what dead processes left, not what a living one writes
+        write_results(
+            out.with_name("another")
+        )  # clears what dead processes left, not what a living one writes
 
     write_results(out, "first", during=during)
     assert mark_of(out) == "first"
@@ -586,8 +659,14 @@ def test_results_are_removed_even_at_the_limit_of_open_files(tmp_path, monkeypat
 
 
 def test_results_do_not_replace_their_own_inputs(out):
-    for named in (out / "model.toml", f"{out / 'model.toml'}::table", content_of(out / "model.toml")):
-        with pytest.raises(InputError, match=r"contains input files of this command: model\.toml\. Name another"):
+    for named in (
+        out / "model.toml",
+        f"{out / 'model.toml'}::table",
+        content_of(out / "model.toml"),
+    ):
+        with pytest.raises(
+            InputError, match=r"contains input files of this command: model\.toml\. Name another"
+        ):
             results_folder(out, force=True, reads=[None, "a\0b", named]).__enter__()
 
     with pytest.raises(InputError, match=r"contains input files of this command: summary\.json"):
@@ -616,7 +695,9 @@ def test_a_folder_that_another_has_just_made_is_left_to_it_until_long_after(out)
         (".replaced", "run", False, False),
     ],
 )
-def test_only_complete_results_of_the_same_user_are_restored(tmp_path, monkeypatch, suffix, target, own, restored):
+def test_only_complete_results_of_the_same_user_are_restored(
+    tmp_path, monkeypatch, suffix, target, own, restored
+):
     out = tmp_path / "run"
     left = results._begin(tmp_path / target)
     fill(left, "old")
@@ -662,12 +743,19 @@ def test_a_folder_that_a_person_named_as_ours_are_is_left_alone(out, suffix):
 def test_results_that_were_put_aside_by_a_killed_process_are_known_by_their_note(out, monkeypatch):
     put = []
     monkeypatch.setattr(results, "exchange", lambda first, second: False)
-    monkeypatch.setattr(results, "rename_new", lambda old, new: put.append((old, new)) or os.rename(old, new))
+    monkeypatch.setattr(
+        results, "rename_new", lambda old, new: put.append((old, new)) or os.rename(old, new)
+    )
     write_results(out)
-    assert [new.suffix for _, new in put] == [".replaced", ""]  # the old results aside, the new ones in their place
+    assert [new.suffix for _, new in put] == [
+        ".replaced",
+        "",
+    ]  # the old results aside, the new ones in their place
     with (out / NOTE).open("a") as note:
         note.write(line_of({"aside": "a" * 32}))
-    out.rename(out.with_name(f"bristle-{'a' * 32}.replaced"))  # and a process that ended between both names
+    out.rename(
+        out.with_name(f"bristle-{'a' * 32}.replaced")
+    )  # and a process that ended between both names
     refused(out, "exists already", force=False)
     assert mark_of(out) == "new"
 
@@ -683,7 +771,9 @@ def test_many_at_once_never_mix(tmp_path):
             refused.append(str(error))
 
     for round_ in range(8):
-        threads = [threading.Thread(target=attempt, args=(f"{round_}-{item}",)) for item in range(6)]
+        threads = [
+            threading.Thread(target=attempt, args=(f"{round_}-{item}",)) for item in range(6)
+        ]
         for thread in threads:
             thread.start()
         for thread in threads:
@@ -691,7 +781,10 @@ def test_many_at_once_never_mix(tmp_path):
         mark, names = left_in(tmp_path)
         assert mark in ended
         assert names == ["run"]
-    assert all(re.search("another process|cannot be written|were changed|exists", words) for words in refused)
+    assert all(
+        re.search("another process|cannot be written|were changed|exists", words)
+        for words in refused
+    )
 
 
 def test_the_concurrent_removal_of_old_results_is_awaited(out, monkeypatch):
@@ -723,9 +816,30 @@ def test_results_without_a_file_are_a_bug(tmp_path):
     assert not any(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["../x", "/x", "a/../b", "a/b/c", "a//b", "a/", "./a", f"a/{NOTE}", "a\\b", "..", ".", "", NOTE, "a\0b"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../x",
+        "/x",
+        "a/../b",
+        "a/b/c",
+        "a//b",
+        "a/",
+        "./a",
+        f"a/{NOTE}",
+        "a\\b",
+        "..",
+        ".",
+        "",
+        NOTE,
+        "a\0b",
+    ],
+)
 def test_a_name_that_leads_elsewhere_is_a_bug(tmp_path, name):
-    with pytest.raises(ValueError, match="is not the name"), results_folder(tmp_path / "run") as folder:
+    with (
+        pytest.raises(ValueError, match="is not the name"),
+        results_folder(tmp_path / "run") as folder,
+    ):
         folder / name
     assert not any(tmp_path.iterdir())
     assert not owned.is_own_name(name)

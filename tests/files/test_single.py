@@ -12,7 +12,9 @@ def test_a_file_is_written_and_replaced_whole(tmp_path):
     path = tmp_path / "page.html"
     for content in ("first\n", b"second"):
         assert write_whole(path, content) == path
-        assert [file.read_bytes() for file in tmp_path.iterdir()] == [content if isinstance(content, bytes) else content.encode()]
+        assert [file.read_bytes() for file in tmp_path.iterdir()] == [
+            content if isinstance(content, bytes) else content.encode()
+        ]
 
 
 def test_a_new_file_does_not_replace_an_existing_file(tmp_path):
@@ -57,5 +59,8 @@ def test_a_write_that_fails_leaves_the_old_file_alone(tmp_path, monkeypatch, old
 
 
 def test_a_missing_folder_is_reported(tmp_path):
-    with pytest.raises(InputError, match=r"gone/a.*cannot be written: no such file or directory.*Name a file in a writable"):
+    with pytest.raises(
+        InputError,
+        match=r"gone/a.*cannot be written: no such file or directory.*Name a file in a writable",
+    ):
         write_whole(tmp_path / "gone" / "a", "x")

@@ -33,5 +33,17 @@ def test_finite_numbers_survive_a_round_trip(data):
 
 
 def test_numpy_tuples_and_paths_become_plain(tmp_path):
-    data = {"a": np.array([1.0, np.nan]), "b": np.float64(2.5), "c": (1, np.int64(2)), "d": np.bool_(True), "e": tmp_path}
-    assert json.loads(as_json(data)) == {"a": [1.0, None], "b": 2.5, "c": [1, 2], "d": True, "e": str(tmp_path)}
+    data = {
+        "a": np.array([1.0, np.nan]),
+        "b": np.float64(2.5),
+        "c": (1, np.int64(2)),
+        "d": np.bool_(True),
+        "e": tmp_path,
+    }
+    assert json.loads(as_json(data)) == {
+        "a": [1.0, None],
+        "b": 2.5,
+        "c": [1, 2],
+        "d": True,
+        "e": str(tmp_path),
+    }

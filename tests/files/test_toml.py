@@ -12,13 +12,19 @@ from bristle.files.toml import TOML_LIMIT, read_toml
 
 HOSTILE = {
     "a whole number of 5 000 digits": ("x = " + "9" * 5000, "not valid TOML"),
-    "a whole number beyond 64 bits": ("a = [1, {b = 9223372036854775808}]", r"a\[1\]\.b: is too large"),
+    "a whole number beyond 64 bits": (
+        "a = [1, {b = 9223372036854775808}]",
+        r"a\[1\]\.b: is too large",
+    ),
     "a number beyond all quantities": ("a.b = 1e101", r"a\.b: is too large"),
     "no number": ("a = nan", "a: must be a finite number"),
     "no number in a long list": ("a = [1.0, nan, 2.0]", r"a\[1\]: must be a finite number"),
     "too large in a long list": ("a = [1.0, 2.0, 1e200]", r"a\[2\]: is too large"),
     "arrays in arrays": ("a = " + "[" * 50 + "]" * 50, "nested too deeply"),
-    "arrays without end": ("a = " + "[" * 100_000, "nested too deeply|cannot be read|not valid TOML"),
+    "arrays without end": (
+        "a = " + "[" * 100_000,
+        "nested too deeply|cannot be read|not valid TOML",
+    ),
     "tables in tables": ("a = " + "{b = " * 40 + "1" + "}" * 40, "nested too deeply"),
     "a key of many parts": ("a." * 200_000 + "b = 1", "nested too deeply"),
     "a table of many parts": ("[" + "a." * 100_000 + "b]", "nested too deeply"),
@@ -30,7 +36,10 @@ HOSTILE = {
     "no TOML": ("a = = 1", r"not valid TOML.*line 1"),
     "a value twice": ("schema = 1\nschema = 1\n", "at line 2"),
     "a table twice": ("[plant]\n[plant]", "is not valid TOML: Cannot declare 'plant' twice"),
-    "a table below twice": ("[plant.a]\n[plant.a]", r"is not valid TOML: Cannot declare 'plant\.a' twice"),
+    "a table below twice": (
+        "[plant.a]\n[plant.a]",
+        r"is not valid TOML: Cannot declare 'plant\.a' twice",
+    ),
     "a unit without quotation marks": ("b = 1\na = 3 mm", 'at line 2, .*quotation marks: "3 mm"'),
     "a bracket that is missing": ("b = 1\n[columns\n", r"at line 2, .*The line reads: \[columns"),
     "a quotation mark that is missing": ('name = "EMPS', "is not valid TOML"),
@@ -76,7 +85,9 @@ def test_valid_content_is_read(tmp_path):
     assert read_toml(io.BytesIO(b"\xef\xbb\xbfa = 1\r\nb = 2\r\n")).data == {"a": 1, "b": 2}
 
 
-@pytest.mark.parametrize("data", [{"a": float("nan")}, {"a": [10**40]}, {"a\0": 1}, {3: 1}, {"a": {"b": "\x07"}}])
+@pytest.mark.parametrize(
+    "data", [{"a": float("nan")}, {"a": [10**40]}, {"a\0": 1}, {3: 1}, {"a": {"b": "\x07"}}]
+)
 def test_a_dict_is_examined_as_a_file_is(data):
     with pytest.raises(InputError):
         read_toml(data)
@@ -91,7 +102,11 @@ def test_an_axis_is_read_from_tables(tmp_path):
     expected = read_axis(tmp_path / "axis.toml")
     for values in (AXIS, text, io.BytesIO(text), content_of(text), str(tmp_path / "axis.toml")):
         assert read_axis(values) == expected
-    assert AXIS == {"schema": 1, "kind": "rotational", "columns": {"position": {"column": "q", "unit": "deg"}}}
+    assert AXIS == {
+        "schema": 1,
+        "kind": "rotational",
+        "columns": {"position": {"column": "q", "unit": "deg"}},
+    }
 
 
 @pytest.mark.parametrize("read", [read_axis, read_model, read_experiment])

@@ -11,7 +11,14 @@ from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.core.experiment import Run
 from bristle.files import read_experiment, variant
-from bristle.files.variant import Tables, effort_from, effort_variables, merged, run_from, variables_of_section
+from bristle.files.variant import (
+    Tables,
+    effort_from,
+    effort_variables,
+    merged,
+    run_from,
+    variables_of_section,
+)
 from bristle.models.references import recorded, sine
 
 SINE = sine(amplitude=1e-3, frequency=1.0)
@@ -28,9 +35,16 @@ OF_LUGRE = {"model": "lugre", "F_C": 3.0, "feedforward": {"gain": 0.5}}
             {"run": {"delay": 0}},
             {"run": {"duration": 1.0, "delay": 0}, "friction": 1},
         ),
-        ({"run": {"duration": 1.0, "delay": 2}, "friction": 1}, {"run": 3}, {"run": 3, "friction": 1}),
+        (
+            {"run": {"duration": 1.0, "delay": 2}, "friction": 1},
+            {"run": 3},
+            {"run": 3, "friction": 1},
+        ),
         # Parameters belong to the model that was named with them.
-        *((OF_LUGRE, {key: "other"}, {key: "other", "feedforward": {"gain": 0.5}}) for key in ("model", "file", "identified")),
+        *(
+            (OF_LUGRE, {key: "other"}, {key: "other", "feedforward": {"gain": 0.5}})
+            for key in ("model", "file", "identified")
+        ),
         (OF_LUGRE, {"F_C": 4.0}, {**OF_LUGRE, "F_C": 4.0}),
     ],
 )
@@ -50,13 +64,28 @@ def test_the_path_of_an_overridden_key_is_in_the_override():
 
 @pytest.mark.parametrize(
     ("duration", "sample_time", "samples"),
-    [(0.03, 0.005, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]), (0.04, 0.02, [1.0, 3.0]), (0.04, 0.01, [1.0, 2.0, 3.0, 4.0])],
+    [
+        (0.03, 0.005, [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]),
+        (0.04, 0.02, [1.0, 3.0]),
+        (0.04, 0.01, [1.0, 2.0, 3.0, 4.0]),
+    ],
 )
-def test_a_recorded_signal_is_constant_over_finer_samples_and_cut_at_the_end(duration, sample_time, samples):
+def test_a_recorded_signal_is_constant_over_finer_samples_and_cut_at_the_end(
+    duration, sample_time, samples
+):
     values = np.array([1.0, 2.0, 3.0, 4.0])
-    assert variant._repeated(values, 0.01, Run(duration, sample_time), "it", "run.duration", "x").tolist() == samples
-    with pytest.raises(InputError, match=r"run\.duration.*is longer than the log, 0\.04 s.*Remove duration"):
-        variant._repeated(values, 0.01, Run(0.05, 0.01), "the log", "run.duration", "Remove duration")
+    assert (
+        variant._repeated(
+            values, 0.01, Run(duration, sample_time), "it", "run.duration", "x"
+        ).tolist()
+        == samples
+    )
+    with pytest.raises(
+        InputError, match=r"run\.duration.*is longer than the log, 0\.04 s.*Remove duration"
+    ):
+        variant._repeated(
+            values, 0.01, Run(0.05, 0.01), "the log", "run.duration", "Remove duration"
+        )
 
 
 AXIS = Axis(kind="translational", effort_limit=200.0, lag=3e-4, sample_time=5e-4)
@@ -67,16 +96,28 @@ RECORDED = recorded(position=np.zeros(50), sample_time=0.01)
     ("table", "axis", "reference", "expected"),
     [
         ({"duration": "2 s"}, AXIS, SINE, (2.0, 5e-4, 200.0, 3e-4)),
-        ({"duration": 2, "sample_time": "1 ms", "effort_limit": "50 N", "current_lag": 0}, AXIS, SINE, (2.0, 1e-3, 50.0, 0.0)),
+        (
+            {"duration": 2, "sample_time": "1 ms", "effort_limit": "50 N", "current_lag": 0},
+            AXIS,
+            SINE,
+            (2.0, 1e-3, 50.0, 0.0),
+        ),
         ({"duration": 2, "sample_time": "1 ms"}, None, SINE, (2.0, 1e-3, math.inf, 0.0)),
         ({}, None, RECORDED, (0.5, 0.01, math.inf, 0.0)),
         ({"duration": 0.2}, None, RECORDED, (0.2, 0.01, math.inf, 0.0)),
         ({"duration": 3e-3, "sample_time": 1e-3}, None, SINE, (3e-3, 1e-3, math.inf, 0.0)),
     ],
 )
-def test_a_run_gets_missing_values_from_its_axis_or_its_recorded_reference(table, axis, reference, expected):
+def test_a_run_gets_missing_values_from_its_axis_or_its_recorded_reference(
+    table, axis, reference, expected
+):
     result = run_from(table, axis, reference, "translational", "run")
-    assert (result.duration, result.sample_time, result.effort_limit, result.current_lag) == expected
+    assert (
+        result.duration,
+        result.sample_time,
+        result.effort_limit,
+        result.current_lag,
+    ) == expected
 
 
 RUN = Run(0.04, 0.01)
@@ -107,10 +148,17 @@ def test_an_open_loop_is_driven_by_a_level_a_function_or_a_log(table, values, de
 def test_lengths_of_a_function_of_time_are_forces_of_an_effort():
     quantities = {name: item.quantity for name, item in effort_variables("sine").items()}
     assert (quantities["amplitude"], quantities["frequency"]) == ("force", "frequency")
-    assert [list(effort_variables(model)) for model in ("constant", "recorded", 3)] == [["level"], [], []]
+    assert [list(effort_variables(model)) for model in ("constant", "recorded", 3)] == [
+        ["level"],
+        [],
+        [],
+    ]
 
 
-CLOSED, LEARNING = SimpleNamespace(effort=None, learning=None), SimpleNamespace(effort=None, learning=object())
+CLOSED, LEARNING = (
+    SimpleNamespace(effort=None, learning=None),
+    SimpleNamespace(effort=None, learning=object()),
+)
 DRIVEN = SimpleNamespace(effort=object(), learning=None)
 
 
@@ -170,7 +218,10 @@ FED = {"mass": 20.0, "friction": {"model": "coulomb", "F_C": 2.0}, "gain": 0.5, 
 )
 def test_a_compensator_has_the_given_options(table, expected):
     fed = loop(controller=LOOP["controller"] | {"feedforward": table}).feedforward
-    models = [model and {name: model.values[name] for name in ("F_C", "M") if name in model.values} for model in (fed.friction, fed.plant)]
+    models = [
+        model and {name: model.values[name] for name in ("F_C", "M") if name in model.values}
+        for model in (fed.friction, fed.plant)
+    ]
     assert (fed.mass, fed.gain, fed.along, *models) == expected
 
 
@@ -180,7 +231,10 @@ def test_a_compensator_has_the_given_options(table, expected):
         *(
             (lambda table: run_from(table, None, SINE, "translational", "run"), *row)
             for row in (
-                ({"duration": 2e-3, "sample_time": 1e-3}, r"run\.duration.*gives 2 samples at a sample time of 0\.001 s.*3 to"),
+                (
+                    {"duration": 2e-3, "sample_time": 1e-3},
+                    r"run\.duration.*gives 2 samples at a sample time of 0\.001 s.*3 to",
+                ),
                 ({"duration": 1e9, "sample_time": 1e-3}, r"gives 1e\+12 samples"),
                 (
                     {"duration": 1.0, "sample_time": 1e-3, "settle": 1.0},
@@ -204,15 +258,33 @@ def test_a_compensator_has_the_given_options(table, expected):
         *(
             (lambda table: loop(**table), *row)
             for row in (
-                ({"controller": LOOP["controller"] | {"learning": LEARNED | {"k_f": 1.0}}}, r"controller\.learning\.k_f: unknown key"),
+                (
+                    {"controller": LOOP["controller"] | {"learning": LEARNED | {"k_f": 1.0}}},
+                    r"controller\.learning\.k_f: unknown key",
+                ),
                 ({"start": {"position": 0.0, "jerk": 1.0}}, r"start\.jerk: unknown key"),
                 ({"start": {"velocity": 0.0}}, "start: needs position"),
-                ({"controller": LOOP["controller"] | {"feedforward": {"masses": 1.0}}}, r"controller\.feedforward\.masses: unknown key"),
-                ({"controller": LOOP["controller"] | {"feedforward": {"friction": "coulomb"}}}, r"feedforward\.friction: must be a table"),
-                ({"controller": LOOP["controller"] | {"feedforward": {"along": "there"}}}, r"feedforward\.along"),
-                ({"controller": LOOP["controller"] | {"feedforward": {"plant": "other"}}}, r"feedforward\.plant"),
+                (
+                    {"controller": LOOP["controller"] | {"feedforward": {"masses": 1.0}}},
+                    r"controller\.feedforward\.masses: unknown key",
+                ),
+                (
+                    {"controller": LOOP["controller"] | {"feedforward": {"friction": "coulomb"}}},
+                    r"feedforward\.friction: must be a table",
+                ),
+                (
+                    {"controller": LOOP["controller"] | {"feedforward": {"along": "there"}}},
+                    r"feedforward\.along",
+                ),
+                (
+                    {"controller": LOOP["controller"] | {"feedforward": {"plant": "other"}}},
+                    r"feedforward\.plant",
+                ),
                 ({"effort": {"model": "constant"}}, "controller: needs a closed loop"),
-                ({"table_friction": {"model": "coulomb", "F_C": 1.0}}, "table_friction: needs a plant with a screw that moves a table"),
+                (
+                    {"table_friction": {"model": "coulomb", "F_C": 1.0}},
+                    "table_friction: needs a plant with a screw that moves a table",
+                ),
                 ({"plant": {}}, r"plant: is missing.*model = .inertia. and M"),
                 ({"sensor": {"side": "left"}}, r"sensor\.side: no such side"),
                 ({"disturbance": {"fil": 1}}, r"disturbance\.fil: unknown key"),

@@ -31,11 +31,15 @@ SAME, FROZEN = ["the same"], ["frozen"]
 
 def main() -> int:
     """Do what is asked."""
-    parser = argparse.ArgumentParser(prog="python -m tests.golden", description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.golden", description=(__doc__ or "").splitlines()[0]
+    )
     parser.add_argument("action", choices=("check", "freeze", "list"))
     parser.add_argument("cases", nargs="*", metavar="CASE", help="all where none is named")
     parser.add_argument("--fast", action="store_true", help="those that run among the tests only")
-    parser.add_argument("--relative", type=float, metavar="SHARE", help="by which numbers may differ")
+    parser.add_argument(
+        "--relative", type=float, metavar="SHARE", help="by which numbers may differ"
+    )
     chosen = parser.parse_args()
     unknown = [name for name in chosen.cases if name not in CASES]
     if unknown:
@@ -44,7 +48,12 @@ def main() -> int:
     cases = [case for case in cases if case.fast or not chosen.fast]
     if chosen.action == "list":
         for case in cases:
-            print(case.name, "fast" if case.fast else "slow", "measured" if case.measured else "", sep="\t")
+            print(
+                case.name,
+                "fast" if case.fast else "slow",
+                "measured" if case.measured else "",
+                sep="\t",
+            )
         return 0
     if chosen.action == "check":
         return _run(cases, partial(_checked, chosen.relative))
@@ -55,7 +64,9 @@ def _run(cases: list[Case], work: Callable[[Case], list[str]]) -> int:
     wrong, uncounted, begun = [], [], time.process_time()
     for case in cases:
         if case.measured and not os.environ.get("BRISTLE_DATA"):
-            print(f"{case.name}: left out, BRISTLE_DATA names no folder of measured logs", flush=True)
+            print(
+                f"{case.name}: left out, BRISTLE_DATA names no folder of measured logs", flush=True
+            )
             continue
         start = time.process_time()
         try:
@@ -64,12 +75,21 @@ def _run(cases: list[Case], work: Callable[[Case], list[str]]) -> int:
             traceback.print_exc()
             text = [f"{CRASH} {error!r}"]
         took = f"{'fast' if case.fast else 'slow'}, {time.process_time() - start:.1f} s of CPU"
-        print(f"{case.name} ({took}): {text[0] if len(text) == 1 else f'{len(text)} differences'}", flush=True)
+        print(
+            f"{case.name} ({took}): {text[0] if len(text) == 1 else f'{len(text)} differences'}",
+            flush=True,
+        )
         if text not in (SAME, FROZEN):
-            (wrong if case.fast or text[0].startswith(CRASH) or not elsewhere(case.name) else uncounted).append(case.name)
+            (
+                wrong
+                if case.fast or text[0].startswith(CRASH) or not elsewhere(case.name)
+                else uncounted
+            ).append(case.name)
         for line in text[:TOLD] if len(text) > 1 else ():
             print(f"  {case.name}: {line}", flush=True)
-    print(f"{len(cases)} cases, {time.process_time() - begun:.0f} s of CPU; wrong: {', '.join(wrong) or 'none'}")
+    print(
+        f"{len(cases)} cases, {time.process_time() - begun:.0f} s of CPU; wrong: {', '.join(wrong) or 'none'}"
+    )
     if uncounted:
         print(f"differ, not counted ({elsewhere(uncounted[0])}): {', '.join(uncounted)}")
     return 1 if wrong else 0

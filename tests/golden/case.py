@@ -51,13 +51,17 @@ class Case:
 CASES: dict[str, Case] = {}
 
 
-def register(name: str, work: Callable[[], dict[str, Any]], *, fast: bool, measured: bool = False) -> None:
+def register(
+    name: str, work: Callable[[], dict[str, Any]], *, fast: bool, measured: bool = False
+) -> None:
     """Add a case."""
     assert name not in CASES, name
     CASES[name] = Case(name, work, fast, measured)
 
 
-def golden(*, fast: bool = False, measured: bool = False) -> Callable[[Callable[[], Any]], Callable[[], Any]]:
+def golden(
+    *, fast: bool = False, measured: bool = False
+) -> Callable[[Callable[[], Any]], Callable[[], Any]]:
     """Add a function as a case under its own name."""
 
     def added(work: Callable[[], Any]) -> Callable[[], Any]:
@@ -74,4 +78,6 @@ def tolerance_for(case: Case) -> float:
 
 def differences_of(case: Case, relative: float) -> list[Difference]:
     """Do the work of a case, and return how what is found differs from what was frozen; numbers by a share."""
-    return list(differences(json.loads(case.file.read_text(encoding="utf-8")), case.found(), relative))
+    return list(
+        differences(json.loads(case.file.read_text(encoding="utf-8")), case.found(), relative)
+    )

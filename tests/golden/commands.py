@@ -71,7 +71,12 @@ BEFORE = {
     "predict_with_band": "identify log.csv --axis axis.toml --model coulomb_viscous --draws 20 --out fit",
     "predict_curves": "identify curves.csv --axis curves.toml --model preisach --out operator",
 }
-SLOW = {"demo", "check", "board", "identify_pulls"}  # the last: the second pass is a near tie, so another processor decides otherwise
+SLOW = {
+    "demo",
+    "check",
+    "board",
+    "identify_pulls",
+}  # the last: the second pass is a near tie, so another processor decides otherwise
 
 
 def printed(name: str) -> dict[str, Any]:
@@ -89,7 +94,11 @@ def _run(line: str) -> tuple[int, str]:
     goes_on = line.startswith(("study ", "tune ", "board ")) or "--each" in line
     folder = ["--force"] if ("--out" in line or "--write" in line) and not goes_on else []
     with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()):
-        code = board([*line.split()[1:], "--json"]) if line.startswith("board ") else main([*line.split(), *folder, "--json"])
+        code = (
+            board([*line.split()[1:], "--json"])
+            if line.startswith("board ")
+            else main([*line.split(), *folder, "--json"])
+        )
     return code, out.getvalue()
 
 

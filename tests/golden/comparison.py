@@ -16,7 +16,16 @@ errors by 1e-4, the rest of a residual by 1e-3 (kernels of OpenBLAS for Haswell 
 digits. A status, a verdict, an order and the number of anything may not differ."""
 DRAWN_ELSEWHERE = 5e-2
 """The same of draws, what is computed from them, and loops in which a count of the encoder falls to another side."""
-DRAWN = ("interval", "resampling", "draws", "scatter", "unexplained", "prediction", "force_error", "robust_std")
+DRAWN = (
+    "interval",
+    "resampling",
+    "draws",
+    "scatter",
+    "unexplained",
+    "prediction",
+    "force_error",
+    "robust_std",
+)
 DIGITS = re.compile(r"[-\u2212]?\d[\d.,]*(e[-+]?\d+)?")
 MISSING = "nothing"
 LINE = 400  # characters
@@ -71,7 +80,9 @@ def _text(value: Any, relative: float) -> Any:
     return DIGITS.sub("#", value) if isinstance(value, str) and relative > RELATIVE else value
 
 
-def _tables(path: str, was: dict[str, Any], now: dict[str, Any], relative: float) -> Iterator[Difference]:
+def _tables(
+    path: str, was: dict[str, Any], now: dict[str, Any], relative: float
+) -> Iterator[Difference]:
     scale = _scale_of(was)
     for name, item in was.items():
         below = f"{path}.{name}" if path else name
@@ -85,7 +96,9 @@ def _scale_of(table: dict[str, Any]) -> dict[str, float]:
     """Return the scale of those numbers of a table that may happen to be next to nothing."""
     if "value" in table:  # an estimate
         ends = [number for name in SURE for number in _numbers(table.get(name))]
-        return dict.fromkeys(("value", "interval"), max((abs(number) for number in ends), default=0.0))
+        return dict.fromkeys(
+            ("value", "interval"), max((abs(number) for number in ends), default=0.0)
+        )
     if "rms" in table and "samples" in table:  # a signal
         return dict.fromkeys(("mean", "samples"), _magnitude(table["rms"]))
     if "aic" in table:  # above those of the best model: differences of numbers as large as the rows
@@ -94,7 +107,13 @@ def _scale_of(table: dict[str, Any]) -> dict[str, float]:
         return {"below_the_diagonal": 1.0}
     if "deviation_of_levels" in table:
         # Levels for a drive; the viscous ones are what 1 m/s adds to what is there at rest.
-        names = ("deviation", "deviation_of_levels", "constant", "viscous_forward", "viscous_backward")
+        names = (
+            "deviation",
+            "deviation_of_levels",
+            "constant",
+            "viscous_forward",
+            "viscous_backward",
+        )
         return dict.fromkeys(names, max(map(_magnitude, table.values())))
     if "largest_deviation" in table:
         return {"largest_deviation": max(map(_magnitude, table["effort"]), default=0.0)}
@@ -120,12 +139,22 @@ def frozen_text(found: Any) -> str:
 
 def _written(value: Any, margin: str) -> str:
     line = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    below = list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
+    below = (
+        list(value.values())
+        if isinstance(value, dict)
+        else value
+        if isinstance(value, list)
+        else []
+    )
     numbers = all(item is None or _is_number(item) for item in below)
     if numbers or (len(line) <= LINE and not any(isinstance(item, dict) for item in below)):
         return line
     deeper = margin + " "
     if isinstance(value, dict):
-        entries = [f"{deeper}{json.dumps(name)}: {_written(item, deeper)}" for name, item in value.items()]
+        entries = [
+            f"{deeper}{json.dumps(name)}: {_written(item, deeper)}" for name, item in value.items()
+        ]
         return "{\n" + ",\n".join(entries) + f"\n{margin}}}"
-    return "[\n" + ",\n".join(f"{deeper}{_written(item, deeper)}" for item in value) + f"\n{margin}]"
+    return (
+        "[\n" + ",\n".join(f"{deeper}{_written(item, deeper)}" for item in value) + f"\n{margin}]"
+    )

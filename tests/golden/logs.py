@@ -92,10 +92,15 @@ def run_ball_screw(place: Path) -> tuple[Axis, ExcitationMotion]:
     axis = read_axis(place / "axis.toml")
     motion = excite(axis, rehearsed=False).motion
     (place / "motion").mkdir()
-    signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
+    signals = {
+        name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")
+    }
     write_motion(place / "motion" / "motion.csv", axis, signals)
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
-        assert main(["run", str(place / "record.toml"), "--log", "--out", str(place / "recorded")]) == 0
+        assert (
+            main(["run", str(place / "record.toml"), "--log", "--out", str(place / "recorded")])
+            == 0
+        )
     return axis, motion
 
 

@@ -19,7 +19,11 @@ MADE_ON = Path(__file__).parent / "made_on.json"
 
 def here() -> dict[str, str]:
     """Return processor and libraries, by name."""
-    blas = sorted(f"{item['version']} {item['architecture']}" for item in threadpool_info() if item["user_api"] == "blas")
+    blas = sorted(
+        f"{item['version']} {item['architecture']}"
+        for item in threadpool_info()
+        if item["user_api"] == "blas"
+    )
     libraries = {name: version(name) for name in ("numpy", "scipy", "numba")}
     return {"processor": get_host_cpu_name(), "blas": ", ".join(blas), **libraries}
 
@@ -27,7 +31,11 @@ def here() -> dict[str, str]:
 def elsewhere(case: str) -> str:
     """Return what is not as it was where a case was frozen, in words; nothing where all is."""
     was, now = json.loads(MADE_ON.read_text(encoding="utf-8")).get(case, {}), here()
-    return "; ".join(f"{name} {was.get(name)}, here {item}" for name, item in now.items() if was.get(name) != item)
+    return "; ".join(
+        f"{name} {was.get(name)}, here {item}"
+        for name, item in now.items()
+        if was.get(name) != item
+    )
 
 
 def note(case: str) -> None:

@@ -35,7 +35,15 @@ def in_loop(*, pairs: int = 5, scatter: float = 0.0) -> Log:
 
 
 RATE, SIZE, FINE = 750.0, 1500, 40
-OPEN = Axis(plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, method="output_error", cutoff=150.0, decimation=1)
+OPEN = Axis(
+    plant="oscillator",
+    offset=0.0,
+    hold="band_limited",
+    at_rest=True,
+    method="output_error",
+    cutoff=150.0,
+    decimation=1,
+)
 
 
 @cache
@@ -73,11 +81,24 @@ def late() -> Log:
 
 # Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
 ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
-SLOW = ((30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))  # amplitudes and frequencies in and out of pre-sliding
+SLOW = (
+    (30e-6, 14e-6, 6e-6),
+    (0.31, 0.83, 1.97),
+)  # amplitudes and frequencies in and out of pre-sliding
 
 
 def elements_log(
-    name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, dt=1e-3, fine=10, strokes=SLOW[0], load=None, temperature=None, **more
+    name="maxwell_slip",
+    *,
+    noise=0.05,
+    seed=0,
+    duration=12.0,
+    dt=1e-3,
+    fine=10,
+    strokes=SLOW[0],
+    load=None,
+    temperature=None,
+    **more,
 ) -> Log:
     """Return slow motion in and out of pre-sliding on three elements, with the truth run some times as fine as the log."""
     motion = sines(duration, dt / fine, strokes, SLOW[1])
@@ -89,10 +110,16 @@ def elements_log(
     scatter = np.random.default_rng(seed).normal(0.0, noise, coarse.time.size)
     log = log_of(coarse, 12.0 * coarse.acceleration + force[::fine] + scatter)
     units = {"load": "1", "temperature": "K"}
-    return replace(log, **{key: Channel(item, units[key], key) for key, item in around.items() if item is not None})
+    return replace(
+        log,
+        **{key: Channel(item, units[key], key) for key, item in around.items() if item is not None},
+    )
 
 
-SHARES, REACH = np.array([0.3, 0.4, 0.3]), np.array([2e-6, 6e-6, 15e-6])  # of elements, and where each breaks away
+SHARES, REACH = (
+    np.array([0.3, 0.4, 0.3]),
+    np.array([2e-6, 6e-6, 15e-6]),
+)  # of elements, and where each breaks away
 SHAPE = {"v_S": 1e-3, "C": 2e3, "k_i": 28.0 * SHARES / REACH, "nu_i": SHARES}
 SLIDING = {"F_C": 20.0, "F_S": 28.0, "sigma_2": 300.0, "offset": 1.5}
 
@@ -106,7 +133,10 @@ def gms_log(name="gms", *, seed=0, scatter=0.0, **truth) -> Log:
     loops = sines(8.0, dt, *SLOW)
     slides = sines(8.0, dt, (6e-3, 6e-4, 2e-4), (0.25, 1.7, 3.1))
     x = np.concatenate([loops.position, slides.position + loops.position[-1] - slides.position[0]])
-    v, a = (np.concatenate([getattr(item, name) for item in (loops, slides)]) for name in ("velocity", "acceleration"))
+    v, a = (
+        np.concatenate([getattr(item, name) for item in (loops, slides)])
+        for name in ("velocity", "acceleration")
+    )
     force = force_along(find(name)(**(SHAPE | (truth or SLIDING))), v, dt, x)
     sides = np.sign(v)
     leg = np.cumsum(np.diff(sides, prepend=sides[0]) != 0.0)
@@ -125,7 +155,9 @@ SLIPPING = find("maxwell_slip")(F_C=60.0, nu_i=LIMITS / 60.0, k_i=LIMITS / DISTA
 @cache
 def pulling() -> ExcitationMotion:
     """Return the motion of pulls from rest at three rates."""
-    return excite(PULLED, duration="24 s", purposes="break-away", model=SLIPPING, rehearsed=False).motion
+    return excite(
+        PULLED, duration="24 s", purposes="break-away", model=SLIPPING, rehearsed=False
+    ).motion
 
 
 def pulled(motion, seed=0, scatter=0.05) -> Log:
@@ -143,13 +175,17 @@ def pulled(motion, seed=0, scatter=0.05) -> Log:
 
 # --- hysteresis -----------------------------------------------------------------------------------------------------
 
-MASING = hysteresis.preisach(kernel="dahl_masing", s=1.0, f_p=1.0)  # in units of the saturation and of f_p/s
+MASING = hysteresis.preisach(
+    kernel="dahl_masing", s=1.0, f_p=1.0
+)  # in units of the saturation and of f_p/s
 NOISE = 0.005
 
 
 def to_and_fro(rng, turns=80, amplitude=3.0, samples=1601):
     """Return a path through random turning points, once through its whole range first."""
-    at = np.concatenate([[0.0, amplitude, -amplitude], rng.uniform(-amplitude, amplitude, turns - 2)])
+    at = np.concatenate(
+        [[0.0, amplitude, -amplitude], rng.uniform(-amplitude, amplitude, turns - 2)]
+    )
     return np.interp(np.linspace(0.0, turns, samples), np.arange(turns + 1), at)
 
 
@@ -162,5 +198,8 @@ def recorded(operator, u, rng=None, offset=0.0):
 def reversal_curves(operator, count=41, extent=3.0, samples=60, rising=True):
     """Return first-order reversal curves of an operator, each from saturation."""
     side = 1.0 if rising else -1.0
-    paths = [side * np.linspace(turn, extent, samples) for turn in np.linspace(-extent, 0.9 * extent, count).tolist()]
+    paths = [
+        side * np.linspace(turn, extent, samples)
+        for turn in np.linspace(-extent, 0.9 * extent, count).tolist()
+    ]
     return tuple(Curve(u, response(operator, u, history=[side * extent])) for u in paths)

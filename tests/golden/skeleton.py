@@ -5,7 +5,14 @@ from __future__ import annotations
 import json
 from typing import Any
 
-OF_THE_PLACE = {"provenance", "file", "files", "checksum", "written", "identify"}  # below them no text is kept
+OF_THE_PLACE = {
+    "provenance",
+    "file",
+    "files",
+    "checksum",
+    "written",
+    "identify",
+}  # below them no text is kept
 LONGEST = 40  # characters of a name
 NAME = "name"
 ABSENT = "absent"
@@ -36,8 +43,14 @@ def _is_name(value: str, key: str) -> bool:
 
 def _of_list(value: list[Any], key: str, *, bare: bool) -> Any:
     names = [item.get(NAME) if isinstance(item, dict) else item for item in value]
-    if names and all(isinstance(item, str) and _is_name(item, key) for item in names) and len(set(names)) == len(names):
-        return {f"[{name}]": skeleton(item, bare=bare) for name, item in zip(names, value, strict=True)}
+    if (
+        names
+        and all(isinstance(item, str) and _is_name(item, key) for item in names)
+        and len(set(names)) == len(names)
+    ):
+        return {
+            f"[{name}]": skeleton(item, bare=bare) for name, item in zip(names, value, strict=True)
+        }
     result: Any = "empty"
     for item in value:
         result = _joined(result, skeleton(item, key, bare=bare))
@@ -48,8 +61,14 @@ def _joined(item: Any, other: Any) -> Any:
     """Return what two items of a list have between them; of words that differ, each that was seen."""
     if item in (other, "empty"):
         return other
-    if isinstance(item, dict) and isinstance(other, dict) and not (_is_seen(item) or _is_seen(other)):
-        return {name: _joined(item.get(name, ABSENT), other.get(name, ABSENT)) for name in item | other}
+    if (
+        isinstance(item, dict)
+        and isinstance(other, dict)
+        and not (_is_seen(item) or _is_seen(other))
+    ):
+        return {
+            name: _joined(item.get(name, ABSENT), other.get(name, ABSENT)) for name in item | other
+        }
     return {f"seen: {word}": "" for word in sorted({*_words(item), *_words(other)})}
 
 

@@ -28,7 +28,13 @@ def test_exactly_the_cases_are_frozen():
     assert {item.stem for item in FROZEN.glob("*.json")} == set(CASES)
 
 
-ESTIMATE = {"value": 1e-3, "std": 2.0, "robust_std": None, "interval": [-4.0, 4.0], "status": "identified"}
+ESTIMATE = {
+    "value": 1e-3,
+    "std": 2.0,
+    "robust_std": None,
+    "interval": [-4.0, 4.0],
+    "status": "identified",
+}
 
 
 @pytest.mark.parametrize(
@@ -43,14 +49,29 @@ ESTIMATE = {"value": 1e-3, "std": 2.0, "robust_std": None, "interval": [-4.0, 4.
         (RELATIVE, {"a": {"b": 1}}, {"a": {}}, ["a.b"]),
         (RELATIVE, {"a": {}}, {"a": {"b": 1}}, []),
         (RELATIVE, {"a": ["x"]}, {"a": ["x", "y"]}, ["a.length"]),
-        (RELATIVE, {"a": [1e-12, 1.0]}, {"a": [0.0, 1.0]}, []),  # next to nothing beside its neighbour
+        (
+            RELATIVE,
+            {"a": [1e-12, 1.0]},
+            {"a": [0.0, 1.0]},
+            [],
+        ),  # next to nothing beside its neighbour
         (RELATIVE, {"a": [1e-8, 1.0]}, {"a": [0.0, 1.0]}, ["a[0]"]),
-        (RELATIVE, ESTIMATE, ESTIMATE | {"value": 1e-3 + 3e-9}, []),  # next to nothing beside its interval
+        (
+            RELATIVE,
+            ESTIMATE,
+            ESTIMATE | {"value": 1e-3 + 3e-9},
+            [],
+        ),  # next to nothing beside its interval
         (RELATIVE, ESTIMATE, ESTIMATE | {"value": 1e-3 + 5e-9}, ["value"]),
         (RELATIVE, ESTIMATE, ESTIMATE | {"std": 2.0 + 3e-9}, ["std"]),
         (RELATIVE, ESTIMATE, ESTIMATE | {"status": "held"}, ["status"]),
         (RELATIVE, {"below_the_diagonal": [[1e-12]]}, {"below_the_diagonal": [[0.0]]}, []),
-        (RELATIVE, {"below_the_diagonal": [[1e-8]]}, {"below_the_diagonal": [[0.0]]}, ["below_the_diagonal[0][0]"]),
+        (
+            RELATIVE,
+            {"below_the_diagonal": [[1e-8]]},
+            {"below_the_diagonal": [[0.0]]},
+            ["below_the_diagonal[0][0]"],
+        ),
         (RELATIVE, [{"n": 0.0}], [{"n": 1e-300}], ["[0].n"]),
         # Elsewhere digits may differ, and no word.
         (ELSEWHERE, {"a": 1.0}, {"a": 1.001}, []),
@@ -58,7 +79,12 @@ ESTIMATE = {"value": 1e-3, "std": 2.0, "robust_std": None, "interval": [-4.0, 4.
         (ELSEWHERE, {"a": "871 mN, 1.6 %"}, {"a": "-872 mN, 1.61 %"}, []),
         (ELSEWHERE, {"a": "871 mN of ripple"}, {"a": "871 mN of drift"}, ["a"]),
         (ELSEWHERE, ESTIMATE, ESTIMATE | {"status": "at_edge"}, ["status"]),
-        (ELSEWHERE, {"models": ["lugre", "dahl"]}, {"models": ["dahl", "lugre"]}, ["models[0]", "models[1]"]),
+        (
+            ELSEWHERE,
+            {"models": ["lugre", "dahl"]},
+            {"models": ["dahl", "lugre"]},
+            ["models[0]", "models[1]"],
+        ),
     ],
 )
 def test_a_difference_is_reported_with_its_place(relative, was, now, paths):
@@ -71,5 +97,11 @@ def test_old_and_new_values_are_reported():
 
 
 def test_numbers_survive_the_file_to_the_last_bit():
-    result = {"a": [0.1 + 0.2, 5e-324, -1e300], "b": {"c": [1, None, True]}, "µ": ["x", {}], "d": [], "e": [[1.5], [2.5]]}
+    result = {
+        "a": [0.1 + 0.2, 5e-324, -1e300],
+        "b": {"c": [1, None, True]},
+        "µ": ["x", {}],
+        "d": [],
+        "e": [[1.5], [2.5]],
+    }
     assert json.loads(frozen_text(result)) == result

@@ -35,9 +35,18 @@ MARKS = 7  # of a signal that are kept one by one, beside its length, mean and r
 
 def of_identification(result: Any) -> dict[str, Any]:
     """Return all that an identification says."""
-    summary = identification_summary(result, table=drive_table(result.best, 20), simulation=None, prediction=None, provenance={})
+    summary = identification_summary(
+        result, table=drive_table(result.best, 20), simulation=None, prediction=None, provenance={}
+    )
     traces = {name: signal(values) for name, values in vars(result.best.traces).items()}
-    return plain({"json": summary, "notes": result.notes, "fits": [_fit(fit) for fit in result.fits], "traces": traces})
+    return plain(
+        {
+            "json": summary,
+            "notes": result.notes,
+            "fits": [_fit(fit) for fit in result.fits],
+            "traces": traces,
+        }
+    )
 
 
 def _fit(fit: Any) -> dict[str, Any]:
@@ -68,13 +77,22 @@ def _fit(fit: Any) -> dict[str, Any]:
 
 def _estimate(item: Any) -> dict[str, Any]:
     numbers = {name: getattr(item, name) for name in ("value", "std", "robust_std", "interval")}
-    return numbers | {"name": item.name, "unit": item.unit, "status": item.status, "note": note_of(item), "description": item.description}
+    return numbers | {
+        "name": item.name,
+        "unit": item.unit,
+        "status": item.status,
+        "note": note_of(item),
+        "description": item.description,
+    }
 
 
 def _resampling(result: Any) -> dict[str, Any]:
     draws = {name: np.asarray(item) for name, item in result.bands.draws.items()}
     return {
-        "draws": {name: item if item.ndim == 1 else [signal(each) for each in item] for name, item in draws.items()},
+        "draws": {
+            name: item if item.ndim == 1 else [signal(each) for each in item]
+            for name, item in draws.items()
+        },
         "bands": {name: value for name, value in vars(result.bands).items() if name != "draws"},
         "scatter": result.scatter,
         "curve": result.curve,
@@ -84,8 +102,18 @@ def _resampling(result: Any) -> dict[str, Any]:
 def of_prediction(prediction: Any, friction: Any) -> dict[str, Any]:
     """Return all that a prediction says."""
     summary = prediction_summary(prediction, friction=friction, notes=(), provenance={})
-    names = ("time", "effort", "effort_predicted", "position", "position_predicted", "half_width", "position_half_width")
-    return plain({"json": summary, "signals": {name: signal(getattr(prediction, name)) for name in names}})
+    names = (
+        "time",
+        "effort",
+        "effort_predicted",
+        "position",
+        "position_predicted",
+        "half_width",
+        "position_half_width",
+    )
+    return plain(
+        {"json": summary, "signals": {name: signal(getattr(prediction, name)) for name in names}}
+    )
 
 
 def of_operators(result: Any) -> dict[str, Any]:
@@ -102,7 +130,9 @@ def of_operators(result: Any) -> dict[str, Any]:
         }
         for fit in result.fits
     ]
-    return plain({"json": operator_summary(result, provenance={}), "notes": result.notes, "fits": fits})
+    return plain(
+        {"json": operator_summary(result, provenance={}), "notes": result.notes, "fits": fits}
+    )
 
 
 def of_operator_prediction(prediction: Any, operator: Any, recorded: Any) -> dict[str, Any]:
@@ -113,7 +143,12 @@ def of_operator_prediction(prediction: Any, operator: Any, recorded: Any) -> dic
 
 def of_break_aways(log: Any, axis: Any, cutoff: float, plant: Any, friction: Any) -> list[Any]:
     """Return the break-aways of a log by rate, of a model that is known."""
-    return plain([break_away._asdict() for break_away in treat(log, axis, cutoff).break_aways(plant, friction.values["offset"])])
+    return plain(
+        [
+            break_away._asdict()
+            for break_away in treat(log, axis, cutoff).break_aways(plant, friction.values["offset"])
+        ]
+    )
 
 
 def unexplained(plant: Any, friction: Any, log: Any, axis: Any) -> dict[str, Any] | None:
@@ -132,4 +167,9 @@ def signal(values: Any) -> dict[str, Any] | None:
         return None
     flat = np.ravel(np.asarray(values, float))
     places = np.linspace(0, flat.size - 1, MARKS).astype(int)
-    return {"size": flat.size, "mean": float(np.mean(flat)), "rms": float(np.sqrt(np.mean(flat**2))), "samples": flat[places].tolist()}
+    return {
+        "size": flat.size,
+        "mean": float(np.mean(flat)),
+        "rms": float(np.sqrt(np.mean(flat**2))),
+        "samples": flat[places].tolist(),
+    }

@@ -31,7 +31,10 @@ v_S = "0.3 rad/s"
 sigma_0 = "100 N*m/rad"
 sigma_1 = "0.1 N*m*s/rad"
 """
-COMPOSITE = LUGRE.replace('"lugre"', '"preisach_lugre"').replace("sigma_0", "s") + 'f_p = "156 mN*m"\nsigma_2 = "0.03 N*m*s/rad"\n'
+COMPOSITE = (
+    LUGRE.replace('"lugre"', '"preisach_lugre"').replace("sigma_0", "s")
+    + 'f_p = "156 mN*m"\nsigma_2 = "0.03 N*m*s/rad"\n'
+)
 CURVES = """
 schema = 1
 name = "loops"
@@ -91,7 +94,9 @@ TEXTS = {
     "study.toml": STUDY,
     "seeds.toml": bench.EXPERIMENT.replace("[run]", "[run]\nseeds = 2"),
     "learning.toml": bench.EXPERIMENT[:_RUN] + LEARNING + bench.EXPERIMENT[_RUN:_COMPARED],
-    "diverging.toml": bench.EXPERIMENT.replace('"4 N*s/mm"', '"400 N*s/mm"').replace('limit = "300 N"', ""),
+    "diverging.toml": bench.EXPERIMENT.replace('"4 N*s/mm"', '"400 N*s/mm"').replace(
+        'limit = "300 N"', ""
+    ),
     "model.toml": bench.MODEL,
     "own.py": bench.USER_MODEL,
     "lugre.toml": LUGRE,
@@ -119,7 +124,14 @@ def yard() -> Path:
     _write_rows(folder / "slower.csv", replace(late, effort=1.1 * np.asarray(late.effort)))
     _write_rows(folder / "pulls.csv", simulated.pulled(simulated.pulling()))
     motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
-    _write_rows(folder / "cogged.csv", log_of(motion, sliding_effort(motion, 0) + 5.0 * np.sin(200.0 * np.pi * motion.position), step=1e-7))
+    _write_rows(
+        folder / "cogged.csv",
+        log_of(
+            motion,
+            sliding_effort(motion, 0) + 5.0 * np.sin(200.0 * np.pi * motion.position),
+            step=1e-7,
+        ),
+    )
     steady = simulated.ringing()
     assert steady.effort is not None
     np.savez(folder / "ringing.npz", u=steady.effort.values, y=steady.position.values)
@@ -132,21 +144,31 @@ def _write_loop(folder: Path) -> None:
     variants = simulate(read_experiment(folder / "experiment.toml")).variants
     columns, fed = (
         np.column_stack((variant.time, variant.measured, variant.reference, variant.effort))
-        for variant in (variants["none"], next(item for name, item in variants.items() if name != "none"))
+        for variant in (
+            variants["none"],
+            next(item for name, item in variants.items() if name != "none"),
+        )
     )
     for name, rows in {"log.csv": columns, "second.csv": columns[:4000], "fed.csv": fed}.items():
         np.savetxt(folder / name, rows, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
     (folder / "parts").mkdir(exist_ok=True)
     for day in range(6):
         name = folder / "parts" / f"2026-03-0{day + 1}.csv"
-        rows = columns[500 * day : 500 * day + 3000] * (1.0, 1.0, 1.0, 1.0 if day else 1.5)  # the first has another gain of the drive
+        rows = columns[500 * day : 500 * day + 3000] * (
+            1.0,
+            1.0,
+            1.0,
+            1.0 if day else 1.5,
+        )  # the first has another gain of the drive
         np.savetxt(name, rows, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
     lines = (folder / "log.csv").read_text().splitlines()
     for row in (100, 300):
         lines[row] = lines[row].rpartition(",")[0] + ",nan"
     (folder / "holes.csv").write_text("\n".join(lines))
     np.savetxt(folder / "nameless.txt", columns, fmt="%.9g")
-    scipy.io.savemat(folder / "constants.mat", {"t": columns[:, 0], "q": columns[:, 1], "gain": 35.0})
+    scipy.io.savemat(
+        folder / "constants.mat", {"t": columns[:, 0], "q": columns[:, 1], "gain": 35.0}
+    )
 
 
 def _write_rows(path: Path, log: Log) -> None:
@@ -157,7 +179,19 @@ def _write_rows(path: Path, log: Log) -> None:
 
 def _write_curves(folder: Path) -> None:
     rng = np.random.default_rng(11)
-    (curve,) = simulated.recorded(simulated.MASING, simulated.to_and_fro(rng, turns=40, samples=600), rng).curves
-    np.savetxt(folder / "curves.csv", np.column_stack(curve), delimiter=",", header="x,F", comments="", fmt="%.9g")
-    curves = {f"curve_{k:02}": np.column_stack(item) for k, item in enumerate(simulated.reversal_curves(simulated.MASING, 21))}
+    (curve,) = simulated.recorded(
+        simulated.MASING, simulated.to_and_fro(rng, turns=40, samples=600), rng
+    ).curves
+    np.savetxt(
+        folder / "curves.csv",
+        np.column_stack(curve),
+        delimiter=",",
+        header="x,F",
+        comments="",
+        fmt="%.9g",
+    )
+    curves = {
+        f"curve_{k:02}": np.column_stack(item)
+        for k, item in enumerate(simulated.reversal_curves(simulated.MASING, 21))
+    }
     np.savez(folder / "reversals.npz", **curves)

@@ -20,7 +20,13 @@ class Motion(NamedTuple):
     acceleration: np.ndarray
 
 
-def sines(duration=10.0, dt=1e-3, amplitudes=(0.02, 0.008, 0.004), frequencies=(0.5, 1.7, 3.1), phases=(0, 1, 2)):
+def sines(
+    duration=10.0,
+    dt=1e-3,
+    amplitudes=(0.02, 0.008, 0.004),
+    frequencies=(0.5, 1.7, 3.1),
+    phases=(0, 1, 2),
+):
     t = dt * np.arange(round(duration / dt))
     q, v, a = np.zeros((3, t.size))
     for amplitude, frequency, phase in zip(amplitudes, frequencies, phases, strict=True):
@@ -41,7 +47,9 @@ def strokes(repeats=5, dt=1e-3, length=0.05, move=1.0, dwell=0.8):
     return Motion(dt * np.arange(q.size), q, v, np.gradient(v, dt))
 
 
-def log_of(motion: Motion, effort: np.ndarray, *, step: float = 0.0, kind="translational", segments=()) -> Log:
+def log_of(
+    motion: Motion, effort: np.ndarray, *, step: float = 0.0, kind="translational", segments=()
+) -> Log:
     """A log of a motion, its position rounded to the step of an encoder."""
     position = np.round(motion.position / step) * step if step else motion.position
     units = ("m", "N") if kind == "translational" else ("rad", "N*m")
@@ -58,7 +66,9 @@ def log_of(motion: Motion, effort: np.ndarray, *, step: float = 0.0, kind="trans
 TRUTH = {"M": 12.0, "F_v": 30.0, "F_C": 8.0, "offset": 1.5}
 
 
-def sliding_effort(motion: Motion, seed: int = 0, noise: float = 0.3, **changes: float) -> np.ndarray:
+def sliding_effort(
+    motion: Motion, seed: int = 0, noise: float = 0.3, **changes: float
+) -> np.ndarray:
     """Effort of an axis with Coulomb and viscous friction of the truth, changed here and there, with white noise."""
     truth = TRUTH | changes
     side = np.where(motion.velocity < 0.0, -1.0, 1.0)
@@ -74,7 +84,14 @@ def sliding_log(seed: int = 0, noise: float = 0.3, **changes: float) -> Log:
     return log_of(motion, sliding_effort(motion, seed, noise, **changes))
 
 
-def slow_log(model: Model, *, M: float = 12.0, noise: float = 0.05, step: float = 1e-7, duration: float = 20.0) -> Log:
+def slow_log(
+    model: Model,
+    *,
+    M: float = 12.0,
+    noise: float = 0.05,
+    step: float = 1e-7,
+    duration: float = 20.0,
+) -> Log:
     """A log of slow sines with many reversals, friction by a model that is run ten times as fine as the log."""
     fine, dt = 10, 1e-3
     motion = sines(duration, dt / fine, (6e-3, 6e-4, 2e-4), (0.25, 1.7, 3.1))
@@ -86,15 +103,21 @@ def slow_log(model: Model, *, M: float = 12.0, noise: float = 0.05, step: float 
 
 def virgin_curve(values: dict, x: np.ndarray, level: str = "F_C") -> np.ndarray:
     """Force of elements that slip, along a displacement that begins with all of them unloaded."""
-    return np.minimum(np.outer(x, values["k_i"]), np.asarray(values["nu_i"]) * values[level]).sum(axis=1)
+    return np.minimum(np.outer(x, values["k_i"]), np.asarray(values["nu_i"]) * values[level]).sum(
+        axis=1
+    )
 
 
 def held_log(model: Model, *, M: float = 28.0, noise: float = 0.3, duration: float = 16.0) -> Log:
     """A log of a sampled loop, which holds each effort until its next sample, on slow sines."""
     motion, dt = sines(duration, 1e-3, (6e-3, 2e-3, 6e-4), (0.25, 0.9, 1.7), (0, 0, 0)), 1e-3
     law = controllers.cascade(k_p=60.0, k_v=7000.0, k_i=2e5)
-    desired = np.stack([motion.position, motion.velocity, motion.acceleration, np.zeros(motion.time.size)])
-    trace = run_closed_loop(plants.inertia(M=M), model, law, sensors.encoder(resolution=1e-7), desired, dt, steps=50)
+    desired = np.stack(
+        [motion.position, motion.velocity, motion.acceleration, np.zeros(motion.time.size)]
+    )
+    trace = run_closed_loop(
+        plants.inertia(M=M), model, law, sensors.encoder(resolution=1e-7), desired, dt, steps=50
+    )
     reached = Motion(motion.time, trace.measured, motion.velocity, motion.acceleration)
     scatter = np.random.default_rng(3).normal(0.0, noise, motion.time.size)
     return log_of(reached, trace.command + scatter)

@@ -15,10 +15,20 @@ def commit(state, memory, move, p):
     return state
 
 
-def own_model(trial: Callable, variables: Mapping[str, Variable], name: str = "own", **further: Any) -> FrictionModel:
+def own_model(
+    trial: Callable, variables: Mapping[str, Variable], name: str = "own", **further: Any
+) -> FrictionModel:
     """A model with this force and these parameters, in their order."""
-    fields: Any = [(parameter, Annotated[float, variable]) for parameter, variable in variables.items()]
+    fields: Any = [
+        (parameter, Annotated[float, variable]) for parameter, variable in variables.items()
+    ]
     parameters = NamedTuple("Parameters", fields)
     return FrictionModel(
-        name=name, description="a user's own model", Parameters=parameters, State=State, trial=trial, commit=commit, **further
+        name=name,
+        description="a user's own model",
+        Parameters=parameters,
+        State=State,
+        trial=trial,
+        commit=commit,
+        **further,
     )

@@ -20,6 +20,8 @@ def identify(
     **requested: Any,
 ) -> Any:
     """Identify as bristle does, but without looking for an elastic load, nor for the alignment if it is given."""
-    known = {"elastic_coupling": Mock(return_value=coupling)} | ({"alignment_of": Mock(return_value=alignment)} if alignment else {})
+    known = {"elastic_coupling": Mock(return_value=coupling)} | (
+        {"alignment_of": Mock(return_value=alignment)} if alignment else {}
+    )
     with patch.multiple(IDENTIFYING, **known):
         return by(*arguments, **requested)

@@ -26,13 +26,17 @@ PAIRS = 15
 
 def problem_of(moved, effort, cutoff=50.0, **segments):
     dataset = treat(log_of(moved, effort, **segments), Axis(), cutoff, 5)
-    return InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
+    return InverseDynamics(
+        dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset)
+    )
 
 
 def test_a_replicate_and_its_mirror_image_lie_on_both_sides_of_the_model():
     twin = RowReplicates(problem_of(sines(), sliding_effort(sines())), TRUTH)
     disturbance = Disturbance(0.065, 0.3, 0.0, 1e-7, 0.5)
-    item, other, still = (twin.log(disturbance, np.random.default_rng(5), side) for side in (1.0, -1.0, 0.0))
+    item, other, still = (
+        twin.log(disturbance, np.random.default_rng(5), side) for side in (1.0, -1.0, 0.0)
+    )
     for signal in ("effort", "position"):
         middle = 0.5 * (getattr(item, signal).values + getattr(other, signal).values)
         np.testing.assert_allclose(middle, getattr(still, signal).values, atol=1e-9)
@@ -55,7 +59,12 @@ def test_scatter_of_a_level_is_recovered(scatter):
     levels = 1.0 + scatter * np.random.default_rng(2).standard_normal(200)
     half_cycle = np.cumsum(np.diff(np.sign(moved.velocity), prepend=0.0) != 0.0)
     noise = 0.1 * np.random.default_rng(3).standard_normal(moved.time.size)
-    effort = 12.0 * moved.acceleration + 8.0 * levels[half_cycle] * np.sign(moved.velocity) + 30.0 * moved.velocity + noise
+    effort = (
+        12.0 * moved.acceleration
+        + 8.0 * levels[half_cycle] * np.sign(moved.velocity)
+        + 30.0 * moved.velocity
+        + noise
+    )
     problem = problem_of(moved, effort, 100.0)
     result = bootstrap(problem, linear(problem), 6, linear=True).scatter
     true = float(np.std(levels[1 : half_cycle[-1]]))
@@ -67,14 +76,27 @@ def test_scatter_of_a_level_is_recovered(scatter):
 
 @pytest.mark.slow
 def test_bands_contain_measurements_of_a_different_true_model():
-    log, unseen = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=1), recorded(MAXWELL, motion(*UNSEEN, pairs=9), seed=2)
+    log, unseen = (
+        recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=1),
+        recorded(MAXWELL, motion(*UNSEEN, pairs=9), seed=2),
+    )
     fit = identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
-    assert 85.0 < predict(fit.plant, fit.friction, unseen, AXIS, bands=fit.resampling.bands).inside_percent < 99.5
+    assert (
+        85.0
+        < predict(fit.plant, fit.friction, unseen, AXIS, bands=fit.resampling.bands).inside_percent
+        < 99.5
+    )
 
 
 @pytest.mark.slow
 def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_curve():
-    fit = identify(recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=3), "maxwell_slip", axis=AXIS, blocks=0, draws=40).best
+    fit = identify(
+        recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=3),
+        "maxwell_slip",
+        axis=AXIS,
+        blocks=0,
+        draws=40,
+    ).best
     low, high = fit.parameters["F_C"].interval
     assert low < MAXWELL.values["F_C"] < high
     x, force, low, high = np.array(fit.resampling.curve).T
@@ -86,7 +108,13 @@ def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_c
 
 @pytest.mark.slow
 def test_bootstrap_of_white_noise_agrees_with_least_squares():
-    fit = identify(log_of(sines(10.0), sliding_effort(sines(10.0), noise=0.3)), "coulomb_viscous", axis=STATED, blocks=0, draws=150).best
+    fit = identify(
+        log_of(sines(10.0), sliding_effort(sines(10.0), noise=0.3)),
+        "coulomb_viscous",
+        axis=STATED,
+        blocks=0,
+        draws=150,
+    ).best
     for name, truth in TRUTH.items():
         item = fit.parameters[name]
         assert np.ptp(item.interval) == pytest.approx(2.0 * 1.96 * item.std, rel=0.45)
@@ -99,13 +127,20 @@ def test_biased_replicates_are_reflected_and_pairs_share_an_edge():
     solution = Solution(space, np.array([10.0, 0.0]), np.zeros((1, 2)), {"damping": "smallest"})
     drawn = turned(solution, thetas, solution.theta)
     # What one of a pair has above the edge, its mirror image has not.
-    np.testing.assert_allclose([draw.numbers for draw in drawn], [[8.0, 0.4], [7.0, 0.0], [9.0, 0.2]])
+    np.testing.assert_allclose(
+        [draw.numbers for draw in drawn], [[8.0, 0.4], [7.0, 0.0], [9.0, 0.2]]
+    )
     assert [draw.values["level"] for draw in drawn] == [8.0, 7.0, 9.0]
     # Where more is in doubt than replicates know of, draws lie farther from their middle, which stays.
     wider = turned(solution, thetas, solution.theta, wide=np.array([2.5, 1.0]))
-    np.testing.assert_allclose([draw.numbers for draw in wider], [[8.0, 0.4], [5.5, 0.0], [10.5, 0.2]])
+    np.testing.assert_allclose(
+        [draw.numbers for draw in wider], [[8.0, 0.4], [5.5, 0.0], [10.5, 0.2]]
+    )
     # Replicates of a level of 9 that come out at 12 in the mean leave 7 for one of 10.
-    levels = [draw.numbers[0] for draw in turned(solution, np.repeat(thetas, 40, axis=0), np.array([9.0, 0.0]), doubt=0.3)]
+    levels = [
+        draw.numbers[0]
+        for draw in turned(solution, np.repeat(thetas, 40, axis=0), np.array([9.0, 0.0]), doubt=0.3)
+    ]
     assert np.mean(levels) == pytest.approx(7.0, abs=0.01)
     assert np.std(levels) == pytest.approx(np.hypot(np.std(thetas[:, 0]), 0.3 * 3.0), rel=0.2)
 
@@ -148,7 +183,11 @@ class OneOfNothing(ParameterSpace):
 
 
 def test_parameters_without_effect_leave_draws_finite():
-    solution = Solution(OneOfNothing(("level",), np.array([-np.inf]), np.array([np.inf])), np.array([1.0]), np.eye(1))
+    solution = Solution(
+        OneOfNothing(("level",), np.array([-np.inf]), np.array([np.inf])),
+        np.array([1.0]),
+        np.eye(1),
+    )
     drawn = turned(solution, np.array([[2.0], [0.0]]), solution.theta, wide=np.array([1.0, 2.5]))
     np.testing.assert_allclose([draw.numbers[0] for draw in drawn], [0.0, 2.0])
 
@@ -171,7 +210,9 @@ MEAN = 0.0025
 
 def squares(freedom: int, count: int) -> np.ndarray:
     """Mean squares of so many normal numbers."""
-    return MEAN * np.mean(np.random.default_rng(freedom).standard_normal((count, freedom)) ** 2, axis=1)
+    return MEAN * np.mean(
+        np.random.default_rng(freedom).standard_normal((count, freedom)) ** 2, axis=1
+    )
 
 
 @pytest.mark.parametrize("freedom", [3, 10, 40])
@@ -229,7 +270,9 @@ def test_errors_next_to_reversals_are_not_scatter(corner):
     levels = 0.05 * rng.standard_normal(count)
     residual = levels[cycles.of_rows] * slope + 0.01 * rng.standard_normal(slope.size)
     residual += np.where(away, 0.0, corner * rng.standard_normal(slope.size))
-    assert Levels.of(cycles, slope, away).scatter(residual) == pytest.approx(np.std(levels), rel=0.1)
+    assert Levels.of(cycles, slope, away).scatter(residual) == pytest.approx(
+        np.std(levels), rel=0.1
+    )
 
 
 def test_all_rows_count_if_most_half_cycles_have_no_rows_away_from_reversals():
@@ -244,7 +287,12 @@ FRICTION = friction.coulomb_viscous(**{name: TRUTH[name] for name in ("F_C", "F_
 
 
 # Bands of a model that is known exactly, and has no noise.
-KNOWN = Bands({name: np.full(40, TRUTH[name]) for name in ("M", "F_C", "F_v")}, scatter=0.0, noise=0.0, unexplained=0.0)
+KNOWN = Bands(
+    {name: np.full(40, TRUTH[name]) for name in ("M", "F_C", "F_v")},
+    scatter=0.0,
+    noise=0.0,
+    unexplained=0.0,
+)
 
 
 @pytest.fixture(scope="module")
@@ -256,7 +304,16 @@ def log():
 @pytest.mark.parametrize(("cutoff", "decimation"), [(100.0, 10), (100.0, 1), (30.0, 5), (200.0, 2)])
 def test_bands_of_noise_contain_19_of_20_rows(log, cutoff, decimation):
     assert (
-        92.0 < predict(PLANT, FRICTION, log, cutoff=cutoff, decimation=decimation, bands=replace(KNOWN, noise=NOISE)).inside_percent < 98.0
+        92.0
+        < predict(
+            PLANT,
+            FRICTION,
+            log,
+            cutoff=cutoff,
+            decimation=decimation,
+            bands=replace(KNOWN, noise=NOISE),
+        ).inside_percent
+        < 98.0
     )
 
 

@@ -35,7 +35,9 @@ def distance():
 
 def test_without_scatter_force_and_distance_are_those_of_the_elements(motion):
     result = found(pulled(motion, scatter=0.0))
-    speeds = sorted({round(piece.speed, 12) for piece in motion.pieces if piece.name == "break-away ramp"})
+    speeds = sorted(
+        {round(piece.speed, 12) for piece in motion.pieces if piece.name == "break-away ramp"}
+    )
     assert len(result) == len(speeds) == 3
     for piece, speed in zip(result, speeds, strict=True):
         assert piece.speed == pytest.approx(speed, rel=0.1)
@@ -46,7 +48,9 @@ def test_without_scatter_force_and_distance_are_those_of_the_elements(motion):
 
 @pytest.mark.slow
 def test_intervals_contain_the_truth_for_scattering_friction(motion):
-    intervals = np.array([item.force_interval for seed in range(12) for item in found(pulled(motion, seed))])
+    intervals = np.array(
+        [item.force_interval for seed in range(12) for item in found(pulled(motion, seed))]
+    )
     assert len(intervals) >= 24
     assert np.mean((intervals[:, 0] < 60.0) & (intervals[:, 1] > 60.0)) > 0.85
     assert np.max(intervals[:, 1] / intervals[:, 0]) < 1.6
@@ -54,11 +58,17 @@ def test_intervals_contain_the_truth_for_scattering_friction(motion):
 
 def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
     v, dt, step, intervals = motion.velocity, motion.sample_time, 1e-7, []
-    effort = MASS * motion.acceleration + force_along(SLIPPING, v, dt, motion.position + 0.5 * dt * v)
+    effort = MASS * motion.acceleration + force_along(
+        SLIPPING, v, dt, motion.position + 0.5 * dt * v
+    )
     for rng in map(np.random.default_rng, range(6)):
-        moved = Motion(motion.time, motion.position + rng.uniform(0.0, step), v, motion.acceleration)
+        moved = Motion(
+            motion.time, motion.position + rng.uniform(0.0, step), v, motion.acceleration
+        )
         log = log_of(moved, effort + 0.05 * rng.standard_normal(v.size), step=step)
-        intervals += [item.distance_interval for item in found(log, replace(PULLED, resolution=step))]
+        intervals += [
+            item.distance_interval for item in found(log, replace(PULLED, resolution=step))
+        ]
     low, high = np.transpose(intervals)
     # All legs of a log err alike: they agree within a fifth of that.
     assert len(intervals) == 18
@@ -69,14 +79,31 @@ def test_intervals_of_the_distance_contain_it_for_any_encoder_phase(motion):
 @pytest.mark.slow
 def test_an_identification_has_break_aways_and_omits_too_fast_a_pull(motion):
     log = pulled(motion)
-    identification = identify(log, "coulomb", axis=replace(PULLED, seeks_delay=False), mass=MASS, cutoff=CUTOFF, blocks=0, draws=0)
+    identification = identify(
+        log,
+        "coulomb",
+        axis=replace(PULLED, seeks_delay=False),
+        mass=MASS,
+        cutoff=CUTOFF,
+        blocks=0,
+        draws=0,
+    )
     assert len(identification.break_aways) == 3
     assert identification.break_aways[0].force == pytest.approx(60.0, rel=0.12)
     assert len(treat(log, PULLED, 2.0, 50).break_aways(inertia(M=MASS), OFFSET)) < 3
 
 
 def test_a_log_without_pulls_from_rest_has_no_break_away(motion):
-    assert found(pulled(excite(PULLED, duration="10 s", purposes="presliding", model=SLIPPING, rehearsed=False).motion)) == ()
+    assert (
+        found(
+            pulled(
+                excite(
+                    PULLED, duration="10 s", purposes="presliding", model=SLIPPING, rehearsed=False
+                ).motion
+            )
+        )
+        == ()
+    )
 
 
 def ramps(*speeds, dt=1e-3, level=60.0, reach=2e-5, peak=0.0, still=400):
@@ -88,7 +115,9 @@ def ramps(*speeds, dt=1e-3, level=60.0, reach=2e-5, peak=0.0, still=400):
             force += [f] * still
             way = speed * dt * np.arange(1, round(4.0 * reach / (speed * dt)))
             turned = np.minimum(way / reach, 1.0)
-            own = side * level * (2.0 * turned - 1.0) + side * peak * np.exp(-(((way - reach) / (0.2 * reach)) ** 2))
+            own = side * level * (2.0 * turned - 1.0) + side * peak * np.exp(
+                -(((way - reach) / (0.2 * reach)) ** 2)
+            )
             position += (x + side * way).tolist()
             force += own.tolist()
             x, f = x + side * float(way[-1]), side * level
@@ -99,11 +128,18 @@ def ramps(*speeds, dt=1e-3, level=60.0, reach=2e-5, peak=0.0, still=400):
 
 
 def found_in(recording, cutoff=100.0, noise=0.0, resolution=1e-8):
-    return break_aways([recording], cutoff=cutoff, sample_time=1e-3, resolution=resolution, noise=noise)
+    return break_aways(
+        [recording], cutoff=cutoff, sample_time=1e-3, resolution=resolution, noise=noise
+    )
 
 
 @pytest.mark.parametrize(
-    ("speeds", "merged"), [((4e-4, 1e-4, 2e-4), (1e-4, 2e-4, 4e-4)), ((1e-4, 1.2e-4), (1.2**0.5 * 1e-4,)), ((1e-4, 1.5e-4), (1e-4, 1.5e-4))]
+    ("speeds", "merged"),
+    [
+        ((4e-4, 1e-4, 2e-4), (1e-4, 2e-4, 4e-4)),
+        ((1e-4, 1.2e-4), (1.2**0.5 * 1e-4,)),
+        ((1e-4, 1.5e-4), (1e-4, 1.5e-4)),
+    ],
 )
 def test_rates_within_a_third_are_merged_and_the_slowest_is_first(speeds, merged):
     result = found_in(ramps(*speeds))

@@ -8,7 +8,13 @@ import pytest
 from scipy.signal import lfilter
 
 from bristle.identification.half_cycles import Groups
-from bristle.identification.missing_force import _Search, columns_by_cause, lagging_columns, missing_forces, ripple_in
+from bristle.identification.missing_force import (
+    _Search,
+    columns_by_cause,
+    lagging_columns,
+    missing_forces,
+    ripple_in,
+)
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.play import play_at_flanks
 from bristle.identification.settings import DEFAULT
@@ -27,7 +33,22 @@ def rows_of(amplitude=0.05, kind=KIND, **surroundings):
     cycles = Groups(np.cumsum(np.diff(np.sign(v), prepend=1.0) != 0.0))
     predicted, none = friction + 3.0 * a, np.zeros_like(x)
     return Rows(
-        TIME, x, v, a, predicted, none, none[:, None], predicted, friction, np.sign(v), cycles, surroundings, 50.0, kind, none, 10.0
+        TIME,
+        x,
+        v,
+        a,
+        predicted,
+        none,
+        none[:, None],
+        predicted,
+        friction,
+        np.sign(v),
+        cycles,
+        surroundings,
+        50.0,
+        kind,
+        none,
+        10.0,
     )
 
 
@@ -46,14 +67,42 @@ def left(columns, force):
 @pytest.mark.parametrize(
     ("cause", "rows", "force", "most"),
     [
-        pytest.param("transmitted", ROWS, 0.2 * np.abs(3.0 * ROWS.acceleration) * np.sign(ROWS.velocity), 1e-9, id="transmitted"),
-        pytest.param("load", WITH_CHANNELS, 0.1 * ROWS.friction * (CHANNEL - np.mean(CHANNEL)), 1e-9, id="load"),
-        pytest.param("temperature", WITH_CHANNELS, 0.1 * ROWS.friction * (CHANNEL - np.mean(CHANNEL)), 1e-9, id="temperature"),
-        pytest.param("gravity", LINK, 20.0 * np.sin(LINK.position + 0.4), 1e-9, id="weight of a link"),
-        pytest.param("direction", ROWS, np.full(ROWS.time.size, 2.0), 1e-9, id="constant by direction"),
+        pytest.param(
+            "transmitted",
+            ROWS,
+            0.2 * np.abs(3.0 * ROWS.acceleration) * np.sign(ROWS.velocity),
+            1e-9,
+            id="transmitted",
+        ),
+        pytest.param(
+            "load",
+            WITH_CHANNELS,
+            0.1 * ROWS.friction * (CHANNEL - np.mean(CHANNEL)),
+            1e-9,
+            id="load",
+        ),
+        pytest.param(
+            "temperature",
+            WITH_CHANNELS,
+            0.1 * ROWS.friction * (CHANNEL - np.mean(CHANNEL)),
+            1e-9,
+            id="temperature",
+        ),
+        pytest.param(
+            "gravity", LINK, 20.0 * np.sin(LINK.position + 0.4), 1e-9, id="weight of a link"
+        ),
+        pytest.param(
+            "direction", ROWS, np.full(ROWS.time.size, 2.0), 1e-9, id="constant by direction"
+        ),
         pytest.param("speed", ROWS, ROWS.velocity * BRISK, 1e-9, id="square of the speed"),
         *(
-            pytest.param("speed", ROWS, 5.0 * np.exp(-BRISK / (share * np.quantile(BRISK, 0.99))) * ROWS.side, 0.02, id=f"fall {share}")
+            pytest.param(
+                "speed",
+                ROWS,
+                5.0 * np.exp(-BRISK / (share * np.quantile(BRISK, 0.99))) * ROWS.side,
+                0.02,
+                id=f"fall {share}",
+            )
             for share in (0.01, 0.05, 0.2, 0.6, 1.0)
         ),
     ],
@@ -62,7 +111,11 @@ def test_columns_of_a_cause_explain_its_force(cause, rows, force, most):
     assert left(columns_by_cause(rows)[cause], force) < most
 
 
-@pytest.mark.parametrize("rows", [ROWS, rows_of(0.2, "rotational"), rows_of(1.2)], ids=["stage", "small angle", "long stage"])
+@pytest.mark.parametrize(
+    "rows",
+    [ROWS, rows_of(0.2, "rotational"), rows_of(1.2)],
+    ids=["stage", "small angle", "long stage"],
+)
 def test_only_a_link_of_a_large_angle_has_a_weight_over_it(rows):
     assert "gravity" not in columns_by_cause(rows)
 
@@ -80,7 +133,9 @@ def with_residual(rows, force, noise=0.02, seed=1):
     """Rows whose model lacks a force, far from reversals wherever the axis moves."""
     residual = force + noise * np.random.default_rng(seed).standard_normal(rows.time.size)
     distance = np.min(np.abs(rows.time[:, None] - rows.time[rows.cycles.first][None, :]), axis=1)
-    return replace(rows, residual=residual, slope=rows.side, effort=rows.predicted + residual, turned=distance)
+    return replace(
+        rows, residual=residual, slope=rows.side, effort=rows.predicted + residual, turned=distance
+    )
 
 
 def test_a_force_over_the_position_is_found_with_its_size_and_noise_remains():
@@ -91,7 +146,10 @@ def test_a_force_over_the_position_is_found_with_its_size_and_noise_remains():
     assert 0.0 < left_over < 2.0
 
 
-LATE = with_residual(ROWS, -4.0 * ROWS.side * np.exp(-ROWS.from_ends(ROWS.position)[0] / (5e-3 * np.ptp(ROWS.position))))
+LATE = with_residual(
+    ROWS,
+    -4.0 * ROWS.side * np.exp(-ROWS.from_ends(ROWS.position)[0] / (5e-3 * np.ptp(ROWS.position))),
+)
 SMALL = with_residual(ROWS, 0.01 * PLACE**2, noise=1e-4)
 HALF_CYCLES = with_residual(ROWS, 0.4 * PLACE**2, noise=0.1)
 
@@ -101,25 +159,43 @@ HALF_CYCLES = with_residual(ROWS, 0.4 * PLACE**2, noise=0.1)
     [
         pytest.param(SMALL, {}, False, [], id="below its share of friction"),
         pytest.param(SMALL, {"missing_evidence": 0.0}, False, ["position"], id="of any size"),
-        pytest.param(with_residual(ROWS, 0.4 * PLACE**2, noise=0.5), {}, False, ["position"], id="below the noise of single rows"),
+        pytest.param(
+            with_residual(ROWS, 0.4 * PLACE**2, noise=0.5),
+            {},
+            False,
+            ["position"],
+            id="below the noise of single rows",
+        ),
         pytest.param(with_residual(ROWS, 0.0 * TIME, noise=0.4), {}, False, [], id="noise"),
         pytest.param(LATE, {}, True, ["presliding"], id="builds up after reversals"),
         pytest.param(LATE, {}, False, [], id="only sought for static models"),
         pytest.param(with_residual(ROWS, 0.0 * TIME), {}, True, [], id="nothing of a static model"),
-        pytest.param(with_residual(ROWS, 0.6 * PLACE**2).at(np.arange(5000) < 150), {}, False, [], id="too few rows"),
+        pytest.param(
+            with_residual(ROWS, 0.6 * PLACE**2).at(np.arange(5000) < 150),
+            {},
+            False,
+            [],
+            id="too few rows",
+        ),
         pytest.param(HALF_CYCLES.at(ROWS.cycles.index < 4), {}, False, [], id="four half-cycles"),
-        pytest.param(HALF_CYCLES.at(ROWS.cycles.index < 8), {}, False, ["position"], id="eight half-cycles"),
+        pytest.param(
+            HALF_CYCLES.at(ROWS.cycles.index < 8), {}, False, ["position"], id="eight half-cycles"
+        ),
     ],
 )
 def test_a_force_is_named_by_its_cause_if_it_matters(rows, changed, static, causes):
-    assert [force.cause for force in missing_forces(rows, replace(DEFAULT, **changed), static=static)[0]] == causes
+    assert [
+        force.cause for force in missing_forces(rows, replace(DEFAULT, **changed), static=static)[0]
+    ] == causes
 
 
 @pytest.mark.parametrize(("odd", "alike"), [(False, True), (True, False)])
 def test_a_ripple_has_its_period_and_its_overtones(odd, alike):
     phase = 2.0 * np.pi * ROWS.position / 0.008
     force = np.sin(phase) + 0.5 * np.sin(3.0 * phase + 0.4)
-    (missing, *_), _ = missing_forces(with_residual(ROWS, ROWS.side * force if odd else force), DEFAULT)
+    (missing, *_), _ = missing_forces(
+        with_residual(ROWS, ROWS.side * force if odd else force), DEFAULT
+    )
     assert missing.cause == "ripple"
     assert missing.period == pytest.approx(0.008, rel=5e-3)
     assert missing.alike is alike
@@ -165,13 +241,18 @@ def test_friction_builds_up_after_a_reversal_and_not_before():
     first, last = ROWS.from_ends(ROWS.time)
     assert first[ROWS.cycles.first].tolist() == [0.0] * ROWS.cycles.count
     assert np.all(first >= 0.0)
-    assert last[np.append(ROWS.cycles.first[1:], ROWS.time.size) - 1].tolist() == [0.0] * ROWS.cycles.count
+    assert (
+        last[np.append(ROWS.cycles.first[1:], ROWS.time.size) - 1].tolist()
+        == [0.0] * ROWS.cycles.count
+    )
 
 
 def test_far_rows_are_three_periods_of_the_cutoff_from_reversals():
     rows = with_residual(ROWS, 0.0 * TIME)
     assert rows.turned[rows.far].min() > 3.0 / 50.0
-    beside = (rows.turned > 3.5 / 50.0) & (np.abs(rows.velocity) > 0.01 * np.abs(rows.velocity).max())
+    beside = (rows.turned > 3.5 / 50.0) & (
+        np.abs(rows.velocity) > 0.01 * np.abs(rows.velocity).max()
+    )
     first, last = rows.from_ends(rows.time)
     assert np.all(rows.far[beside & (np.minimum(first, last) > 3.5 / 50.0)])
 
@@ -202,7 +283,9 @@ def test_rows_of_an_almost_exact_band_have_at_most_four_times_the_weight():
     first, last = ROWS.from_ends(ROWS.time)
     exact = np.minimum(first, last) * ROWS.cutoff > 12.0
     assert 0.1 < np.mean(exact) < 0.9
-    weight = Weighed.of(replace(lacking, residual=np.where(exact, 1e-4, 1.0) * lacking.residual)).weight
+    weight = Weighed.of(
+        replace(lacking, residual=np.where(exact, 1e-4, 1.0) * lacking.residual)
+    ).weight
     assert np.median(weight[exact]) > 1.5 * np.median(weight[~exact])
     assert np.max(weight) < 4.0 * np.median(weight[~exact])
     even = Weighed.of(lacking).weight
@@ -212,7 +295,11 @@ def test_rows_of_an_almost_exact_band_have_at_most_four_times_the_weight():
 def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, beside=None):
     """What is found in rows of one speed whose load changes sides amid strokes, and leaves so many times the usual residual there."""
     count = 5000
-    row, residual, load = np.arange(count), 0.1 * np.random.default_rng(2).choice([-1.0, 1.0], count), np.ones(count)
+    row, residual, load = (
+        np.arange(count),
+        0.1 * np.random.default_rng(2).choice([-1.0, 1.0], count),
+        np.ones(count),
+    )
     side, none = np.where(row // 250 % 2 == 0, 1.0, -1.0), np.zeros(count)
     for number in range(trains):
         start = 250 * number + 100
@@ -222,10 +309,29 @@ def knocks(times, *, trains=20, flips=1, first=None, friction=1.0, beside=None):
     x, long = 0.001 * np.cumsum(side), np.full(count, 1e3)
     cycles = Groups(row // 250)
     rows = Rows(
-        0.01 * row, x, 0.1 * side, none, load, residual, none[:, None], load, friction * side, side, cycles, {}, 50.0, KIND, long, 10.0
+        0.01 * row,
+        x,
+        0.1 * side,
+        none,
+        load,
+        residual,
+        none[:, None],
+        load,
+        friction * side,
+        side,
+        cycles,
+        {},
+        50.0,
+        KIND,
+        long,
+        10.0,
     )
     if beside is not None:
-        rows = replace(rows, jacobian=beside, residual=residual + beside @ np.arange(1.0, 1.0 + beside.shape[1]))
+        rows = replace(
+            rows,
+            jacobian=beside,
+            residual=residual + beside @ np.arange(1.0, 1.0 + beside.shape[1]),
+        )
     return play_at_flanks(rows, DEFAULT)
 
 
@@ -254,12 +360,16 @@ def test_play_is_found_if_the_residual_doubles_at_changes_of_flank():
 )
 def test_play_needs_four_changes_that_matter_without_a_dominant_one(times, struck, ratio):
     found, _ = knocks(times, **struck)
-    assert [play.ratio for play in found] == ([] if ratio is None else [pytest.approx(ratio, rel=0.1)])
+    assert [play.ratio for play in found] == (
+        [] if ratio is None else [pytest.approx(ratio, rel=0.1)]
+    )
 
 
 def test_an_effect_of_model_parameters_is_not_play():
     turn = 2.0 * np.pi * np.arange(5000) / 5000
-    beside = np.column_stack([50.0 * np.sin(11.0 * turn), np.cos(17.0 * turn), 1e-3 * np.sin(23.0 * turn)])
+    beside = np.column_stack(
+        [50.0 * np.sin(11.0 * turn), np.cos(17.0 * turn), 1e-3 * np.sin(23.0 * turn)]
+    )
     ((plain,), usual), ((play,), as_usual) = knocks(3.0), knocks(3.0, beside=beside)
     assert play.ratio == pytest.approx(plain.ratio, rel=0.02)
     assert play.force == pytest.approx(plain.force, rel=0.02)
@@ -275,7 +385,13 @@ def test_many_rows_are_reduced_to_pieces_of_the_whole_log():
     rows = rows_of(temperature=np.linspace(0.0, 1.0, TIME.size))
     assert rows.pieces(TIME.size) is rows
     pieces = rows.pieces(2000)
-    assert pieces.time.tolist() == TIME[[*range(500), *range(1500, 2000), *range(3000, 3500), *range(4500, 5000)]].tolist()
+    assert (
+        pieces.time.tolist()
+        == TIME[[*range(500), *range(1500, 2000), *range(3000, 3500), *range(4500, 5000)]].tolist()
+    )
     assert pieces.jacobian.shape == (2000, 1)
-    assert pieces.surroundings["temperature"].tolist() == rows.surroundings["temperature"][np.isin(TIME, pieces.time)].tolist()
+    assert (
+        pieces.surroundings["temperature"].tolist()
+        == rows.surroundings["temperature"][np.isin(TIME, pieces.time)].tolist()
+    )
     assert pieces.cycles.index.size == 2000

@@ -12,7 +12,15 @@ import numpy as np
 import pytest
 from scipy import stats
 from scipy.signal import lfilter
-from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import (
+    STATED,
+    TRUTH,
+    Motion,
+    log_of,
+    sines,
+    sliding_effort,
+    slow_log,
+)
 from tests.identification.rigid import identify
 from tests.identification.test_preprocessing import trapezoids
 
@@ -46,7 +54,10 @@ def half_width(estimate) -> float:
 def swings(count: int, amplitude: float = 0.02) -> Motion:
     """Half-cycles of a cosine, to and fro."""
     t, w = DT * np.arange(round(count * HALF_CYCLE / DT)), np.pi / HALF_CYCLE
-    return Motion(t, *(amplitude * item for item in (-np.cos(w * t), w * np.sin(w * t), w * w * np.cos(w * t))))
+    return Motion(
+        t,
+        *(amplitude * item for item in (-np.cos(w * t), w * np.sin(w * t), w * w * np.cos(w * t))),
+    )
 
 
 def side_of(motion: Motion) -> np.ndarray:
@@ -64,16 +75,22 @@ class Levelled(NamedTuple):
 def levelled(count: int) -> Levelled:
     motion, rng = swings(count), np.random.default_rng(count)
     levels = LEVEL * (1.0 + SCATTER * rng.standard_normal(count))
-    effort = MASS * motion.acceleration + np.repeat(levels, motion.time.size // count) * side_of(motion)
+    effort = MASS * motion.acceleration + np.repeat(levels, motion.time.size // count) * side_of(
+        motion
+    )
     log = log_of(motion, effort + 0.05 * rng.standard_normal(effort.size))
-    return Levelled(identify(log, "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=140).best, levels)
+    return Levelled(
+        identify(log, "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=140).best,
+        levels,
+    )
 
 
 @pytest.mark.slow
 def test_the_mean_of_few_levels_has_students_interval():
     # From 4 to 6 levels Student's factor is 3.2 to 2.6: nobody knows the scatter of so few.
     shares = [
-        half_width(levelled(count).fit.parameters["F_C"]) / (stats.t.ppf(0.975, count - 1) * stats.sem(levelled(count).levels))
+        half_width(levelled(count).fit.parameters["F_C"])
+        / (stats.t.ppf(0.975, count - 1) * stats.sem(levelled(count).levels))
         for count in FEW
     ]
     assert 0.8 < np.mean(shares) < 1.2
@@ -81,7 +98,12 @@ def test_the_mean_of_few_levels_has_students_interval():
 
 @pytest.mark.slow
 def test_the_scatter_is_that_of_the_levels_not_of_the_residual():
-    shares = [levelled(count).fit.resampling.scatter.value * LEVEL / np.std(levelled(count).levels, ddof=1) for count in FEW]
+    shares = [
+        levelled(count).fit.resampling.scatter.value
+        * LEVEL
+        / np.std(levelled(count).levels, ddof=1)
+        for count in FEW
+    ]
     assert 0.92 < np.mean(shares) < 1.08
 
 
@@ -90,13 +112,17 @@ def test_the_scatter_is_that_of_the_levels_not_of_the_residual():
 def test_the_scatter_has_the_interval_of_chi_square(count):
     scatter = levelled(count).fit.resampling.scatter
     for end, tail in ((scatter.low, 0.975), (scatter.high, 0.025)):
-        assert end / scatter.value == pytest.approx(((count - 1) / stats.chi2.ppf(tail, count - 1)) ** 0.5, rel=0.15)
+        assert end / scatter.value == pytest.approx(
+            ((count - 1) / stats.chi2.ppf(tail, count - 1)) ** 0.5, rel=0.15
+        )
 
 
 @cache
 def noisy():
     """A fit to a log with only white noise of the effort."""
-    return identify(log_of(MOTION, sliding_effort(MOTION, noise=0.3)), "coulomb_viscous", blocks=0, draws=40).best
+    return identify(
+        log_of(MOTION, sliding_effort(MOTION, noise=0.3)), "coulomb_viscous", blocks=0, draws=40
+    ).best
 
 
 @pytest.mark.slow
@@ -118,14 +144,24 @@ def test_noise_explains_a_residual_of_noise():
 def wavy(seed: int):
     """A fit to a log with noise that lasts."""
     effort = sliding_effort(MOTION, noise=0.0) + SIZE * coloured(seed, LASTING, MOTION.time.size)
-    return identify(log_of(MOTION, effort), "coulomb_viscous", axis=STATED, blocks=0, draws=40 if seed < 3 else 0).best
+    return identify(
+        log_of(MOTION, effort),
+        "coulomb_viscous",
+        axis=STATED,
+        blocks=0,
+        draws=40 if seed < 3 else 0,
+    ).best
 
 
 @pytest.mark.slow
 def test_correlated_residuals_make_intervals_as_wide_as_the_scatter_of_estimates():
-    scatter = {name: np.std([wavy(seed).parameters[name].value for seed in range(24)], ddof=1) for name in NAMES}
+    scatter = {
+        name: np.std([wavy(seed).parameters[name].value for seed in range(24)], ddof=1)
+        for name in NAMES
+    }
     shares = {
-        name: np.mean([half_width(wavy(seed).parameters[name]) for seed in range(3)]) / (1.96 * scatter[name])
+        name: np.mean([half_width(wavy(seed).parameters[name]) for seed in range(3)])
+        / (1.96 * scatter[name])
         for name in ("M", "F_v", "offset")
     }
     # Least squares has half of it.
@@ -144,15 +180,23 @@ def lasting_share() -> float:
 
 @pytest.mark.slow
 def test_the_correlation_time_is_reported():
-    assert np.mean([wavy(seed).resampling.bands.lasting for seed in range(3)]) == pytest.approx(lasting_share(), rel=0.4)
+    assert np.mean([wavy(seed).resampling.bands.lasting for seed in range(3)]) == pytest.approx(
+        lasting_share(), rel=0.4
+    )
 
 
 @pytest.mark.slow
 def test_a_scattering_level_does_not_count_as_correlated_residual():
     motion, rng = swings(10), np.random.default_rng(0)
     levels = np.repeat(LEVEL * (1.0 + 0.1 * rng.standard_normal(10)), motion.time.size // 10)
-    effort = MASS * motion.acceleration + levels * side_of(motion) + SIZE * coloured(5, LASTING, levels.size)
-    fit = identify(log_of(motion, effort), "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=20).best
+    effort = (
+        MASS * motion.acceleration
+        + levels * side_of(motion)
+        + SIZE * coloured(5, LASTING, levels.size)
+    )
+    fit = identify(
+        log_of(motion, effort), "coulomb", mass=MASS, offset=0.0, axis=STATED, blocks=0, draws=20
+    ).best
     assert fit.resampling.bands.unexplained > 0.5 * SIZE
     assert fit.resampling.bands.lasting < lasting_share()
 
@@ -162,7 +206,13 @@ def rounded():
     """A fit to a log with sharp corners behind a filter that is too low for them, which biases it."""
     motion = trapezoids(6.0)
     return identify(
-        log_of(motion, sliding_effort(motion, noise=0.02)), "coulomb_viscous", cutoff=10.0, decimation=5, axis=STATED, blocks=0, draws=40
+        log_of(motion, sliding_effort(motion, noise=0.02)),
+        "coulomb_viscous",
+        cutoff=10.0,
+        decimation=5,
+        axis=STATED,
+        blocks=0,
+        draws=40,
     ).best
 
 
@@ -178,7 +228,9 @@ def test_the_bias_of_a_filter_is_reflected(name):
 
 def spotted(seed: int) -> Log:
     """A log with a force at one place, of which the model knows nothing: a tenth of the time it errs by far."""
-    motion = sines(6.0, phases=tuple(np.random.default_rng(100 + seed).uniform(0.0, 2.0 * np.pi, 3)))
+    motion = sines(
+        6.0, phases=tuple(np.random.default_rng(100 + seed).uniform(0.0, 2.0 * np.pi, 3))
+    )
     low, high = np.quantile(motion.position, [0.75, 0.85])
     present = (low < motion.position) & (motion.position < high)
     return log_of(motion, sliding_effort(motion, seed, noise=0.2) + 4.0 * present)
@@ -187,7 +239,10 @@ def spotted(seed: int) -> Log:
 @pytest.mark.slow
 def test_bands_contain_19_of_20_despite_a_rare_large_model_error():
     fit = identify(spotted(0), "coulomb_viscous", axis=STATED, blocks=0, draws=20).best
-    inside = [predict(fit.plant, fit.friction, spotted(seed), bands=fit.resampling.bands).inside_percent for seed in range(1, 5)]
+    inside = [
+        predict(fit.plant, fit.friction, spotted(seed), bands=fit.resampling.bands).inside_percent
+        for seed in range(1, 5)
+    ]
     # A normal number of this size would be inside nine times of ten.
     assert 94.0 < np.mean(inside) < 98.5
 
@@ -197,7 +252,17 @@ def test_a_weakly_visible_parameter_does_not_make_others_look_certain():
     # Over 2 cm/s to and fro viscous friction hardly differs from Coulomb's.
     motion = sines(4.0, amplitudes=(0.01,), frequencies=(0.5,), phases=(0.3,))
     log = log_of(motion, sliding_effort(motion, noise=4.0))
-    fit = identify(log, "coulomb_viscous", mass=MASS, offset=1.5, cutoff=50.0, decimation=5, axis=STATED, blocks=0, draws=40).best
+    fit = identify(
+        log,
+        "coulomb_viscous",
+        mass=MASS,
+        offset=1.5,
+        cutoff=50.0,
+        decimation=5,
+        axis=STATED,
+        blocks=0,
+        draws=40,
+    ).best
     viscous, level = fit.parameters["F_v"], fit.parameters["F_C"]
     assert half_width(viscous) > 0.2 * viscous.value
     assert abs(fit.correlation[0, 1]) > 0.85
@@ -210,7 +275,9 @@ def test_a_weakly_visible_parameter_does_not_make_others_look_certain():
 def test_at_an_edge_an_interval_is_one_sided(seed, status):
     motion = sines(3.0)
     log = log_of(motion, sliding_effort(motion, seed, noise=1.0, F_v=0.0))
-    item = identify(log, "coulomb_viscous", axis=STATED, mass=MASS, blocks=0, draws=40).best.parameters["F_v"]
+    item = identify(
+        log, "coulomb_viscous", axis=STATED, mass=MASS, blocks=0, draws=40
+    ).best.parameters["F_v"]
     assert item.status == status
     assert item.interval[0] == 0.0
     assert item.interval[1] > item.value
@@ -230,7 +297,12 @@ def test_errors_of_a_stiffness_are_factors():
 
 def replicates() -> RowReplicates:
     rows = treat(log_of(MOTION, sliding_effort(MOTION, noise=0.0)), Axis())
-    return RowReplicates(InverseDynamics(rows, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), rows)), TRUTH)
+    return RowReplicates(
+        InverseDynamics(
+            rows, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), rows)
+        ),
+        TRUTH,
+    )
 
 
 def drawn(count: int, *, signal: str = "effort", **causes: float) -> np.ndarray:
@@ -279,7 +351,10 @@ def test_correlated_noise_counts_as_its_few_independent_rows():
     lasting = 4.0 * lfilter([1.0], [1.0, -along], rng.standard_normal(levels.shape))
     # White noise that does the same to a mean over many rows.
     white = 4.0 / (1.0 - along) * rng.standard_normal(levels.shape)
-    item, other = (np.sqrt(np.mean([scatter_in(groups, slope, row) ** 2 for row in levels + noise])) for noise in (lasting, white))
+    item, other = (
+        np.sqrt(np.mean([scatter_in(groups, slope, row) ** 2 for row in levels + noise]))
+        for noise in (lasting, white)
+    )
     assert item == pytest.approx(other, rel=0.08)
     means = np.add.reduceat(levels + lasting, np.cumsum(lengths) - lengths, axis=1) / lengths
     assert item < 0.8 * np.sqrt(np.mean(means**2)), "long half-cycles count for more"
@@ -322,14 +397,18 @@ def looped(count: int, *, scatter=0.0, step=1e-7, noise=0.02, wave=0.0, spot=0.0
         sample_time=DT,
         segments=(slice(0, off.size),),
     )
-    axis = Axis(resolution=step, controller=LAW, method="output_error", held=True, mass=MASS, offset=0.0)
+    axis = Axis(
+        resolution=step, controller=LAW, method="output_error", held=True, mass=MASS, offset=0.0
+    )
     return Looped(identify(log, "coulomb", axis=axis, blocks=0, draws=40).best, log, axis, levels)
 
 
 @pytest.mark.slow
 def test_in_a_loop_the_level_scatters():
     item = looped(6, scatter=SCATTER)
-    assert item.fit.resampling.scatter.value * LEVEL == pytest.approx(np.std(item.levels, ddof=1), rel=0.2)
+    assert item.fit.resampling.scatter.value * LEVEL == pytest.approx(
+        np.std(item.levels, ddof=1), rel=0.2
+    )
     assert 0.6 < half_width(item.fit.parameters["F_C"]) / (1.96 * stats.sem(item.levels)) < 1.6
 
 
@@ -342,7 +421,10 @@ def test_in_a_loop_encoder_steps_explain_the_effort_that_they_cause():
 @pytest.mark.slow
 def test_in_a_loop_a_replicate_has_a_random_encoder_phase():
     # Nothing else disturbs these replicates; were it known, all would be one and its mirror image.
-    assert np.unique(looped(3, step=1e-5, noise=0.0).fit.resampling.bands.draws["F_C"].round(9)).size > 30
+    assert (
+        np.unique(looped(3, step=1e-5, noise=0.0).fit.resampling.bands.draws["F_C"].round(9)).size
+        > 30
+    )
 
 
 @pytest.mark.slow
@@ -359,7 +441,14 @@ def test_in_a_loop_a_correlated_residual_has_a_random_sign():
 @pytest.mark.slow
 def test_in_a_loop_bands_contain_rare_large_errors():
     item = looped(6, spot=4.0)
-    prediction = predict(item.fit.plant, item.fit.friction, item.log, item.axis, "closed-loop", bands=item.fit.resampling.bands)
+    prediction = predict(
+        item.fit.plant,
+        item.fit.friction,
+        item.log,
+        item.axis,
+        "closed-loop",
+        bands=item.fit.resampling.bands,
+    )
     assert 94.0 < prediction.inside_percent < 98.5
 
 
@@ -371,7 +460,13 @@ def cornered(name: str):
     law = ROUNDED if name == "lugre" else {"F_C": 8.0, "F_v": 40.0}
     truth = friction.find(name)(**law)
     position = run_open_loop(plants.inertia(M=40.0), truth, effort, DT, steps=20).position
-    return br.identify({"time": t, "position": position, "effort": effort}, name, method="inverse_dynamics", draws=40, blocks=0)
+    return br.identify(
+        {"time": t, "position": position, "effort": effort},
+        name,
+        method="inverse_dynamics",
+        draws=40,
+        blocks=0,
+    )
 
 
 @pytest.mark.slow
@@ -396,16 +491,24 @@ def coloured(seed: int, correlation_time: float, count: int, dt: float = 1e-3) -
     return lfilter([math.sqrt(1.0 - pole * pole)], [1.0, -pole], white)[SETTLING:]
 
 
-@pytest.mark.parametrize("correlation_time", [pytest.param(time, marks=pytest.mark.slow) for time in (0.02, 0.05)])
+@pytest.mark.parametrize(
+    "correlation_time", [pytest.param(time, marks=pytest.mark.slow) for time in (0.02, 0.05)]
+)
 def test_intervals_cover_the_truth_with_coloured_residuals(correlation_time):
     inside, inside_plain = [], []
     for seed in range(60):
         motion = sines(phases=tuple(np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)))
-        effort = sliding_effort(motion, noise=0.0) + 0.5 * coloured(seed, correlation_time, motion.time.size)
-        parameters = identify(log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0).best.parameters
+        effort = sliding_effort(motion, noise=0.0) + 0.5 * coloured(
+            seed, correlation_time, motion.time.size
+        )
+        parameters = identify(
+            log_of(motion, effort), "coulomb_viscous", blocks=0, draws=0
+        ).best.parameters
         for name, truth in TRUTH.items():
             error = abs(parameters[name].value - truth)
-            inside.append(100.0 * error < parameters[name].interval_percent * abs(parameters[name].value))
+            inside.append(
+                100.0 * error < parameters[name].interval_percent * abs(parameters[name].value)
+            )
             inside_plain.append(error < 1.96 * parameters[name].std)
     # Of 240 intervals of 95 %, fewer than 90 % hold the truth once in a thousand times.
     assert 0.90 < np.mean(inside) < 0.99

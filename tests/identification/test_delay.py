@@ -24,7 +24,12 @@ from bristle.prediction.predict import TREATED
 from bristle.report.messages import assumptions_of, warnings_of
 
 DT, FINE = 1e-3, 4e-5
-FAST = {"duration": 12.0, "amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
+FAST = {
+    "duration": 12.0,
+    "amplitudes": (0.02, 0.004, 0.0015),
+    "frequencies": (0.5, 3.1, 7.3),
+    "phases": (0.3, 1.1, 2.5),
+}
 
 
 def behind(signal, lag):
@@ -49,12 +54,16 @@ def late(delay=0.0, *, step=0.0, effort_lag=0.0, position_lag=0.0, command_lag=0
         effort = sliding_effort(fine, noise=0.0, F_C=0.0) + friction
     effort = behind(effort, effort_lag) if effort_lag else effort
     # A spike of a command that falls between samples is recorded, too.
-    effort = uniform_filter1d(before(effort, command_lag), round(DT / FINE)) if command_lag else effort
+    effort = (
+        uniform_filter1d(before(effort, command_lag), round(DT / FINE)) if command_lag else effort
+    )
     place = behind(fine.position, position_lag) if position_lag else fine.position
     motion = sines(dt=DT, **FAST)
     recorded = np.interp(motion.time - delay, fine.time, effort)
     motion = motion._replace(position=np.interp(motion.time, fine.time, place))
-    return log_of(motion, recorded + np.random.default_rng(5).normal(0.0, 0.05, recorded.size), step=step)
+    return log_of(
+        motion, recorded + np.random.default_rng(5).normal(0.0, 0.05, recorded.size), step=step
+    )
 
 
 @cache
@@ -63,7 +72,10 @@ def found_in(delay=0.0):
     return alignment_of([late(delay)], [None], DEFAULT)
 
 
-@pytest.mark.parametrize("samples", [0.0, 2.2, *(pytest.param(samples, marks=pytest.mark.slow) for samples in (-1.7, -0.5, 6.3))])
+@pytest.mark.parametrize(
+    "samples",
+    [0.0, 2.2, *(pytest.param(samples, marks=pytest.mark.slow) for samples in (-1.7, -0.5, 6.3))],
+)
 def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
     result = found_in(samples * DT)
     assert abs(result.delay - samples * DT) < result.delay_half_width < 0.15 * DT
@@ -83,7 +95,9 @@ def test_encoder_steps_do_not_bias_the_inertia():
 def error_of(fit, log):
     """Error of a prediction of the log with the treatment of its fit."""
     treatment = {name: fit.treatment[name] for name in TREATED if name in fit.treatment}
-    return predict(fit.best.plant, fit.best.friction, log, **treatment).metrics["force_error_percent"]
+    return predict(fit.best.plant, fit.best.friction, log, **treatment).metrics[
+        "force_error_percent"
+    ]
 
 
 def codes_of(fit):
@@ -109,9 +123,13 @@ def test_a_filter_in_one_channel_is_found_and_removed(channel, key, lag, model):
     viscous = "sigma_2" if model == "dahl" else "F_v"
     for name, true in (("M", TRUTH["M"]), (viscous, TRUTH["F_v"]), ("F_C", TRUTH["F_C"])):
         assert fit.best.parameters[name].value == pytest.approx(true, rel=0.01), name
-    text = next(diagnostic for diagnostic in fit.best.diagnostics if diagnostic.code == "filter_suspect")
+    text = next(
+        diagnostic for diagnostic in fit.best.diagnostics if diagnostic.code == "filter_suspect"
+    )
     assert text.numbers["channel"] == channel
-    words = "is probably a command" if channel == "command" else f"the {channel} passed a filter with"
+    words = (
+        "is probably a command" if channel == "command" else f"the {channel} passed a filter with"
+    )
     assert any(words in diagnostic for diagnostic in warnings_of(fit.best))
     assert error_of(fit, log) == pytest.approx(fit.best.force_error_percent, rel=1e-9)
 
@@ -119,7 +137,9 @@ def test_a_filter_in_one_channel_is_found_and_removed(channel, key, lag, model):
 @pytest.mark.slow
 def test_the_search_for_the_channel_reports_progress_and_can_be_interrupted(monkeypatch):
     log, text = late(position_lag=3e-3), list[str]()
-    identify(log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: text.append(task))
+    identify(
+        log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: text.append(task)
+    )
     assert text[0] == "looking for the channel that was filtered"
 
     def interrupted(*arguments):
@@ -141,27 +161,43 @@ def test_a_late_effort_biases_no_parameter_and_is_reported():
     for name in ("M", "F_C"):
         assert fit.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
     assert error_of(fit, log) == pytest.approx(fit.best.force_error_percent, rel=1e-9)
-    assert fit.best.force_error_percent < 0.7 * predict(fit.best.plant, fit.best.friction, log).metrics["force_error_percent"]
+    assert (
+        fit.best.force_error_percent
+        < 0.7 * predict(fit.best.plant, fit.best.friction, log).metrics["force_error_percent"]
+    )
 
 
 def test_a_stated_delay_is_left_alone():
-    stated = identify(late(3.0 * DT), "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0)
+    stated = identify(
+        late(3.0 * DT), "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0
+    )
     assert "delay" not in stated.treatment
     assert not {"delay_found", "delay_rough", "delay_unknown"} & codes_of(stated.best)
 
 
 def test_a_log_that_does_not_show_the_delay_is_accepted():
     motion = sines(12.0, DT, (0.03,), (0.2,), (0.0,))
-    fit = identify(log_of(motion, sliding_effort(motion, noise=1.0)), "coulomb_viscous", blocks=0, draws=0).best
+    fit = identify(
+        log_of(motion, sliding_effort(motion, noise=1.0)), "coulomb_viscous", blocks=0, draws=0
+    ).best
     assert "delay_unknown" in codes_of(fit)
-    assert any("hardly determines the delay of the effort" in diagnostic for diagnostic in warnings_of(fit))
+    assert any(
+        "hardly determines the delay of the effort" in diagnostic for diagnostic in warnings_of(fit)
+    )
 
 
 @pytest.mark.slow
 def test_presliding_is_not_taken_for_a_delay():
     fine = sines(12.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
-    friction = force_along(find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4)
-    assert alignment_of([log_of(type(fine)(*(item[::10] for item in fine)), friction[::10])], [None], DEFAULT).delay is None
+    friction = force_along(
+        find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4
+    )
+    assert (
+        alignment_of(
+            [log_of(type(fine)(*(item[::10] for item in fine)), friction[::10])], [None], DEFAULT
+        ).delay
+        is None
+    )
 
 
 def test_long_presliding_is_not_taken_for_a_filter():
@@ -173,7 +209,13 @@ def test_long_presliding_is_not_taken_for_a_filter():
 @pytest.mark.slow
 def test_uncertainty_of_the_delay_widens_dependent_intervals():
     sure, unsure = (
-        identify(late(0.0), "coulomb_viscous", alignment=replace(found_in(0.0), delay_half_width=width), blocks=0, draws=20).best
+        identify(
+            late(0.0),
+            "coulomb_viscous",
+            alignment=replace(found_in(0.0), delay_half_width=width),
+            blocks=0,
+            draws=20,
+        ).best
         for width in (0.0, 3.0 * DT)
     )
     assert np.ptp(unsure.parameters["F_v"].interval) > 3.0 * np.ptp(sure.parameters["F_v"].interval)
@@ -181,17 +223,27 @@ def test_uncertainty_of_the_delay_widens_dependent_intervals():
 
 @pytest.mark.parametrize(("samples", "way"), [(3.0, "lags"), (-3.0, "leads")])
 def test_a_roughly_known_delay_is_removed_and_reported_as_uncertain_without_a_sign(samples, way):
-    fit = identify(late(samples * DT), "coulomb_viscous", blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
+    fit = identify(
+        late(samples * DT),
+        "coulomb_viscous",
+        blocks=0,
+        draws=0,
+        settings=Settings(delay_rough=0.01),
+    ).best
     (printed,) = (text for text in warnings_of(fit) if "by roughly" in text)
     assert f"{way} the position by roughly 3 ms (3.0 samples" in printed
     assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
 
 
-@pytest.mark.parametrize("code", ["delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"])
+@pytest.mark.parametrize(
+    "code", ["delay_unknown", "delay_rough", "delay_or_filter", "filter_suspect", "stages_differ"]
+)
 def test_each_doubt_about_the_treatment_counts_for_reversal_parameters(code):
     variables = find("lugre").variables
     solution = SimpleNamespace(space=SimpleNamespace(reported=(*variables, "k_1")))
-    estimation = SimpleNamespace(resampled=(SimpleNamespace(parameters=SimpleNamespace(variables=variables)), solution))
+    estimation = SimpleNamespace(
+        resampled=(SimpleNamespace(parameters=SimpleNamespace(variables=variables)), solution)
+    )
     assert set(_unsure([Diagnostic(code)], estimation)) == {"F_S", "v_S", "sigma_0", "sigma_1"}
     assert _unsure([Diagnostic("structure")], estimation) == ()
 

@@ -29,7 +29,9 @@ def two_masses(frequency, share, *, seed=0, noise=0.1, strength=4.0, seconds=40.
     behind = rubs * (1.0 - share + share * load)
     x = ((lead + MASS * laplace**2) * wanted + pushes - behind) / (felt * laplace**2 + lead)
     effort = felt * laplace**2 * x + behind
-    q, v, a, u = (np.fft.irfft(signal, count) for signal in (x, laplace * x, laplace**2 * x, effort))
+    q, v, a, u = (
+        np.fft.irfft(signal, count) for signal in (x, laplace * x, laplace**2 * x, effort)
+    )
     return Motion(time, q, v, a), u + draw.normal(0.0, noise, count)
 
 
@@ -39,19 +41,32 @@ def coupling_of(frequency=43.0, share=0.4, *, step=1e-7, measured=lambda effort:
 
 
 def behind_lag(signal, lag=4e-3):
-    return np.fft.irfft(np.fft.rfft(signal) / (1.0 + 2j * np.pi * np.fft.rfftfreq(signal.size, DT) * lag), signal.size)
+    return np.fft.irfft(
+        np.fft.rfft(signal) / (1.0 + 2j * np.pi * np.fft.rfftfreq(signal.size, DT) * lag),
+        signal.size,
+    )
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("frequency", "share"), [(17.0, 0.4), (80.0, 0.7), pytest.param(43.0, 0.2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("frequency", "share"),
+    [(17.0, 0.4), (80.0, 0.7), pytest.param(43.0, 0.2, marks=pytest.mark.slow)],
+)
 def test_antiresonance_resonance_ratio_and_mass_are_those_of_the_axis(frequency, share):
-    coupling, ratio = coupling_of(frequency, share, measured=lambda effort: np.roll(effort, 2)), share / (1.0 - share)
+    coupling, ratio = (
+        coupling_of(frequency, share, measured=lambda effort: np.roll(effort, 2)),
+        share / (1.0 - share),
+    )
     assert coupling.antiresonance == pytest.approx(frequency, rel=0.02)
     assert coupling.resonance == pytest.approx(frequency * (1.0 + ratio) ** 0.5, rel=0.02)
     assert coupling.inertia_ratio == pytest.approx(ratio, rel=0.1)
     assert coupling.mass == pytest.approx(MASS, rel=0.01)
     assert coupling.delay == pytest.approx(2.0 * DT, abs=0.3 * DT)
-    assert abs(coupling.antiresonance - frequency) < coupling.antiresonance_half_width < 0.05 * frequency
+    assert (
+        abs(coupling.antiresonance - frequency)
+        < coupling.antiresonance_half_width
+        < 0.05 * frequency
+    )
 
 
 @pytest.mark.slow
@@ -64,11 +79,15 @@ def test_noise_of_the_effort_does_not_raise_the_mass(noise, strength):
 
 
 def held(effort):
-    return np.fft.irfft(np.fft.rfft(effort) / np.sinc(DT * np.fft.rfftfreq(effort.size, DT)), effort.size)
+    return np.fft.irfft(
+        np.fft.rfft(effort) / np.sinc(DT * np.fft.rfftfreq(effort.size, DT)), effort.size
+    )
 
 
 def averaged(effort):
-    return np.fft.irfft(np.fft.rfft(effort) * np.sinc(DT * np.fft.rfftfreq(effort.size, DT)), effort.size)
+    return np.fft.irfft(
+        np.fft.rfft(effort) * np.sinc(DT * np.fft.rfftfreq(effort.size, DT)), effort.size
+    )
 
 
 @pytest.mark.parametrize("measured", [averaged, pytest.param(held, marks=pytest.mark.slow)])
@@ -79,14 +98,25 @@ def test_an_effort_that_is_held_or_averaged_over_a_sample_has_the_same_mass(meas
 
 
 @pytest.mark.fast_cases(2)
-@pytest.mark.parametrize("measured", [lambda effort: effort, behind_lag, lambda effort: np.roll(effort, 3)], ids=["", "lag", "delay"])
+@pytest.mark.parametrize(
+    "measured",
+    [lambda effort: effort, behind_lag, lambda effort: np.roll(effort, 3)],
+    ids=["", "lag", "delay"],
+)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_rigid_axis_has_no_coupling_for_any_noise_lag_and_delay(measured, seed):
     assert coupling_of(share=0.0, seed=seed, noise=0.3, measured=measured) is None
 
 
 @pytest.mark.fast_cases(2)
-@pytest.mark.parametrize("recorded", [{"noise": 30.0, "strength": 0.2}, {"seconds": 4.0}, {"highest": 20.0, "strength": 1.0, "step": 1e-6}])
+@pytest.mark.parametrize(
+    "recorded",
+    [
+        {"noise": 30.0, "strength": 0.2},
+        {"seconds": 4.0},
+        {"highest": 20.0, "strength": 1.0, "step": 1e-6},
+    ],
+)
 def test_a_coupling_that_is_not_excited_is_not_reported(recorded):
     assert coupling_of(**recorded) is None
 
@@ -109,13 +139,21 @@ def identified(log):
     return identification.identify(log, "coulomb_viscous", blocks=0, draws=0)
 
 
-@pytest.mark.parametrize("model", ["coulomb_viscous", pytest.param("lugre", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "model", ["coulomb_viscous", pytest.param("lugre", marks=pytest.mark.slow)]
+)
 def test_an_elastic_axis_is_reported_first_and_without_a_friction_model(identified, log, model):
-    best = (identified if model == "coulomb_viscous" else identification.identify(log, model, blocks=0, draws=0)).best
+    best = (
+        identified
+        if model == "coulomb_viscous"
+        else identification.identify(log, model, blocks=0, draws=0)
+    ).best
     assert codes_of(best)[0] == "elastic_load"
     assert not named_models(best)
     assert "filter_suspect" not in codes_of(best)
-    assert message(best.diagnostics[0]).startswith("the load is coupled elastically. Motor effort to motor speed has an antiresonance at 4")
+    assert message(best.diagnostics[0]).startswith(
+        "the load is coupled elastically. Motor effort to motor speed has an antiresonance at 4"
+    )
 
 
 def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins(identified):
@@ -125,7 +163,9 @@ def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins(identif
     assert identified.best.diagnostics[0].numbers["one_mass"]
     coupling = Elastic(43.0, 0.5, 55.5, 0.5, 0.67, 0.05, MASS, 0.1, 0.0, 1e-4)
     short = log_of(*two_masses(43.0, 0.4, seconds=8.0))
-    stated = identify(short, "coulomb_viscous", axis=STATED, blocks=0, draws=0, cutoff=90.0, coupling=coupling)
+    stated = identify(
+        short, "coulomb_viscous", axis=STATED, blocks=0, draws=0, cutoff=90.0, coupling=coupling
+    )
     assert stated.treatment["cutoff"] == 90.0
     assert not stated.best.diagnostics[0].numbers["one_mass"]
 
@@ -134,26 +174,46 @@ def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins(identif
 def test_a_periodic_encoder_error_is_not_a_force_over_the_position():
     motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.3, 0.85, 2.3))
     effort = sliding_effort(motion, noise=0.1)
-    shifted = motion._replace(position=motion.position + 4e-6 * np.sin(2.0 * np.pi * motion.position / 0.01))
-    best = identify(log_of(shifted, effort, step=1e-8), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best
+    shifted = motion._replace(
+        position=motion.position + 4e-6 * np.sin(2.0 * np.pi * motion.position / 0.01)
+    )
+    best = identify(
+        log_of(shifted, effort, step=1e-8), "coulomb_viscous", axis=STATED, blocks=0, draws=0
+    ).best
     assert "missing_ripple" not in codes_of(best)
     rippled = effort + 0.1 * np.sin(2.0 * np.pi * motion.position / 0.01)
     best = identify(
-        log_of(motion, rippled, step=1e-8), "coulomb_viscous", axis=STATED, blocks=0, draws=0, settings={"missing_evidence": 1e-4}
+        log_of(motion, rippled, step=1e-8),
+        "coulomb_viscous",
+        axis=STATED,
+        blocks=0,
+        draws=0,
+        settings={"missing_evidence": 1e-4},
     ).best
     assert "missing_ripple" in codes_of(best)
 
 
 @pytest.mark.parametrize("ratio", [0.2, 1.0, 5.0])
 def test_up_to_the_band_of_one_mass_the_motor_feels_two_per_cent_more(ratio):
-    coupling = Elastic(40.0, 0.1, 40.0 * (1.0 + ratio) ** 0.5, 0.1, ratio, 0.01, MASS, 0.1, 0.0, 1e-4)
+    coupling = Elastic(
+        40.0, 0.1, 40.0 * (1.0 + ratio) ** 0.5, 0.1, ratio, 0.01, MASS, 0.1, 0.0, 1e-4
+    )
     motor, s = MASS / (1.0 + ratio), 2j * np.pi * coupling.one_mass
     load, stiffness = MASS - motor, (MASS - motor) * (2.0 * np.pi * 40.0) ** 2
-    moved = np.linalg.solve([[motor * s**2 + stiffness, -stiffness], [-stiffness, load * s**2 + stiffness]], [1.0, 0.0])
+    moved = np.linalg.solve(
+        [[motor * s**2 + stiffness, -stiffness], [-stiffness, load * s**2 + stiffness]], [1.0, 0.0]
+    )
     assert abs(1.0 / (s**2 * moved[0])) == pytest.approx(1.02 * MASS, rel=1e-6)
 
 
-SEEDS = (501, 504, 505, 509, 510, 511)  # without and with play; `benchmarks.elastic` measures the rates over sixty drives
+SEEDS = (
+    501,
+    504,
+    505,
+    509,
+    510,
+    511,
+)  # without and with play; `benchmarks.elastic` measures the rates over sixty drives
 
 
 @pytest.mark.slow

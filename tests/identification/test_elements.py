@@ -48,10 +48,14 @@ def test_level_stiffness_and_virgin_curve_are_recovered(identified):
     assert fit.further == len(values["k_i"]) - 2
 
 
-@pytest.mark.parametrize(("seconds", "draws"), [(3.0, 0), pytest.param(8.0, 20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("seconds", "draws"), [(3.0, 0), pytest.param(8.0, 20, marks=pytest.mark.slow)]
+)
 def test_the_stiffness_of_long_strokes_is_identified_from_little_presliding(seconds, draws):
     log = elements_log(duration=seconds, dt=2e-4, fine=4, strokes=(1.5e-2, 3e-3, 2e-4), offset=0.0)
-    stiffness = identify(log, "maxwell_slip", axis=replace(KNOWN, cutoff=400.0), blocks=0, draws=draws).best.parameters["s"]
+    stiffness = identify(
+        log, "maxwell_slip", axis=replace(KNOWN, cutoff=400.0), blocks=0, draws=draws
+    ).best.parameters["s"]
     assert stiffness.takes < 0.06
     assert stiffness.status == "identified"
     assert stiffness.value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.02)
@@ -76,14 +80,18 @@ def test_a_model_file_with_elements_predicts_another_log(identified, tmp_path):
 def test_friction_over_the_position_is_distinguished_from_a_force_over_it():
     truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
     log = elements_log("maxwell_slip+position", duration=8.0, **truth)
-    identification = identify(log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, decimation=5, blocks=0, draws=0)
+    identification = identify(
+        log, "maxwell_slip,maxwell_slip+position", axis=KNOWN, decimation=5, blocks=0, draws=0
+    )
     assert identification.best.name == "maxwell_slip+position"
     fit = identification.best
     x = np.linspace(-40e-6, 40e-6, 9)
 
     def along(p):
         xi = np.clip((x - p["x_0"]) / p["x_L"], -1.0, 1.0)
-        return p["F_C"] * (1.0 + xi * (p["p_1"] + xi * p["p_2"])), xi * (p["a_1"] + xi * p["a_2"]) + p["offset"]
+        return p["F_C"] * (1.0 + xi * (p["p_1"] + xi * p["p_2"])), xi * (
+            p["a_1"] + xi * p["a_2"]
+        ) + p["offset"]
 
     level, beside = along({name: item.value for name, item in fit.parameters.items()})
     true_level, true_beside = along(ELEMENTS | truth | {"offset": 1.5})
@@ -103,12 +111,22 @@ def loaded():
 @pytest.mark.parametrize(
     ("name", "decimation", "expected"),
     [
-        ("maxwell_slip+load+temperature", 10, {"k_L": pytest.approx(0.8, abs=0.03), "k_T": pytest.approx(-0.01, abs=1e-3)}),
-        ("coulomb_viscous+load", 20, {"k_L": pytest.approx(0.8, abs=0.15)}),  # the search finds the same for no list of elements
+        (
+            "maxwell_slip+load+temperature",
+            10,
+            {"k_L": pytest.approx(0.8, abs=0.03), "k_T": pytest.approx(-0.01, abs=1e-3)},
+        ),
+        (
+            "coulomb_viscous+load",
+            20,
+            {"k_L": pytest.approx(0.8, abs=0.15)},
+        ),  # the search finds the same for no list of elements
     ],
 )
 def test_load_and_temperature_are_factors_of_friction(loaded, name, decimation, expected):
-    parameters = identify(loaded, name, axis=KNOWN, decimation=decimation, blocks=0, draws=0).best.parameters
+    parameters = identify(
+        loaded, name, axis=KNOWN, decimation=decimation, blocks=0, draws=0
+    ).best.parameters
     assert {key: parameters[key].value for key in expected} == expected
 
 
@@ -119,7 +137,10 @@ def test_a_slot_needs_its_channel():
 
 @pytest.mark.slow
 def test_the_interval_of_the_level_includes_the_shape():
-    fits = [identify(elements_log(seed=seed), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best for seed in range(8)]
+    fits = [
+        identify(elements_log(seed=seed), "maxwell_slip", axis=KNOWN, blocks=0, draws=0).best
+        for seed in range(8)
+    ]
     for name in ("F_C", "offset"):
         spread = float(np.std([fit.parameters[name].value for fit in fits], ddof=1))
         assert fits[0].parameters[name].larger_std > 0.5 * spread, name
@@ -136,7 +157,9 @@ def to_and_fro(duration, speed, **more):
 
 def test_at_one_speed_viscous_friction_is_not_a_number():
     motion, friction = to_and_fro(20.0, 8e-6, sigma_2=300.0)
-    fit = identify(log_of(motion, friction), "maxwell_slip", axis=KNOWN, cutoff=40.0, blocks=0, draws=0).best
+    fit = identify(
+        log_of(motion, friction), "maxwell_slip", axis=KNOWN, cutoff=40.0, blocks=0, draws=0
+    ).best
     assert fit.parameters["sigma_2"].status == "held"
     assert fit.friction.values["sigma_2"] == 0.0
     assert any("because the log has a single speed" in item for item in assumptions_of(fit))
@@ -153,7 +176,9 @@ def test_levels_by_direction_are_as_certain_as_a_level_and_an_offset():
     )
     # F_C + d and F_C - d: the sum of their variances is twice that of F_C and of d.
     result = np.hypot(sided["F_C_pos"].std, sided["F_C_neg"].std)
-    assert result == pytest.approx(2.0**0.5 * np.hypot(plain["F_C"].std, plain["offset"].std), rel=0.01)
+    assert result == pytest.approx(
+        2.0**0.5 * np.hypot(plain["F_C"].std, plain["offset"].std), rel=0.01
+    )
 
 
 @pytest.mark.slow
@@ -182,13 +207,17 @@ def test_directions_differ_by_one_number():
 def elements_through(step):
     """A log through an encoder of this step, of which half of the stiffness slips within 0.4 um."""
     values = {"F_C": 20.0, "k_i": [3e6, 8e6 / 6.0, 0.4e6, 5e6], "nu_i": [0.25, 0.35, 0.3, 0.1]}
-    return slow_log(find("maxwell_slip")(**values, sigma_2=300.0, offset=1.5), M=MASS, step=step, duration=12.0)
+    return slow_log(
+        find("maxwell_slip")(**values, sigma_2=300.0, offset=1.5), M=MASS, step=step, duration=12.0
+    )
 
 
 @pytest.mark.slow
 def test_elements_within_five_encoder_steps_do_not_identify_a_stiffness():
     requested = {"axis": KNOWN, "cutoff": 250.0, "decimation": 2, "blocks": 0, "draws": 20}
-    coarse, fine = (identify(elements_through(step), "maxwell_slip", **requested).best for step in (1e-7, 1e-8))
+    coarse, fine = (
+        identify(elements_through(step), "maxwell_slip", **requested).best for step in (1e-7, 1e-8)
+    )
     stiffness = coarse.parameters["s"]
     assert (stiffness.status, stiffness.reason.code) == ("unidentifiable", "coarse_elements")
     # What of it slips within 0.5 um, as the model tells it.
@@ -201,7 +230,9 @@ def test_elements_within_five_encoder_steps_do_not_identify_a_stiffness():
     assert coarse.parameters["F_C"].status == "identified"
     assert (fine.parameters["s"].status, fine.resampling.curve_from) == ("identified", 0.0)
     # Whoever knows better may say so.
-    trusting = identify(elements_through(1e-7), "maxwell_slip", settings={"blurred_share": 1.0}, **requested).best
+    trusting = identify(
+        elements_through(1e-7), "maxwell_slip", settings={"blurred_share": 1.0}, **requested
+    ).best
     assert trusting.parameters["s"].status == "identified"
 
 
@@ -227,27 +258,43 @@ def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, p
     rng, r = np.random.default_rng(3), elements.thresholds
     stiffness = np.zeros(r.size)
     stiffness[[4, 11, 20]] = 3e6, 1e6, 4e5
-    values = elements.parameters.complete({factor: 0.1 * rng.standard_normal() for factor in elements.parameters.free})
-    values |= dict.fromkeys(elements._levels, float(stiffness @ r)) | {"s": float(np.sum(stiffness))}
+    values = elements.parameters.complete(
+        {factor: 0.1 * rng.standard_normal() for factor in elements.parameters.free}
+    )
+    values |= dict.fromkeys(elements._levels, float(stiffness @ r)) | {
+        "s": float(np.sum(stiffness))
+    }
     assert set(values) == {*elements.parameters.variables, "s"} - {"k_i", "nu_i"}
 
-    columns = elements._for_factors(np.array([values[factor] for factor in elements._factors]), slice(None)).columns
-    explained = columns @ np.concatenate([stiffness, [values.get(factor, 0.0) for factor in elements._single]])
+    columns = elements._for_factors(
+        np.array([values[factor] for factor in elements._factors]), slice(None)
+    ).columns
+    explained = columns @ np.concatenate(
+        [stiffness, [values.get(factor, 0.0) for factor in elements._single]]
+    )
     view = shaped(find(name), stiffness[stiffness > 0.0], (stiffness * r)[stiffness > 0.0])
     wanted = InverseDynamics(dataset, context.parameters(view)).predicted(values)
-    assert explained + dataset.effort - elements._target == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
+    assert explained + dataset.effort - elements._target == pytest.approx(
+        wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted)))
+    )
 
 
 def test_errors_of_level_and_stiffness_are_those_of_sums_over_free_elements():
     dataset = treat(elements_log(duration=3.0, noise=0.5), None, cutoff=80.0, decimation=2)
-    elements = elements_of(context_of(dataset, PriorKnowledge(None, {"M": MASS})), find("maxwell_slip"))
+    elements = elements_of(
+        context_of(dataset, PriorKnowledge(None, {"M": MASS})), find("maxwell_slip")
+    )
     problem, solution = elements.solution()
     residual = problem.residual(solution.values)
-    result = dict(zip(solution.space.reported, covariance_of(solution, residual).std.tolist(), strict=True))
+    result = dict(
+        zip(solution.space.reported, covariance_of(solution, residual).std.tolist(), strict=True)
+    )
     best = elements._best(slice(None))
     pressed, count = best.stiffness > 0.0, best.stiffness.size
     assert np.sum(pressed) > 2
-    columns = best.columns[:, np.concatenate([pressed, np.ones(best.columns.shape[1] - count, dtype=bool)])]
+    columns = best.columns[
+        :, np.concatenate([pressed, np.ones(best.columns.shape[1] - count, dtype=bool)])
+    ]
     square = float(residual @ residual) / (residual.size - len(result))
     covariance = square * np.linalg.inv(columns.T @ columns)[: np.sum(pressed), : np.sum(pressed)]
     for name, share in (("F_C", elements.thresholds[pressed]), ("s", np.ones(np.sum(pressed)))):
@@ -277,9 +324,12 @@ def test_kernel_parameters_convert_back_to_the_stiffness():
 
 
 @pytest.mark.parametrize(
-    ("distance", "level", "share"), [(1.9e-5, 10.0, 0.0), (2.1e-5, 10.0, 0.75), (4.1e-5, 10.0, 1.0), (2.1e-5, 20.0, 0.0)]
+    ("distance", "level", "share"),
+    [(1.9e-5, 10.0, 0.0), (2.1e-5, 10.0, 0.75), (4.1e-5, 10.0, 1.0), (2.1e-5, 20.0, 0.0)],
 )
-def test_elements_that_slip_within_a_distance_have_their_share_of_the_stiffness(distance, level, share):
+def test_elements_that_slip_within_a_distance_have_their_share_of_the_stiffness(
+    distance, level, share
+):
     # At a level of 10 N and a stiffness of 4e5 N/m the elements slip at 6 N / 3e5 N/m and at 4 N / 1e5 N/m.
     assert COMPONENT.share_within(distance, 4e5, level) == pytest.approx(share)
 
@@ -290,15 +340,25 @@ def space_of(*levels, single=None):
 
 
 def test_a_level_is_the_force_at_which_all_elements_slip():
-    space, lists = space_of(("F_C", 0.0)), {"k_i": pytest.approx([2e5, 1e5]), "nu_i": pytest.approx([2.0 / 6.0, 4.0 / 6.0])}
+    space, lists = (
+        space_of(("F_C", 0.0)),
+        {"k_i": pytest.approx([2e5, 1e5]), "nu_i": pytest.approx([2.0 / 6.0, 4.0 / 6.0])},
+    )
     theta = np.array([2e5, 1e5, 12.0, -1.5])
-    assert space.values(theta) == {"F_C": pytest.approx(2e5 * 1e-5 + 1e5 * 4e-5), "M": 12.0, "offset": -1.5} | lists
+    assert (
+        space.values(theta)
+        == {"F_C": pytest.approx(2e5 * 1e-5 + 1e5 * 4e-5), "M": 12.0, "offset": -1.5} | lists
+    )
     assert space.reported == ("F_C", "s", "M", "offset")
     assert space.derivative(theta) @ theta == pytest.approx([6.0, 3e5, 12.0, -1.5])
 
 
 def test_two_levels_differ_by_twice_their_difference():
-    space = space_of(("F_C_pos", 1.0), ("F_C_neg", -1.0), single={"M": 0.0, "offset": -np.inf, DIFFERENCE: -np.inf})
+    space = space_of(
+        ("F_C_pos", 1.0),
+        ("F_C_neg", -1.0),
+        single={"M": 0.0, "offset": -np.inf, DIFFERENCE: -np.inf},
+    )
     theta = np.array([2e5, 1e5, 12.0, -1.5, 0.5])
     values = space.values(theta)
     assert (values["F_C_pos"], values["F_C_neg"]) == (pytest.approx(6.5), pytest.approx(5.5))
@@ -327,10 +387,17 @@ def test_the_reflection_of_a_fit_is_at_the_same_distance():
     space = space_of(("F_C", 0.0))
     best, theta = np.array([2e5, 1e5, 12.0, -1.5]), np.array([2.2e5, 1.1e5, 13.0, -1.0])
     bent = np.array([2.6e5, 0.9e5, 13.0, -1.0])
-    assert space.turned(bent, best).values["nu_i"] == pytest.approx(space.values(bent)["nu_i"])  # the shape is that of the fit
+    assert space.turned(bent, best).values["nu_i"] == pytest.approx(
+        space.values(bent)["nu_i"]
+    )  # the shape is that of the fit
     turned = space.turned(theta, best)
-    assert turned.numbers[:4] == pytest.approx(2.0 * space.numbers(best)[:4] - space.numbers(theta)[:4])
-    assert (turned.values["F_C"], np.sum(turned.values["k_i"])) == (pytest.approx(5.4), pytest.approx(2.7e5))
+    assert turned.numbers[:4] == pytest.approx(
+        2.0 * space.numbers(best)[:4] - space.numbers(theta)[:4]
+    )
+    assert (turned.values["F_C"], np.sum(turned.values["k_i"])) == (
+        pytest.approx(5.4),
+        pytest.approx(2.7e5),
+    )
     assert "s" not in turned.values
     far = space.turned(np.array([9e5, 9e5, 40.0, 0.0]), best)
     assert far.values["F_C"] == pytest.approx(0.05 * 6.0)

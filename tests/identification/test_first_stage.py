@@ -14,17 +14,38 @@ from tests.identification.rigid import identify
 
 from bristle.identification import first_stage
 from bristle.identification.dataset import Alignment, Segment
-from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of, believed
+from bristle.identification.first_stage import (
+    Rung,
+    _alignment_from,
+    agreeing,
+    alignment_of,
+    believed,
+)
 from bristle.identification.settings import DEFAULT
 from bristle.identification.wide_rows import STEPS, InstrumentFit, WideRows
 from bristle.logs import Log
 
 wide = importlib.import_module("bristle.identification.wide_rows")
 DT = 1e-3
-FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
+FAST = {
+    "amplitudes": (0.02, 0.004, 0.0015),
+    "frequencies": (0.5, 3.1, 7.3),
+    "phases": (0.3, 1.1, 2.5),
+}
 
 
-def instruments(mass=10.0, delay=0.0, c=0.0, *, std=0.01, delay_std=1e-4, c_std=5e-7, bias=0.0, converged=True, cutoff=20.0):
+def instruments(
+    mass=10.0,
+    delay=0.0,
+    c=0.0,
+    *,
+    std=0.01,
+    delay_std=1e-4,
+    c_std=5e-7,
+    bias=0.0,
+    converged=True,
+    cutoff=20.0,
+):
     """What one cut-off says, known to `std` of the mass, a tenth of a sample, and 1 ms of a filter."""
     covariance = np.diag([std, delay_std, c_std]) ** 2
     return InstrumentFit(cutoff, np.array([mass]), delay, c, covariance, bias, converged)
@@ -38,7 +59,12 @@ def rung(*values, **named):
 
 def aligned_by(*rungs, bent=None, lowered=1.0, scale=1.0, springiness=0.2):
     """What is made of cut-offs that agree; `bent` is what the rows say with a filter in a channel."""
-    rows = SimpleNamespace(dt=DT, fit=lambda *_, **__: bent, lowered=lambda *_: lowered * np.ones(20), springiness=lambda _: springiness)
+    rows = SimpleNamespace(
+        dt=DT,
+        fit=lambda *_, **__: bent,
+        lowered=lambda *_: lowered * np.ones(20),
+        springiness=lambda _: springiness,
+    )
     return _alignment_from(rows, list(rungs), DEFAULT, scale, sought=True)
 
 
@@ -67,7 +93,9 @@ def test_a_cutoff_with_possible_noise_bias_is_not_chosen():
 )
 def test_a_delay_is_removed_if_the_inertia_is_known_to_a_ninth(said, springiness, removed):
     item = rung(**said)
-    assert aligned_by(item, item, springiness=springiness).delay == (pytest.approx(said["delay"]) if removed else None)
+    assert aligned_by(item, item, springiness=springiness).delay == (
+        pytest.approx(said["delay"]) if removed else None
+    )
 
 
 @pytest.mark.parametrize(
@@ -97,14 +125,24 @@ def test_a_known_filter_is_not_marked():
 @pytest.mark.parametrize(("frequency", "kept"), [(40.0, 1.0), (110.0, 0.0)])
 def test_the_slope_of_the_acceleration_is_kept_up_to_sixty_hertz(frequency, kept):
     time = DT * np.arange(4000)
-    columns = np.stack([np.sin(2.0 * np.pi * frequency * time), np.cos(2.0 * np.pi * frequency * time)])
-    rows = WideRows([wide._Stretch(time, np.ones_like(time), columns, np.ones_like(time), np.zeros_like)], 200.0, DT, DT, 0.0)
+    columns = np.stack(
+        [np.sin(2.0 * np.pi * frequency * time), np.cos(2.0 * np.pi * frequency * time)]
+    )
+    rows = WideRows(
+        [wide._Stretch(time, np.ones_like(time), columns, np.ones_like(time), np.zeros_like)],
+        200.0,
+        DT,
+        DT,
+        0.0,
+    )
     (calm,) = rows._calm(8.0, 0.0)
     assert calm[500:-500] == pytest.approx(kept * columns[0, 500:-500], abs=0.12)
 
 
 def test_an_uncertain_filter_changes_the_inertia_little():
-    sure, unsure = (Rung(instruments(10.0), instruments(10.02, c=4e-7, c_std=std)) for std in (1e-8, 4e-6))
+    sure, unsure = (
+        Rung(instruments(10.0), instruments(10.02, c=4e-7, c_std=std)) for std in (1e-8, 4e-6)
+    )
     clear, doubtful = aligned_by(sure, sure), aligned_by(unsure, unsure)
     assert clear.mass == pytest.approx(10.02, abs=0.001)
     assert doubtful.mass == pytest.approx(10.0, abs=0.006)
@@ -147,14 +185,24 @@ def test_a_filter_is_removed_if_cutoffs_residuals_and_a_first_step_show_it(chang
         ((rung(10.0), rung(10.005), rung(9.996)), [0, 1, 2]),
         *(
             ((rung(), rung(), contradicting), [0, 1])
-            for contradicting in (rung(9.9), rung(10.1), rung(delay=6e-4), rung(c=4e-6), rung(converged=False), rung(10.0, std=6.0))
+            for contradicting in (
+                rung(9.9),
+                rung(10.1),
+                rung(delay=6e-4),
+                rung(c=4e-6),
+                rung(converged=False),
+                rung(10.0, std=6.0),
+            )
         ),
         ((rung(9.0), rung(), rung(), rung()), [1, 2, 3]),  # the longest run
         ((rung(9.0), rung(10.0), rung(11.0)), []),
         ((rung(),), []),
         ((rung(), rung(delay=6e-4)), []),
         ((rung(), rung(c=4e-6)), []),
-        ((rung(c=2e-5), rung(c=1e-5)), [0, 1]),  # the tail of a filter is no contradiction, and its growth is
+        (
+            (rung(c=2e-5), rung(c=1e-5)),
+            [0, 1],
+        ),  # the tail of a filter is no contradiction, and its growth is
         ((rung(c=2e-5), rung(c=3e-5)), []),
     ],
 )
@@ -164,7 +212,11 @@ def test_cutoffs_that_agree_are_used(rungs, agreed):
 
 
 @pytest.mark.parametrize(
-    ("rungs", "allowed"), [((rung(), rung(delay=6e-4)), {"sought": False}), ((rung(), rung(c=4e-6)), {"sought": True, "filters": False})]
+    ("rungs", "allowed"),
+    [
+        ((rung(), rung(delay=6e-4)), {"sought": False}),
+        ((rung(), rung(c=4e-6)), {"sought": True, "filters": False}),
+    ],
 )
 def test_cutoffs_that_disagree_about_what_is_not_sought_may_agree_about_the_rest(rungs, allowed):
     assert agreeing(rungs, DT, **allowed) == list(rungs)
@@ -179,11 +231,17 @@ def test_errors_of_contradicting_cutoffs_grow_until_some_agree():
     result = aligned_by(*run, scale=scale)
     assert abs(result.mass - 10.0) < result.mass_half_width
     assert abs(result.mass - 10.025) < result.mass_half_width < 0.1
-    assert (believed((rung(10.0), rung(11.0)), DT, sought=True), believed((rung(), rung()), DT, sought=True)[1]) == (([], 1.0), 1.0)
+    assert (
+        believed((rung(10.0), rung(11.0)), DT, sought=True),
+        believed((rung(), rung()), DT, sought=True)[1],
+    ) == (([], 1.0), 1.0)
 
 
 def test_a_doubted_filter_is_as_uncertain_as_the_cutoffs():
-    sure, doubted = (aligned_by(rung(c=2e-5), rung(c=2e-5), bent=instruments(c=2e-5), scale=scale) for scale in (1.0, 2.0))
+    sure, doubted = (
+        aligned_by(rung(c=2e-5), rung(c=2e-5), bent=instruments(c=2e-5), scale=scale)
+        for scale in (1.0, 2.0)
+    )
     assert doubted.smoothing == sure.smoothing
     assert doubted.smoothing_half_width == pytest.approx(2.0 * sure.smoothing_half_width)
 
@@ -193,11 +251,17 @@ SMOOTH = sliding_effort(MOTION, noise=0.0)
 
 
 def recorded(effort, motion=MOTION, *, step=0.0):
-    return log_of(motion, effort + np.random.default_rng(5).normal(0.0, 0.05, effort.size), step=step)
+    return log_of(
+        motion, effort + np.random.default_rng(5).normal(0.0, 0.05, effort.size), step=step
+    )
 
 
 def late_presliding():
-    stretches = list(accumulate(np.diff(MOTION.position / 1e-5, prepend=MOTION.position[0] / 1e-5), clipped, initial=0.0))
+    stretches = list(
+        accumulate(
+            np.diff(MOTION.position / 1e-5, prepend=MOTION.position[0] / 1e-5), clipped, initial=0.0
+        )
+    )
     return TRUTH["F_C"] * (np.array(stretches[1:]) - np.where(MOTION.velocity < 0.0, -1.0, 1.0))
 
 
@@ -232,11 +296,16 @@ def test_a_force_over_position_or_speed_is_neither_inertia_nor_delay(smooth, for
 
 @pytest.mark.parametrize(("samples", "begin"), [(0, 0.0), (2, 1.7e9)])
 def test_warming_up_is_not_a_delay(samples, begin):
-    parts = [sines(seconds, DT, (0.03,), (hertz,), (np.pi / 2.0,)) for seconds, hertz in ((10.0, 0.6), (10.0, 1.2), (4.0, 2.5))]
+    parts = [
+        sines(seconds, DT, (0.03,), (hertz,), (np.pi / 2.0,))
+        for seconds, hertz in ((10.0, 0.6), (10.0, 1.2), (4.0, 2.5))
+    ]
     motion = Motion(*map(np.concatenate, zip(*parts, strict=True)))
     time = DT * np.arange(motion.time.size)
     effort = sliding_effort(motion, noise=0.0) - 2.0 * np.sign(motion.velocity) * time / time[-1]
-    result = alignment_of([recorded(np.roll(effort, samples), motion._replace(time=begin + time))], [None], DEFAULT)
+    result = alignment_of(
+        [recorded(np.roll(effort, samples), motion._replace(time=begin + time))], [None], DEFAULT
+    )
     assert abs(result.delay - samples * DT) < result.delay_half_width < 0.3 * DT
     assert abs(result.mass - TRUTH["M"]) < result.mass_half_width < 0.01 * TRUTH["M"]
 
@@ -245,7 +314,9 @@ def test_a_filter_below_a_sample_does_not_matter():
     motion = sines(12.0, DT / 50, **FAST)
     pole = np.exp(-DT / 50 / 0.5e-3)
     effort = lfilter([1.0 - pole], [1.0, -pole], sliding_effort(motion, noise=0.0))[::50]
-    result = alignment_of([recorded(effort, Motion(*(signal[::50] for signal in motion)))], [None], DEFAULT)
+    result = alignment_of(
+        [recorded(effort, Motion(*(signal[::50] for signal in motion)))], [None], DEFAULT
+    )
     assert result.smoothing is None
     assert result.delay == pytest.approx(0.5e-3, abs=result.delay_half_width)
     assert abs(result.mass - TRUTH["M"]) < result.mass_half_width
@@ -256,7 +327,9 @@ def moved(distances, speeds, rates):
     parts = [np.zeros(300)]
     for distance, speed, rate in zip(distances, speeds, rates, strict=True):
         up, cruise = round(speed / rate / DT), max(round((distance / speed - speed / rate) / DT), 0)
-        item = speed * np.concatenate([np.arange(up) / up, np.ones(cruise), np.arange(up)[::-1] / up])
+        item = speed * np.concatenate(
+            [np.arange(up) / up, np.ones(cruise), np.arange(up)[::-1] / up]
+        )
         parts += [item, np.zeros(100), -item, np.zeros(100)]
     return np.convolve(np.concatenate([*parts, np.zeros(300)]), np.ones(20) / 20, "same")
 
@@ -286,7 +359,9 @@ def driven():
 
 def noisy(position, effort, seed):
     scatter = np.random.default_rng(seed).normal(0.0, 0.07, effort.size)
-    return Log(time=DT * np.arange(effort.size), position=position, effort=effort + scatter, sample_time=DT)
+    return Log(
+        time=DT * np.arange(effort.size), position=position, effort=effort + scatter, sample_time=DT
+    )
 
 
 @pytest.mark.slow
@@ -305,7 +380,9 @@ def test_a_filter_that_does_not_predict_other_parts_of_the_log_is_rejected(drive
 def test_a_filter_of_a_drive_is_found_with_friction_that_turns_at_once(driven, lag):
     mass, position, effort = driven
     gain = 1.0 - np.exp(-DT / lag)
-    result = alignment_of([noisy(position, lfilter([gain], [1.0, gain - 1.0], effort), 0)], [None], DEFAULT)
+    result = alignment_of(
+        [noisy(position, lfilter([gain], [1.0, gain - 1.0], effort), 0)], [None], DEFAULT
+    )
     assert result.smoothing == pytest.approx(lag, rel=0.04)
     assert result.mass == pytest.approx(mass, rel=2e-3)
 
@@ -336,8 +413,12 @@ def in_a_band(size):
     effort = np.interp(motion.time - 2.0 * DT, motion.time, sliding_effort(motion, noise=0.0))
     white = np.fft.rfft(np.random.default_rng(3).standard_normal(motion.time.size))
     frequency = np.fft.rfftfreq(motion.time.size, DT)
-    error = np.fft.irfft(np.where((frequency > 20.0) & (frequency < 40.0), white, 0.0), motion.time.size)
-    return recorded(effort, motion._replace(position=motion.position + size / np.std(error) * error))
+    error = np.fft.irfft(
+        np.where((frequency > 20.0) & (frequency < 40.0), white, 0.0), motion.time.size
+    )
+    return recorded(
+        effort, motion._replace(position=motion.position + size / np.std(error) * error)
+    )
 
 
 @pytest.mark.parametrize("size", [0.0, 3e-4, pytest.param(1e-4, marks=pytest.mark.slow)])
@@ -351,14 +432,22 @@ def test_an_encoder_error_in_a_band_does_not_bias_the_inertia(size):
 
 
 def test_an_unknown_inertia_biased_by_noise_is_not_identified():
-    fit = identify(in_a_band(0.0), "coulomb_viscous", alignment=Alignment(too_small=0.3), blocks=0, draws=0).best
-    assert (fit.parameters["M"].status, fit.parameters["M"].reason.code) == ("unidentifiable", "noisy_acceleration")
+    fit = identify(
+        in_a_band(0.0), "coulomb_viscous", alignment=Alignment(too_small=0.3), blocks=0, draws=0
+    ).best
+    assert (fit.parameters["M"].status, fit.parameters["M"].reason.code) == (
+        "unidentifiable",
+        "noisy_acceleration",
+    )
     assert fit.parameters["M"].reason.numbers["percent"] == pytest.approx(30.0)
 
 
 def test_an_unknown_delay_widens_the_interval_of_a_biased_inertia():
     logs = [in_a_band(3e-4)]
-    late, none = (first_stage._without_noise(Alignment(sought=sought), logs, [None], DEFAULT, None) for sought in (True, False))
+    late, none = (
+        first_stage._without_noise(Alignment(sought=sought), logs, [None], DEFAULT, None)
+        for sought in (True, False)
+    )
     assert late.mass == none.mass
     assert late.mass_half_width > 1.05 * none.mass_half_width
 
@@ -366,7 +455,8 @@ def test_an_unknown_delay_widens_the_interval_of_a_biased_inertia():
 def test_an_inertia_is_below_another_only_if_significant():
     parts = np.array([0.3, -0.3] * 10)
     low, high = (
-        InstrumentFit(20.0, np.array([mass]), 0.0, 0.0, np.eye(1), 0.0, True, sign * parts) for mass, sign in ((9.0, 1.0), (12.0, -1.0))
+        InstrumentFit(20.0, np.array([mass]), 0.0, 0.0, np.eye(1), 0.0, True, sign * parts)
+        for mass, sign in ((9.0, 1.0), (12.0, -1.0))
     )
     error = (19.0 / 20.0 * 20.0 * 0.6**2) ** 0.5  # of a difference of 3, by the jackknife
     assert low.below(high, 0.99 * 3.0 / error, 0.02) == pytest.approx(0.25)
@@ -384,7 +474,9 @@ def test_a_coarse_encoder_does_not_hide_a_delay():
 
 @pytest.mark.parametrize(("step", "left"), [(0.0, True), (1.5e-3, False)])
 def test_an_uncertain_inertia_is_left_to_the_models_unless_noise_biases_them(step, left):
-    fit = identify(swung(step), "coulomb_viscous", blocks=0, draws=0, settings={"inertia_unsure": 1e-6})
+    fit = identify(
+        swung(step), "coulomb_viscous", blocks=0, draws=0, settings={"inertia_unsure": 1e-6}
+    )
     assert (fit.best.parameters["M"].value != fit.treatment["mass"]) is left
     assert fit.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.005)
 
@@ -403,7 +495,9 @@ def ladder(monkeypatch, *, width=100.0, sought=True, **said):
         asked.append((cutoff, delay, free, steps))
         return instruments(cutoff=cutoff, **said)
 
-    rows = SimpleNamespace(dt=DT, width=width, scanned=lambda: 7e-3, find_waves=asked.append, fit=fit)
+    rows = SimpleNamespace(
+        dt=DT, width=width, scanned=lambda: 7e-3, find_waves=asked.append, fit=fit
+    )
     monkeypatch.setattr(first_stage, "wide_rows", lambda logs, axes: rows)
     monkeypatch.setattr(first_stage, "_without_noise", lambda alignment, *_: alignment)
     monkeypatch.setattr(first_stage, "believed", lambda rungs, dt, *, sought: ([], 1.0))
@@ -414,7 +508,14 @@ def ladder(monkeypatch, *, width=100.0, sought=True, **said):
 
 @pytest.mark.parametrize(
     ("c", "c_std", "steps_on"),
-    [(3e-6, 1e-6, True), (-3e-6, 1e-6, True), (3e-6, 1.6e-6, False), (1.9e-6, 1e-9, False), (2.1e-6, 1e-9, True), (0.0, 1e-9, False)],
+    [
+        (3e-6, 1e-6, True),
+        (-3e-6, 1e-6, True),
+        (3e-6, 1.6e-6, False),
+        (1.9e-6, 1e-9, False),
+        (2.1e-6, 1e-9, True),
+        (0.0, 1e-9, False),
+    ],
 )
 def test_a_visible_filter_of_more_than_two_milliseconds_is_found(monkeypatch, c, c_std, steps_on):
     _, fits = ladder(monkeypatch, c=c, c_std=c_std, std=1e-7)
@@ -422,11 +523,20 @@ def test_a_visible_filter_of_more_than_two_milliseconds_is_found(monkeypatch, c,
     assert [free for *_, free, _ in fits[:3]] == [(True, False), (True, True), (True, steps_on)]
 
 
-@pytest.mark.parametrize(("width", "lowest", "highest"), [(100.0, 4.0, 80.0), (60.0, 3.0, 48.0), (1000.0, 40.0, 110.0), (5.0, 2.0, 4.0)])
-def test_eight_cutoffs_lie_evenly_between_a_share_of_the_rows_and_their_width(monkeypatch, width, lowest, highest):
+@pytest.mark.parametrize(
+    ("width", "lowest", "highest"),
+    [(100.0, 4.0, 80.0), (60.0, 3.0, 48.0), (1000.0, 40.0, 110.0), (5.0, 2.0, 4.0)],
+)
+def test_eight_cutoffs_lie_evenly_between_a_share_of_the_rows_and_their_width(
+    monkeypatch, width, lowest, highest
+):
     _, fits = ladder(monkeypatch, width=width)
     cutoffs = [cutoff for cutoff, *_ in fits[::2]]
-    assert (cutoffs[0], cutoffs[-1], len(cutoffs)) == (pytest.approx(lowest), pytest.approx(highest), 8)
+    assert (cutoffs[0], cutoffs[-1], len(cutoffs)) == (
+        pytest.approx(lowest),
+        pytest.approx(highest),
+        8,
+    )
     assert np.diff(np.log(cutoffs)) == pytest.approx(math.log(highest / lowest) / 7.0)
 
 
@@ -440,7 +550,11 @@ def test_only_a_sought_delay_is_scanned_and_free(monkeypatch, sought, delay):
 def slide(count, speed):
     """A segment at a constant speed."""
     time = DT * np.arange(count)
-    motion = {"velocity": np.full(count, speed), "acceleration": np.zeros(count), "effort": np.zeros(count)}
+    motion = {
+        "velocity": np.full(count, speed),
+        "acceleration": np.zeros(count),
+        "effort": np.zeros(count),
+    }
     return Segment(time, speed * time, recorded=speed * time, **motion)
 
 
@@ -467,6 +581,8 @@ def test_columns_without_rows_in_a_log_in_one_direction_are_dropped():
     columns[2] = 1e-9
     columns[2, 0] = 1.0  # where nothing is weighed
     weight = np.where(time > 0.01, 1.0, 0.0)
-    stretches = [wide._Stretch(time, np.sign(time), columns.copy(), weight, np.zeros_like) for _ in range(2)]
+    stretches = [
+        wide._Stretch(time, np.sign(time), columns.copy(), weight, np.zeros_like) for _ in range(2)
+    ]
     assert WideRows(stretches, 100.0, DT, DT, 0.0).suffice()
     assert [stretch.columns.tolist() for stretch in stretches] == [columns[:2].tolist()] * 2

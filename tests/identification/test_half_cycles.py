@@ -6,7 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort, sliding_log, strokes
+from tests.identification.known_logs import (
+    STATED,
+    Motion,
+    log_of,
+    sines,
+    sliding_effort,
+    sliding_log,
+    strokes,
+)
 from tests.identification.rigid import identify
 
 from bristle.core import Axis
@@ -51,7 +59,11 @@ def dataset():
 
 def test_groups_are_counted_among_those_with_rows():
     groups = Groups(np.array([2, 2, 5, 5, 5, 9]))
-    assert (groups.index.tolist(), groups.first.tolist(), groups.count) == ([0, 0, 1, 1, 1, 2], [0, 2, 5], 3)
+    assert (groups.index.tolist(), groups.first.tolist(), groups.count) == (
+        [0, 0, 1, 1, 1, 2],
+        [0, 2, 5],
+        3,
+    )
     assert groups.summed(np.arange(6.0)).tolist() == [1.0, 9.0, 5.0]
 
 
@@ -63,10 +75,19 @@ def test_a_way_within_two_steps_or_eight_times_the_noise_is_rest():
     ("rows", "correlation", "independent"),
     [
         pytest.param(RNG.standard_normal(20_000), 0.0, 20_000, id="white"),
-        pytest.param(lfilter([1.0], [1.0, -0.5], RNG.standard_normal(20_000)), 0.5, 20_000 / 3.0, id="lasting"),
-        pytest.param(np.tile([1.0, -1.0], 50), -1.0, 100.0, id="alternating"),  # no more than there are
+        pytest.param(
+            lfilter([1.0], [1.0, -0.5], RNG.standard_normal(20_000)),
+            0.5,
+            20_000 / 3.0,
+            id="lasting",
+        ),
+        pytest.param(
+            np.tile([1.0, -1.0], 50), -1.0, 100.0, id="alternating"
+        ),  # no more than there are
         pytest.param(np.zeros(5), 0.0, 5.0, id="none"),
-        pytest.param(np.ones(1000), 1.0, 1000 / 1999.0, id="constant"),  # a correlation counts as 0.999 at most
+        pytest.param(
+            np.ones(1000), 1.0, 1000 / 1999.0, id="constant"
+        ),  # a correlation counts as 0.999 at most
     ],
 )
 def test_correlated_rows_count_as_fewer(rows, correlation, independent):
@@ -76,33 +97,58 @@ def test_correlated_rows_count_as_fewer(rows, correlation, independent):
 
 def test_the_level_within_each_half_cycle_is_removed():
     groups, slope = Groups(np.array([0, 0, 1, 1])), np.array([1.0, 1.0, -1.0, -2.0])
-    assert within_cycles(groups, slope, np.array([3.0, 5.0, 2.0, 4.0])) == pytest.approx([-1.0, 1.0, 0.0, 0.0])
+    assert within_cycles(groups, slope, np.array([3.0, 5.0, 2.0, 4.0])) == pytest.approx(
+        [-1.0, 1.0, 0.0, 0.0]
+    )
     assert within_cycles(groups, 0.0 * slope, np.ones(4)) == pytest.approx(1.0)
 
 
 def test_five_blocks_are_held_out_if_there_is_room(dataset):
     assert room_for_blocks(dataset, DEFAULT) == dataset.effort.size // (20 + 2 * dataset.reach)
     two = rows_like(dataset.velocity, dataset.reach, np.arange(dataset.velocity.size) > 50)
-    asked = ((dataset, None, 20.0), (dataset, 3, 20.0), (dataset, None, 120.0), (dataset, None, 200.0), (two, None, 200.0))
-    assert [blocks_for(rows, blocks, replace(DEFAULT, held_out_rows=least)) for rows, blocks, least in asked] == [5, 3, 2, 0, 2]
+    asked = (
+        (dataset, None, 20.0),
+        (dataset, 3, 20.0),
+        (dataset, None, 120.0),
+        (dataset, None, 200.0),
+        (two, None, 200.0),
+    )
+    assert [
+        blocks_for(rows, blocks, replace(DEFAULT, held_out_rows=least))
+        for rows, blocks, least in asked
+    ] == [5, 3, 2, 0, 2]
 
 
 def rows_like(velocity, reach=2, log=None):
-    return SimpleNamespace(effort=velocity, velocity=velocity, reach=reach, log_of_row=np.zeros(velocity.size) if log is None else log)
+    return SimpleNamespace(
+        effort=velocity,
+        velocity=velocity,
+        reach=reach,
+        log_of_row=np.zeros(velocity.size) if log is None else log,
+    )
 
 
 def test_blocks_are_contiguous_unless_a_block_has_exclusive_speeds():
     even = np.where(np.arange(1000) % 20 < 10, 0.1, -0.1)
     of, parts = time_blocks(rows_like(even), 4)
     assert of == TIME
-    assert [np.flatnonzero(part)[[0, -1]].tolist() for part in parts] == [[0, 249], [250, 499], [500, 749], [750, 999]]
+    assert [np.flatnonzero(part)[[0, -1]].tolist() for part in parts] == [
+        [0, 249],
+        [250, 499],
+        [500, 749],
+        [750, 999],
+    ]
     grown = np.where(np.arange(1000) < 750, 0.1, 10.0)
     of, parts = time_blocks(rows_like(grown), 4)
     assert of == SHORT
     assert np.sum(parts, axis=0).tolist() == [1] * 1000
     assert all(part[750:].any() for part in parts)
     # Each of two pieces of each part is four times the reach of the filters at either end.
-    assert [time_blocks(rows_like(grown, reach=reach), 4)[0] for reach in (15, 16, 500)] == [SHORT, TIME, TIME]
+    assert [time_blocks(rows_like(grown, reach=reach), 4)[0] for reach in (15, 16, 500)] == [
+        SHORT,
+        TIME,
+        TIME,
+    ]
 
 
 @pytest.mark.parametrize(
@@ -110,7 +156,13 @@ def test_blocks_are_contiguous_unless_a_block_has_exclusive_speeds():
     [
         pytest.param((400, 560), 2, SHORT, [[80, 112]] * 5, id="a block of each log, in pieces"),
         pytest.param((400, 600), 25, TIME, [[80, 120]] * 5, id="a block of each log"),
-        pytest.param((100, 600), 25, TIME, [[100, 120], [0, 120], [0, 120], [0, 120], [0, 120]], id="a short log is one block"),
+        pytest.param(
+            (100, 600),
+            25,
+            TIME,
+            [[100, 120], [0, 120], [0, 120], [0, 120], [0, 120]],
+            id="a short log is one block",
+        ),
         pytest.param((60, 50, 70), 25, TIME, [[12, 10, 14]] * 5, id="short logs"),
     ],
 )
@@ -118,7 +170,10 @@ def test_each_part_has_blocks_of_all_logs(sizes, reach, of, rows):
     log = np.repeat(np.arange(len(sizes)), sizes)
     alone = np.where(np.arange(log.size) < 80, 10.0, 0.1)  # a speed of the first part alone
     name, parts = time_blocks(rows_like(alone, reach, log), 5)
-    assert (name, [np.bincount(log[part], minlength=len(sizes)).tolist() for part in parts]) == (of, rows)
+    assert (name, [np.bincount(log[part], minlength=len(sizes)).tolist() for part in parts]) == (
+        of,
+        rows,
+    )
 
 
 def test_rounding_is_not_jitter():
@@ -137,29 +192,51 @@ def test_signs_last_over_a_fortieth_of_a_segment():
 
 def test_an_unexplained_force_has_the_time_over_which_it_does_not_average_out():
     lasting = np.repeat(np.random.default_rng(3).choice([-1.0, 1.0], 40), 100)  # blocks of 100 rows
-    assert [correlation_time(lasting, 0.01, size) for size in (1.0, 2.0, 0.0)] == pytest.approx([1.0, 0.25, 0.0])
+    assert [correlation_time(lasting, 0.01, size) for size in (1.0, 2.0, 0.0)] == pytest.approx(
+        [1.0, 0.25, 0.0]
+    )
     assert correlation_time(RNG.standard_normal(4000), 0.01, 1.0) < 0.05
 
 
 def test_forces_are_scaled_and_offset_and_stiffness_are_not():
     component = with_slots(lugre, [])
     values = {"F_C": 4.0, "F_S": 5.0, "v_S": 1e-3, "sigma_0": 1e5, "offset": 2.0}
-    assert scaled(component, values, 3.0) == {"F_C": 12.0, "F_S": 15.0, "v_S": 1e-3, "sigma_0": 1e5, "offset": 2.0}
+    assert scaled(component, values, 3.0) == {
+        "F_C": 12.0,
+        "F_S": 15.0,
+        "v_S": 1e-3,
+        "sigma_0": 1e5,
+        "offset": 2.0,
+    }
 
 
 def scattered(dataset, model, scatter):
-    return force_with_scatter(model, dataset.segments[0], (0, *dataset.reversals[0]), 1e-3, scatter, np.random.default_rng(4))
+    return force_with_scatter(
+        model,
+        dataset.segments[0],
+        (0, *dataset.reversals[0]),
+        1e-3,
+        scatter,
+        np.random.default_rng(4),
+    )
 
 
 def test_each_half_cycle_has_a_random_level(dataset):
     turns, velocity = np.array(dataset.reversals[0]), dataset.segments[0].velocity
-    middle, levels = (turns[1:] + turns[:-1]) // 2, np.random.default_rng(4).standard_normal(turns.size + 1)[1:-1]
-    plain, none, wild = (scattered(dataset, coulomb(F_C=8.0), scatter) for scatter in (0.1, 0.0, 50.0))
+    middle, levels = (
+        (turns[1:] + turns[:-1]) // 2,
+        np.random.default_rng(4).standard_normal(turns.size + 1)[1:-1],
+    )
+    plain, none, wild = (
+        scattered(dataset, coulomb(F_C=8.0), scatter) for scatter in (0.1, 0.0, 50.0)
+    )
     assert plain[middle] == pytest.approx(8.0 * (1.0 + 0.1 * levels) * np.sign(velocity[middle]))
     assert np.abs(none[middle]) == pytest.approx(8.0)
     assert np.min(np.abs(wild[middle])) == pytest.approx(0.05 * 8.0)
     # Viscous friction does not scatter with the level.
-    assert scattered(dataset, coulomb_viscous(F_C=8.0, F_v=30.0), 0.1) - plain == pytest.approx(30.0 * velocity, abs=1e-9)
+    assert scattered(dataset, coulomb_viscous(F_C=8.0, F_v=30.0), 0.1) - plain == pytest.approx(
+        30.0 * velocity, abs=1e-9
+    )
 
 
 def test_a_finer_grid_has_a_first_cycle_of_as_many_more_samples(dataset):
@@ -170,8 +247,12 @@ DT = 1e-3
 
 
 def treated(motion, step=0.0, noise=0.0):
-    shaken = motion._replace(position=motion.position + noise * np.random.default_rng(2).normal(size=motion.time.size))
-    return treat(log_of(shaken, sliding_effort(motion), step=step), Axis(resolution=step or None), 50.0, 5)
+    shaken = motion._replace(
+        position=motion.position + noise * np.random.default_rng(2).normal(size=motion.time.size)
+    )
+    return treat(
+        log_of(shaken, sliding_effort(motion), step=step), Axis(resolution=step or None), 50.0, 5
+    )
 
 
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 2e-6)])
@@ -196,7 +277,9 @@ def test_a_rest_in_noise_is_not_a_reversal():
 def test_a_known_scatter_is_recovered_despite_one_long_stroke():
     t = DT * np.arange(12_000)
     # One long stroke, then many short ones.
-    x = np.where(t < 4.0, 0.01 * (1.0 - t / 4.0), 0.01 * 0.02 * np.abs((t - 4.0) / 0.4 % 1.0 * 2.0 - 1.0))
+    x = np.where(
+        t < 4.0, 0.01 * (1.0 - t / 4.0), 0.01 * 0.02 * np.abs((t - 4.0) / 0.4 % 1.0 * 2.0 - 1.0)
+    )
     dataset = treated(Motion(t, x, np.gradient(x, DT), np.zeros(t.size)))
     rng, slope, cycles = np.random.default_rng(8), np.sign(dataset.velocity), half_cycles(dataset)
     rows = np.bincount(cycles.index)
@@ -204,7 +287,12 @@ def test_a_known_scatter_is_recovered_despite_one_long_stroke():
     assert rows.size > 20
     noise = 0.01 * rng.standard_normal((400, slope.size))
     levels = 0.05 * rng.standard_normal((400, rows.size))
-    seen = np.array([scatter_in(cycles, slope, level[cycles.index] * slope + item) for level, item in zip(levels, noise, strict=True)])
+    seen = np.array(
+        [
+            scatter_in(cycles, slope, level[cycles.index] * slope + item)
+            for level, item in zip(levels, noise, strict=True)
+        ]
+    )
     assert np.sqrt(np.mean(seen**2)) == pytest.approx(0.05, rel=0.03)
     assert np.std(seen) / np.mean(seen) == pytest.approx((2.0 * rows.size) ** -0.5, rel=0.15)
 
@@ -251,7 +339,9 @@ def test_other_parts_reach_the_speeds_of_each_short_part():
     speed = np.abs(regression.velocity)
     for part in time_blocks(regression, 5)[1]:
         assert np.max(speed[~part]) > 0.9 * np.max(speed[part])
-    assert np.max(speed[:1500]) < 0.1 * np.max(speed[1700:]), "in contiguous blocks it would be another matter"
+    assert np.max(speed[:1500]) < 0.1 * np.max(speed[1700:]), (
+        "in contiguous blocks it would be another matter"
+    )
 
 
 def test_rows_that_share_samples_with_a_part_are_not_fitted():
@@ -316,18 +406,25 @@ def test_elsewhere_a_motion_is_as_smooth_as_filtered(corners):
     far = (beyond > 0.06) & (segment.time > 0.2) & (segment.time < 5.8)
     assert np.max(motion.visible[far]) == 0.0
     assert off(motion.segment.position, truth, far) < 1.3 * off(segment.position, truth, far)
-    assert np.std(np.diff(motion.segment.velocity)[far[1:]]) < 1.5 * np.std(np.diff(segment.velocity)[far[1:]])
+    assert np.std(np.diff(motion.segment.velocity)[far[1:]]) < 1.5 * np.std(
+        np.diff(segment.velocity)[far[1:]]
+    )
 
 
 def test_the_velocity_is_that_of_the_position_and_zero_at_rest():
     rows = rows_of(noisy(strokes().position))
-    segment = replace(rows.segments[0], velocity=np.where(strokes().velocity == 0.0, 0.0, rows.segments[0].velocity))
+    segment = replace(
+        rows.segments[0],
+        velocity=np.where(strokes().velocity == 0.0, 0.0, rows.segments[0].velocity),
+    )
     motion = recovered(segment, rows).segment
     moves = segment.velocity != 0.0
     assert 0.3 < np.mean(moves) < 0.7
     assert np.all(motion.velocity[~moves] == 0.0)
     inner = moves & (np.arange(moves.size) > 5) & (np.arange(moves.size) < moves.size - 5)
-    assert np.corrcoef(motion.velocity[inner], np.gradient(motion.position, DT)[inner])[0, 1] > 0.999
+    assert (
+        np.corrcoef(motion.velocity[inner], np.gradient(motion.position, DT)[inner])[0, 1] > 0.999
+    )
 
 
 def test_hidden_corners_are_as_sharp_as_in_the_filtered_motion():
@@ -339,7 +436,9 @@ def test_hidden_corners_are_as_sharp_as_in_the_filtered_motion():
     hidden = (beyond < 1e-9) & (motion.visible < 0.1)
     hidden[:200] = hidden[-200:] = False
     outwards = np.sign(truth - np.mean(truth))
-    taken, left = (np.mean((outwards * (truth - item.position))[hidden]) for item in (segment, motion.segment))
+    taken, left = (
+        np.mean((outwards * (truth - item.position))[hidden]) for item in (segment, motion.segment)
+    )
     assert taken > 1e-7
     assert 0.75 * taken < left < 0.9 * taken
 
@@ -372,7 +471,9 @@ def test_the_noise_of_an_encoder_is_separated_from_the_motion(size):
 def test_noise_is_at_least_that_of_rounding():
     step = 1e-5
     rounding = np.random.default_rng(3).uniform(-0.5 * step, 0.5 * step, 6000)
-    assert noise_density(rounding, 0.0, DT) == pytest.approx(noise_density(np.zeros(6000), step, DT), rel=0.15)
+    assert noise_density(rounding, 0.0, DT) == pytest.approx(
+        noise_density(np.zeros(6000), step, DT), rel=0.15
+    )
 
 
 def test_a_motion_between_samples_is_interpolated():
@@ -382,7 +483,9 @@ def test_a_motion_between_samples_is_interpolated():
     exact = sines(6.0, DT / FINER)
     inner = slice(100 * FINER, 5900 * FINER)
     np.testing.assert_allclose(fine.time[inner], exact.time[inner], atol=1e-9)
-    np.testing.assert_allclose(fine.position[inner], exact.position[inner], atol=2e-8)  # means over a step
+    np.testing.assert_allclose(
+        fine.position[inner], exact.position[inner], atol=2e-8
+    )  # means over a step
     np.testing.assert_allclose(fine.velocity[inner], exact.velocity[inner], atol=2e-4)
     np.testing.assert_array_equal(fine.effort[::FINER], segment.effort)
 
@@ -401,7 +504,9 @@ def test_whitening_of_a_scattering_level_gives_white_errors(scatter, noise):
     together = half_cycle[:, None] == half_cycle
     covariance = noise**2 * np.eye(COLUMN.size) + scatter**2 * np.outer(COLUMN, COLUMN) * together
     matrix = whitening(scatter, noise)
-    assert matrix @ covariance @ matrix.T == pytest.approx(noise**2 * np.eye(COLUMN.size), abs=1e-12)
+    assert matrix @ covariance @ matrix.T == pytest.approx(
+        noise**2 * np.eye(COLUMN.size), abs=1e-12
+    )
 
 
 def test_a_half_cycle_without_information_on_the_level_is_unchanged():

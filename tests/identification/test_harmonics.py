@@ -8,7 +8,14 @@ from tests.identification.known_logs import STATED, log_of, sines, sliding_effor
 
 from bristle.core import InputError
 from bristle.core.axis import Axis, Cogging
-from bristle.identification.estimation import context_of, harmonics_in, sliding_problem, with_harmonics, with_harmonics_of, with_pitch
+from bristle.identification.estimation import (
+    context_of,
+    harmonics_in,
+    sliding_problem,
+    with_harmonics,
+    with_harmonics_of,
+    with_pitch,
+)
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
 from bristle.logs.waves import frequency_in, refined, waves
@@ -24,7 +31,9 @@ PERIODIC = with_slots(find("coulomb_viscous"), ["periodic"])
 def dataset_with(*waves, motion=MOTION, turn=TURN, noise=0.05):
     effort = sliding_effort(motion, noise=noise)
     for order, amplitude in waves:
-        effort = effort + amplitude * np.sin(2.0 * np.pi * order * motion.position / turn + 0.3 * order)
+        effort = effort + amplitude * np.sin(
+            2.0 * np.pi * order * motion.position / turn + 0.3 * order
+        )
     return treat(log_of(motion, effort), STATED, 100.0, 4)
 
 
@@ -38,7 +47,9 @@ def rippled():
 
 
 def found_in(dataset, turn=TURN, turner="motor"):
-    return harmonics_in(sliding_problem(dataset, prior_of()), Cogging(turner, turn), "cogging[0].harmonics")
+    return harmonics_in(
+        sliding_problem(dataset, prior_of()), Cogging(turner, turn), "cogging[0].harmonics"
+    )
 
 
 STROKE = float(np.ptp(MOTION.position))
@@ -64,7 +75,14 @@ UNSEEN = (
 
 @pytest.mark.parametrize(
     ("waves", "asked", "fault"),
-    [((), {"turner": "screw"}, UNSEEN), (((1, 2.0),), {"turn": STROKE / 1.4}, r"need 1\.5 turns of the motor, but the log has 1\.4")],
+    [
+        ((), {"turner": "screw"}, UNSEEN),
+        (
+            ((1, 2.0),),
+            {"turn": STROKE / 1.4},
+            r"need 1\.5 turns of the motor, but the log has 1\.4",
+        ),
+    ],
 )
 def test_an_invisible_harmonic_or_an_incomplete_turn_is_rejected(waves, asked, fault):
     with pytest.raises(InputError, match=fault):
@@ -89,7 +107,10 @@ def test_a_plant_gets_the_harmonics_of_the_log_and_keeps_its_terms(rippled):
 def test_an_axis_gets_the_harmonics_of_a_plant():
     plant = with_terms(inertia, cogging={"motor": [6, 12], "screw": [1]})
     axis = Axis(cogging=(Cogging("screw", 0.01, None), Cogging("motor", 0.005, None)))
-    assert [(entry.harmonics, entry.turn) for entry in with_harmonics_of(plant, axis).cogging] == [((1,), 0.01), ((6, 12), 0.005)]
+    assert [(entry.harmonics, entry.turn) for entry in with_harmonics_of(plant, axis).cogging] == [
+        ((1,), 0.01),
+        ((6, 12), 0.005),
+    ]
 
 
 def test_a_pitch_is_found_in_the_residual_of_sliding():
@@ -104,8 +125,12 @@ def test_friction_that_looks_viscous_has_the_level_of_total_friction():
     viscous = sliding_effort(MOTION, noise=0.01, F_C=0.0, F_v=200.0, offset=0.0)
     context = context_of(treat(log_of(MOTION, viscous), STATED, 100.0, 10), prior_of())
     assert context.sliding.viscous == pytest.approx(200.0, rel=0.02)
-    assert context.scales.force == pytest.approx(200.0 * np.sqrt(np.mean(MOTION.velocity**2)), rel=0.1)
-    dry = context_of(treat(log_of(MOTION, sliding_effort(MOTION, noise=0.01)), STATED, 100.0, 10), prior_of())
+    assert context.scales.force == pytest.approx(
+        200.0 * np.sqrt(np.mean(MOTION.velocity**2)), rel=0.1
+    )
+    dry = context_of(
+        treat(log_of(MOTION, sliding_effort(MOTION, noise=0.01)), STATED, 100.0, 10), prior_of()
+    )
     assert dry.scales.force == dry.sliding.coulomb == pytest.approx(8.0, rel=0.02)
     assert dry.sliding.viscous == pytest.approx(30.0, rel=0.1)
     with pytest.raises(InputError, match="is zero throughout"):
@@ -114,7 +139,9 @@ def test_friction_that_looks_viscous_has_the_level_of_total_friction():
 
 def test_a_pitch_is_sought_from_three_turns_over_the_range():
     few = dataset_with((1, 5.0), turn=STROKE / 4.2, noise=0.05)
-    assert with_pitch(context_of(few, prior_of()), PERIODIC).prior.pitch == pytest.approx(STROKE / 4.2, rel=0.02)
+    assert with_pitch(context_of(few, prior_of()), PERIODIC).prior.pitch == pytest.approx(
+        STROKE / 4.2, rel=0.02
+    )
 
 
 def test_harmonics_are_limited_in_order_and_number(rippled, monkeypatch):
@@ -147,7 +174,9 @@ def test_a_wave_between_whole_turns_is_found_with_and_without_direction(passes, 
 def test_the_frequency_of_a_wave_is_refined(passes):
     x, side = passes
     frequency = TURNS / np.ptp(x)
-    wave = np.sin(2.0 * np.pi * frequency * x + 0.4) + 0.05 * np.random.default_rng(3).standard_normal(x.size)
+    wave = np.sin(2.0 * np.pi * frequency * x + 0.4) + 0.05 * np.random.default_rng(
+        3
+    ).standard_normal(x.size)
     coarse = frequency_in(x, side, wave, 100.0)
     fine = refined(x, side, wave, coarse)
     assert abs(fine - frequency) < 0.25 * abs(coarse - frequency)
@@ -171,8 +200,12 @@ def test_the_stronger_of_two_waves_in_the_range_is_found(passes):
     turns = 2.0 * np.pi / np.ptp(x) * x
     noise = 0.05 * np.random.default_rng(5).standard_normal(x.size)
     strong, weak = np.sin(30.3 * turns), 0.7 * np.sin(6.2 * turns)
-    assert frequency_in(x, side, strong + weak + noise, 60.0) * np.ptp(x) == pytest.approx(30.3, abs=0.1)
-    assert frequency_in(x, side, strong + weak + noise, 20.0) * np.ptp(x) == pytest.approx(6.2, abs=0.1)
+    assert frequency_in(x, side, strong + weak + noise, 60.0) * np.ptp(x) == pytest.approx(
+        30.3, abs=0.1
+    )
+    assert frequency_in(x, side, strong + weak + noise, 20.0) * np.ptp(x) == pytest.approx(
+        6.2, abs=0.1
+    )
     # Whatever the unit of the effort is.
     small = 1e-9 * (strong + weak + noise)
     assert frequency_in(x, side, small, 20.0) * np.ptp(x) == pytest.approx(6.2, abs=0.1)

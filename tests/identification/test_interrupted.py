@@ -66,7 +66,10 @@ def test_the_best_result_so_far_is_returned_and_marked(log, interrupted_after):
     interrupted_after(30)
     part = identify(log, "lugre", axis=STATED, blocks=0)
     assert (part.best.unfinished, whole.best.unfinished) == (True, False)
-    assert (part.unfinished, whole.unfinished) == ("interrupted: 0 of 1 models fitted; the fit of lugre is incomplete", "")
+    assert (part.unfinished, whole.unfinished) == (
+        "interrupted: 0 of 1 models fitted; the fit of lugre is incomplete",
+        "",
+    )
     assert warnings_of(part.best)[0].startswith("unfinished: ")
     # Not yet the end, but better than any start alone.
     assert whole.best.force_error_percent <= part.best.force_error_percent < 60.0
@@ -76,32 +79,60 @@ def test_the_best_result_so_far_is_returned_and_marked(log, interrupted_after):
 @pytest.mark.slow
 def test_finished_models_come_first_and_missing_models_are_named(interrupted_after):
     interrupted_after(35)
-    identification = identify(log_of(sines(), sliding_effort(sines())), "lugre,coulomb_viscous,dahl", axis=STATED, blocks=2)
-    assert [(fit.name, fit.unfinished) for fit in identification.fits] == [("coulomb_viscous", False), ("dahl", True)]
-    assert identification.unfinished == "interrupted: 1 of 3 models fitted; the fit of dahl is incomplete; lugre was not fitted"
+    identification = identify(
+        log_of(sines(), sliding_effort(sines())),
+        "lugre,coulomb_viscous,dahl",
+        axis=STATED,
+        blocks=2,
+    )
+    assert [(fit.name, fit.unfinished) for fit in identification.fits] == [
+        ("coulomb_viscous", False),
+        ("dahl", True),
+    ]
+    assert (
+        identification.unfinished
+        == "interrupted: 1 of 3 models fitted; the fit of dahl is incomplete; lugre was not fitted"
+    )
 
 
 def test_elements_are_kept_if_validation_is_interrupted(log, monkeypatch):
     monkeypatch.setattr(fitting, "held_out_error", Mock(side_effect=KeyboardInterrupt))
     identification = identify(log, "maxwell_slip,dahl", axis=STATED, blocks=2)
-    assert [(fit.name, fit.unfinished, fit.held_out) for fit in identification.fits] == [("maxwell_slip", True, None)]
+    assert [(fit.name, fit.unfinished, fit.held_out) for fit in identification.fits] == [
+        ("maxwell_slip", True, None)
+    ]
     assert len(identification.best.friction.values["k_i"]) >= 1
-    assert identification.unfinished == "interrupted: 0 of 2 models fitted; the fit of maxwell_slip is incomplete; dahl was not fitted"
+    assert (
+        identification.unfinished
+        == "interrupted: 0 of 2 models fitted; the fit of maxwell_slip is incomplete; dahl was not fitted"
+    )
 
 
-@pytest.mark.parametrize(("draws", "said"), [(20, "interrupted: intervals from simulated logs are missing"), (0, "")])
+@pytest.mark.parametrize(
+    ("draws", "said"), [(20, "interrupted: intervals from simulated logs are missing"), (0, "")]
+)
 def test_fits_are_kept_if_ranking_is_interrupted(log, monkeypatch, draws, said):
-    ranking = Mock(side_effect=chain([KeyboardInterrupt], repeat(DEFAULT)), wraps=IDENTIFYING.with_structure)
+    ranking = Mock(
+        side_effect=chain([KeyboardInterrupt], repeat(DEFAULT)), wraps=IDENTIFYING.with_structure
+    )
     monkeypatch.setattr(IDENTIFYING, "with_structure", ranking)
     identification = identify(log, "coulomb_viscous", axis=STATED, blocks=2, draws=draws)
     assert ranking.call_count == 2
-    assert (identification.best.unfinished, identification.best.rank, identification.unfinished) == (False, 1, said)
+    assert (
+        identification.best.unfinished,
+        identification.best.rank,
+        identification.unfinished,
+    ) == (False, 1, said)
 
 
 @pytest.fixture
 def two_in_all(monkeypatch):
     """All models are two."""
-    monkeypatch.setattr(IDENTIFYING.request, "models_of", lambda names, **options: (friction.find("coulomb"), friction.find("viscous")))
+    monkeypatch.setattr(
+        IDENTIFYING.request,
+        "models_of",
+        lambda names, **options: (friction.find("coulomb"), friction.find("viscous")),
+    )
 
 
 @pytest.mark.usefixtures("two_in_all")
@@ -109,14 +140,22 @@ def test_fits_are_kept_if_the_search_for_slots_is_interrupted(log, monkeypatch):
     monkeypatch.setattr(fits, "next_models", Mock(side_effect=KeyboardInterrupt))
     identification = identify(log, "all", axis=STATED, blocks=2, draws=20)
     assert {fit.name for fit in identification.fits} == {"coulomb", "viscous"}
-    assert identification.unfinished == "interrupted: 2 of 2 models fitted; the search for models with slots is incomplete"
+    assert (
+        identification.unfinished
+        == "interrupted: 2 of 2 models fitted; the search for models with slots is incomplete"
+    )
 
 
 @pytest.mark.usefixtures("two_in_all")
 def test_slots_are_not_sought_after_an_interruption(log, monkeypatch):
-    monkeypatch.setattr(fits, "fit", Mock(side_effect=chain([DEFAULT], repeat(KeyboardInterrupt)), wraps=fits.fit))
+    monkeypatch.setattr(
+        fits, "fit", Mock(side_effect=chain([DEFAULT], repeat(KeyboardInterrupt)), wraps=fits.fit)
+    )
     monkeypatch.setattr(fits, "next_models", Mock(side_effect=AssertionError))
-    assert identify(log, "all", axis=STATED, blocks=2).unfinished == "interrupted: 1 of 2 models fitted; viscous was not fitted"
+    assert (
+        identify(log, "all", axis=STATED, blocks=2).unfinished
+        == "interrupted: 1 of 2 models fitted; viscous was not fitted"
+    )
 
 
 def test_an_interruption_before_the_first_result_is_raised(log, interrupted_after):
@@ -154,7 +193,10 @@ def test_the_remaining_time_contains_intervals_if_they_follow(sliding, monkeypat
     shares = []
     monkeypatch.setattr(IDENTIFYING, "durations_of", lambda *arguments: (5e3, 5e3))
     monkeypatch.setattr(IDENTIFYING, "with_intervals", lambda passed, *arguments: (passed, ""))
-    models, options = "coulomb,viscous,coulomb_viscous", {"axis": STATED, "blocks": 2, "draws": draws}
+    models, options = (
+        "coulomb,viscous,coulomb_viscous",
+        {"axis": STATED, "blocks": 2, "draws": draws},
+    )
     identify(sliding, models, **options, progress=lambda share, text: shares.append(share))
     assert (max(shares) > 1e-2) is is_near
 
@@ -170,25 +212,49 @@ def test_observers_take_time_if_they_follow(monkeypatch, coupling, follow):
 
 
 def test_each_fit_that_is_the_best_so_far_is_told(monkeypatch):
-    fitted, told = iter([Mock(unfinished=False, error_percent=percent) for percent in (5.0, 7.0, 2.0)]), []
+    fitted, told = (
+        iter([Mock(unfinished=False, error_percent=percent) for percent in (5.0, 7.0, 2.0)]),
+        [],
+    )
     monkeypatch.setattr(fits, "fit", lambda *arguments: (next(fitted), None))
     models = [friction.find(name) for name in ("viscous", "coulomb", "coulomb_viscous")]
-    fits._fits(None, models, 0, fits.Work(Mock()), fits.Collected(["several", "models"]), told.append)
+    fits._fits(
+        None, models, 0, fits.Work(Mock()), fits.Collected(["several", "models"]), told.append
+    )
     assert [fit.error_percent for fit in told] == [5.0, 2.0]
 
 
 def test_the_time_of_models_to_come_is_in_proportion_to_their_parameters(monkeypatch):
     work, ahead = fits.Work(Mock(), after_fits=10.0, paces=[3.0, 2.0, 2.0, 9.0]), []
-    monkeypatch.setattr(fits, "fit", lambda *arguments: (Mock(unfinished=False), ahead.append(work.ahead)))
-    fits._fits(None, [friction.find("stribeck"), friction.find("coulomb_viscous")], 0, work, fits.Collected([]), further=5)
+    monkeypatch.setattr(
+        fits, "fit", lambda *arguments: (Mock(unfinished=False), ahead.append(work.ahead))
+    )
+    fits._fits(
+        None,
+        [friction.find("stribeck"), friction.find("coulomb_viscous")],
+        0,
+        work,
+        fits.Collected([]),
+        further=5,
+    )
     assert (ahead, len(work.paces)) == ([2.0 * (3 + 5) + 10.0, 2.0 * 5 + 10.0], 6)
 
 
 @pytest.mark.slow
 def test_progress_reports_the_best_error_so_far(log):
     message = []
-    identify(log, "lugre", axis=STATED, blocks=0, progress=lambda share, text: message.append((share, text)))
-    best = [float(text.split("best so far ")[1].split(" %")[0]) for _, text in message if "best so far" in text]
+    identify(
+        log,
+        "lugre",
+        axis=STATED,
+        blocks=0,
+        progress=lambda share, text: message.append((share, text)),
+    )
+    best = [
+        float(text.split("best so far ")[1].split(" %")[0])
+        for _, text in message
+        if "best so far" in text
+    ]
     assert len(best) == 2
     assert best == sorted(best, reverse=True)
 
@@ -196,21 +262,39 @@ def test_progress_reports_the_best_error_so_far(log):
 @pytest.mark.slow
 def test_progress_of_each_model_and_of_simulated_logs_runs_from_start_to_end(sliding):
     told = []
-    identify(sliding, "coulomb_viscous,viscous", axis=STATED, blocks=0, draws=20, progress=lambda *message: told.append(message))
+    identify(
+        sliding,
+        "coulomb_viscous,viscous",
+        axis=STATED,
+        blocks=0,
+        draws=20,
+        progress=lambda *message: told.append(message),
+    )
     shares = [share for share, _ in told]
     assert (shares[0], shares[-1]) == (0.0, 1.0)
     assert len(set(shares)) > 4
     fitting = [text for _, text in told if "models fitted" in text]
-    assert {"fitting coulomb_viscous, 0 of 2 models fitted", "fitting viscous, 1 of 2 models fitted"} == set(fitting)
+    assert {
+        "fitting coulomb_viscous, 0 of 2 models fitted",
+        "fitting viscous, 1 of 2 models fitted",
+    } == set(fitting)
 
 
 def test_an_interruption_by_who_is_told_the_progress_is_raised(sliding):
     with pytest.raises(KeyboardInterrupt):
-        identify(sliding, "coulomb_viscous", axis=STATED, progress=Mock(side_effect=KeyboardInterrupt), draws=0)
+        identify(
+            sliding,
+            "coulomb_viscous",
+            axis=STATED,
+            progress=Mock(side_effect=KeyboardInterrupt),
+            draws=0,
+        )
 
 
 def test_a_second_interruption_ends_the_work(log, monkeypatch):
-    monkeypatch.setattr(fits, "fit", Mock(side_effect=chain([DEFAULT], repeat(KeyboardInterrupt)), wraps=fits.fit))
+    monkeypatch.setattr(
+        fits, "fit", Mock(side_effect=chain([DEFAULT], repeat(KeyboardInterrupt)), wraps=fits.fit)
+    )
     monkeypatch.setattr(IDENTIFYING, "with_structure", Mock(side_effect=KeyboardInterrupt))
     with pytest.raises(KeyboardInterrupt):
         identify(log, "coulomb,viscous", axis=STATED, blocks=2)
@@ -226,7 +310,9 @@ def test_interrupted_intervals_keep_the_fit(sliding, monkeypatch, error):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [2, 15], ids=["Ctrl-C", "SIGTERM"])
-def test_the_command_line_writes_an_interrupted_result_with_a_remark(tmp_path, log, interrupted_after, capsys, number):
+def test_the_command_line_writes_an_interrupted_result_with_a_remark(
+    tmp_path, log, interrupted_after, capsys, number
+):
     from bristle.cli.main import main
 
     rows = np.stack([log.time.values, log.position.values, log.effort.values], axis=1)
@@ -236,19 +322,31 @@ def test_the_command_line_writes_an_interrupted_result_with_a_remark(tmp_path, l
         'position = { column = "q", unit = "m" }\neffort = { column = "u", unit = "N" }\n'
     )
     interrupted_after(60, number)
-    requested = [str(tmp_path / "log.csv"), "--axis", str(tmp_path / "axis.toml"), "--out", str(tmp_path / "out")]
+    requested = [
+        str(tmp_path / "log.csv"),
+        "--axis",
+        str(tmp_path / "axis.toml"),
+        "--out",
+        str(tmp_path / "out"),
+    ]
     assert main(["identify", *requested, "--model", "lugre", "--json"]) == 128 + number
     printed = capsys.readouterr()
-    assert json.loads(printed.out)["unfinished"].startswith("interrupted: 0 of 1 models fitted; the fit of lugre")
+    assert json.loads(printed.out)["unfinished"].startswith(
+        "interrupted: 0 of 1 models fitted; the fit of lugre"
+    )
     assert "0 of 1 models fitted; the fit of lugre is incomplete" in printed.err
     assert 'unfinished = "interrupted' in (tmp_path / "out" / "model.toml").read_text()
 
 
-@pytest.mark.parametrize(("recorded", "first"), [("log", "reformed_dahl"), ("sliding", "coulomb_viscous")])
+@pytest.mark.parametrize(
+    ("recorded", "first"), [("log", "reformed_dahl"), ("sliding", "coulomb_viscous")]
+)
 def test_the_model_of_the_best_regression_is_fitted_first_and_told(recorded, first, request):
     told = Mock(side_effect=KeyboardInterrupt)
     asked = "stribeck,viscous,coulomb_viscous,reformed_dahl"
-    result = identify(request.getfixturevalue(recorded), asked, axis=STATED, blocks=2, draws=0, answer=told)
+    result = identify(
+        request.getfixturevalue(recorded), asked, axis=STATED, blocks=2, draws=0, answer=told
+    )
     assert [fit.name for fit in result.fits] == [told.call_args.args[0].best.name] == [first]
     assert result.unfinished.startswith("interrupted: 1 of 4 models fitted; ")
     assert first_answer(result)[0].label == "Provisional"
@@ -299,11 +397,17 @@ def test_a_fault_of_the_log_is_no_fault_of_a_model(sliding, monkeypatch):
 @pytest.mark.parametrize("error", ERRORS, ids=repr)
 def test_a_model_whose_intervals_fail_gives_way_to_the_next(sliding, ranked, monkeypatch, error):
     (best, second, last), drawn = ranked, []
-    monkeypatch.setattr(intervals, "with_uncertainty", failing_for(best, lambda fit, *_: drawn.append(fit.name) or fit, error))
+    monkeypatch.setattr(
+        intervals,
+        "with_uncertainty",
+        failing_for(best, lambda fit, *_: drawn.append(fit.name) or fit, error),
+    )
     result = identify(sliding, MODELS, axis=STATED, blocks=2, draws=20)
     assert [(fit.name, fit.rank) for fit in result.fits] == [(second, 1), (last, 2)]
     assert drawn == [second]
     assert result.unfinished == ""
-    assert result.notes[-1].startswith(f"{best} is omitted: its intervals from simulated logs failed: ")
+    assert result.notes[-1].startswith(
+        f"{best} is omitted: its intervals from simulated logs failed: "
+    )
     with pytest.raises(type(error)):
         identify(sliding, best, axis=STATED, blocks=2, draws=20)

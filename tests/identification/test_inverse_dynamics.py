@@ -31,7 +31,9 @@ def problem():
 
 def with_alignment(problem, held=None, **known):
     """The same problem with this known of its channels."""
-    return replace(problem, dataset=replace(problem.dataset, held=held, alignment=Alignment(**known)))
+    return replace(
+        problem, dataset=replace(problem.dataset, held=held, alignment=Alignment(**known))
+    )
 
 
 def test_responses_of_rows_to_their_parameters_sum_to_the_prediction(problem):
@@ -39,7 +41,9 @@ def test_responses_of_rows_to_their_parameters_sum_to_the_prediction(problem):
     together = problem.columns @ np.array([TRUTH[name] for name in problem.parameters.free])
     assert together + problem.fixed_effort == pytest.approx(problem.predicted(TRUTH), abs=1e-9)
     assert np.all(problem.fixed_effort == 0.0)
-    assert problem.mechanical(TRUTH) + problem.friction(TRUTH) == pytest.approx(problem.predicted(TRUTH), abs=1e-9)
+    assert problem.mechanical(TRUTH) + problem.friction(TRUTH) == pytest.approx(
+        problem.predicted(TRUTH), abs=1e-9
+    )
     assert np.std(problem.residual(TRUTH)) < 0.1 * np.std(problem.measured)
 
 
@@ -54,17 +58,25 @@ def test_a_fixed_parameter_contributes_its_effort(problem):
     assert held.fixed_effort == pytest.approx(3.0 * problem.dataset.acceleration)
     assert held.columns.shape == (problem.measured.size, 3)
     assert held.unit("F_C")["M"] == 0.0
-    assert replace(held, parameters=replace(held.parameters, free=())).columns.shape == (problem.measured.size, 0)
+    assert replace(held, parameters=replace(held.parameters, free=())).columns.shape == (
+        problem.measured.size,
+        0,
+    )
 
 
 @pytest.mark.parametrize(
     ("name", "turned"),
-    [("coulomb_viscous", {"F_C": 8.0, "F_v": 30.0}), ("gap_slider", {"F_C": 8.0, "give": 0.02, "gap": 1e-3, "n": 2.0, "share": 0.1})],
+    [
+        ("coulomb_viscous", {"F_C": 8.0, "F_v": 30.0}),
+        ("gap_slider", {"F_C": 8.0, "give": 0.02, "gap": 1e-3, "n": 2.0, "share": 0.1}),
+    ],
 )
 def test_an_initially_turned_contact_affects_friction_and_prediction_equally(problem, name, turned):
     rows = InverseDynamics(problem.dataset, parameters_of(find(name), PRIOR, problem.dataset))
     values = dict.fromkeys(rows.parameters.variables, 0.0) | {"M": 12.0} | turned
-    assert rows.mechanical(values) + rows.friction(values) == pytest.approx(rows.predicted(values), abs=1e-9)
+    assert rows.mechanical(values) + rows.friction(values) == pytest.approx(
+        rows.predicted(values), abs=1e-9
+    )
 
 
 @pytest.mark.parametrize(
@@ -80,19 +92,27 @@ def test_an_initially_turned_contact_affects_friction_and_prediction_equally(pro
     ],
 )
 def test_a_delay_has_its_uncertainty_or_that_of_a_hold(problem, held, known, std):
-    assert with_alignment(problem, held, **known).delay_std == pytest.approx(std, rel=0.2 if std > 1.1e-4 else 1e-4)
+    assert with_alignment(problem, held, **known).delay_std == pytest.approx(
+        std, rel=0.2 if std > 1.1e-4 else 1e-4
+    )
 
 
 @pytest.mark.parametrize(
     ("known", "std"),
-    [({"smoothing": -3e-3, "smoothing_half_width": 1.96e-3}, 3e-6), ({"smoothing": 3e-3}, 0.0), ({"smoothing_half_width": 1.0}, 0.0)],
+    [
+        ({"smoothing": -3e-3, "smoothing_half_width": 1.96e-3}, 3e-6),
+        ({"smoothing": 3e-3}, 0.0),
+        ({"smoothing_half_width": 1.0}, 0.0),
+    ],
 )
 def test_a_removed_filter_has_the_error_of_its_half_square(problem, known, std):
     assert with_alignment(problem, **known).bend_std == pytest.approx(std, rel=1e-4)
 
 
 def test_known_mass_delay_and_filter_contribute_their_standard_errors(problem):
-    aligned = with_alignment(problem, delay=0.0, delay_half_width=1.96e-4, smoothing=2e-3, smoothing_half_width=1.96e-3)
+    aligned = with_alignment(
+        problem, delay=0.0, delay_half_width=1.96e-4, smoothing=2e-3, smoothing_half_width=1.96e-3
+    )
     mass, delay, bend = without_mass(aligned, Fixed(12.0, "given", half_width=0.98)).found_first()
     rate = np.gradient(problem.dataset.segments[0].effort, DT)
     rates, bends = (problem.dataset.rows_of([signal]) for signal in (rate, np.gradient(rate, DT)))
@@ -138,7 +158,9 @@ def problem_of(alignment, held=None, motion=None, effort=None, step=0.0):
     motion = sines(6.0, DT) if motion is None else motion
     effort = effort_behind(np.ones_like) if effort is None else effort
     rows = replace(treat(log_of(motion, effort, step=step), STATED), alignment=alignment, held=held)
-    return InverseDynamics(rows, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), rows))
+    return InverseDynamics(
+        rows, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), rows)
+    )
 
 
 def rows_of(problem, effort):
@@ -159,12 +181,18 @@ def test_a_removed_filter_has_its_standard_error_at_the_same_delay():
         # Its delay was found beside it.
         return np.exp(1j * w * seconds) / (1.0 + 1j * w * seconds)
 
-    known = Alignment(delay=0.0, delay_half_width=0.0, smoothing=constant, smoothing_half_width=std * NORMAL_95)
+    known = Alignment(
+        delay=0.0, delay_half_width=0.0, smoothing=constant, smoothing_half_width=std * NORMAL_95
+    )
     problem = problem_of(known)
     (change,) = problem.found_first()
-    more = effort_behind(lambda w: lag(w, constant + std)) - effort_behind(lambda w: lag(w, constant))
+    more = effort_behind(lambda w: lag(w, constant + std)) - effort_behind(
+        lambda w: lag(w, constant)
+    )
     away = slice(100, -100)
-    np.testing.assert_allclose(np.abs(change[away]), np.abs(rows_of(problem, more)[away]), atol=0.12 * np.ptp(more))
+    np.testing.assert_allclose(
+        np.abs(change[away]), np.abs(rows_of(problem, more)[away]), atol=0.12 * np.ptp(more)
+    )
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
@@ -182,12 +210,16 @@ def test_replicates_have_the_errors_of_delay_and_filter_of_the_log(side):
 
 
 def test_replicates_have_the_error_of_a_measured_inertia():
-    problem = problem_of(Alignment(delay=0.0, delay_half_width=0.0), effort=sliding_effort(sines(6.0, DT)))
+    problem = problem_of(
+        Alignment(delay=0.0, delay_half_width=0.0), effort=sliding_effort(sines(6.0, DT))
+    )
     known = {"M": Fixed(12.0, "found first", half_width=0.4)}
     fixed = replace(problem.parameters, fixed={**problem.parameters.fixed, **known})
     problem = replace(problem, parameters=fixed)
     replicates = RowReplicates(problem, TRUTH)
-    drawn = [replicates._wrong(np.random.default_rng(seed), 1.0)[2].parameters.M for seed in range(400)]
+    drawn = [
+        replicates._wrong(np.random.default_rng(seed), 1.0)[2].parameters.M for seed in range(400)
+    ]
     assert np.mean(drawn) == pytest.approx(12.0, abs=0.05)
     assert np.std(drawn) == pytest.approx(0.4 / NORMAL_95, rel=0.1)
 

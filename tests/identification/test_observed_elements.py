@@ -18,7 +18,12 @@ from bristle.identification.parameter_space import ParameterSpace
 from bristle.models.friction import gms, maxwell_slip
 from bristle.report.messages import message
 
-MASS, DAMPING, LEVELS, SLIPS = 12.0, 50.0, np.array([6.0, 8.0, 10.0]), np.array([0.8e-6, 3e-6, 10e-6])
+MASS, DAMPING, LEVELS, SLIPS = (
+    12.0,
+    50.0,
+    np.array([6.0, 8.0, 10.0]),
+    np.array([0.8e-6, 3e-6, 10e-6]),
+)
 TRUTH = {"F_C": np.sum(LEVELS), "nu_i": LEVELS / np.sum(LEVELS), "k_i": LEVELS / SLIPS}
 DT, FINER, STEP = 1e-3, 20, 2e-7
 AT = (1e-6, 3e-6, 10e-6)
@@ -45,7 +50,13 @@ def columns():
 @pytest.fixture(scope="module")
 def calls(columns):
     """The calls of an identification that end with its result."""
-    places = ((intervals, "foreseen"), (observed_fit, "climb"), (observed_fit, "gathered"), (ladder, "sandwich"), (intervals, "with_loops"))
+    places = (
+        (intervals, "foreseen"),
+        (observed_fit, "climb"),
+        (observed_fit, "gathered"),
+        (ladder, "sandwich"),
+        (intervals, "with_loops"),
+    )
     with watched(*places) as calls:
         identify(columns, "maxwell_slip", axis=Axis(resolution=STEP), blocks=0, draws=20)
     return calls
@@ -81,7 +92,9 @@ def test_an_element_without_force_is_in_the_range_of_a_model_file(calls):
 def test_variances_of_nearly_redundant_parameters_are_not_negative(calls):
     (rung,) = calls["sandwich"][0].given
     jacobian = rung.solution.jacobian.copy()
-    jacobian[:, 1] = jacobian[:, 0] * (1.0 + 1e-4 * np.random.default_rng(1).standard_normal(len(jacobian)))
+    jacobian[:, 1] = jacobian[:, 0] * (
+        1.0 + 1e-4 * np.random.default_rng(1).standard_normal(len(jacobian))
+    )
     matrix = ladder.sandwich(rung._replace(solution=replace(rung.solution, jacobian=jacobian)))
     assert np.all(np.diag(matrix) >= 0.0)
     assert np.min(np.linalg.eigvalsh(matrix)) >= -1e-12 * np.max(np.linalg.eigvalsh(matrix))
@@ -100,10 +113,14 @@ def test_intervals_contain_level_and_curve(fits):
     assert np.all((high - low)[x > 5.0 * STEP] < 0.1 * truth[x > 5.0 * STEP])
 
 
-def test_elements_that_explain_the_force_less_well_than_inverse_dynamics_are_not_reported(calls, fits, monkeypatch):
+def test_elements_that_explain_the_force_less_well_than_inverse_dynamics_are_not_reported(
+    calls, fits, monkeypatch
+):
     plain, observed = fits
     monkeypatch.setattr(observed_fit, "climb", lambda *_: calls["climb"][0].returned)
-    monkeypatch.setattr(observed_fit, "errors_of_replicates", lambda rung, *_: np.array([rung.error]))
+    monkeypatch.setattr(
+        observed_fit, "errors_of_replicates", lambda rung, *_: np.array([rung.error])
+    )
     for share, kept in ((1.3, False), (1.4, True)):
         worse = replace(observed, force_error_percent=share * plain.force_error_percent)
         monkeypatch.setattr(observed_fit, "with_observer", lambda *_, worse=worse: worse)
@@ -132,7 +149,9 @@ def test_levels_at_thresholds_are_the_lists_of_the_model():
     assert lists["nu_i"] == pytest.approx([0.25, 0.75])
     assert model.values(model.assemble(values)) == pytest.approx(values)
     assert model.equal(values) == {"f_0": 4.0, "f_1": 4.0}
-    assert [sum(start[name] for name in model.names) for start in model.starts(values)] == pytest.approx([8.0, 8.0, 8.0])
+    assert [
+        sum(start[name] for name in model.names) for start in model.starts(values)
+    ] == pytest.approx([8.0, 8.0, 8.0])
 
 
 def test_thresholds_include_those_of_elements_and_more_between_and_below():
@@ -143,15 +162,23 @@ def test_thresholds_include_those_of_elements_and_more_between_and_below():
     assert 8.0 in thresholds
     assert 1.0 in thresholds
     assert 1.1 not in thresholds
-    assert np.max(thresholds[1:] / thresholds[:-1]) <= 10.0 ** (1.0 / observed_elements.PER_DECADE) + 1e-12
+    assert (
+        np.max(thresholds[1:] / thresholds[:-1])
+        <= 10.0 ** (1.0 / observed_elements.PER_DECADE) + 1e-12
+    )
     alone = observed_elements._thresholds(np.array([0.1]), np.array([1.0]), 0.2)
     assert alone[0] == 0.05
     assert 0.1 in alone
 
 
 def test_level_stiffness_and_curve_are_sums_of_levels():
-    model, inner = spread_model(maxwell_slip, (1e-6, 4e-6)), ParameterSpace(("M", "f_0", "f_1"), np.zeros(3), np.full(3, np.inf))
-    space = SpreadSpace(inner.names, inner.low, inner.high, curve=(2e-6,), inner=inner, component=model)
+    model, inner = (
+        spread_model(maxwell_slip, (1e-6, 4e-6)),
+        ParameterSpace(("M", "f_0", "f_1"), np.zeros(3), np.full(3, np.inf)),
+    )
+    space = SpreadSpace(
+        inner.names, inner.low, inner.high, curve=(2e-6,), inner=inner, component=model
+    )
     theta = np.array([5.0, 2.0, 6.0])
     assert space.reported == ("F_C", TOTAL, "M")
     assert space.numbers(theta) == pytest.approx([8.0, 3.5e6, 5.0, 5.0])

@@ -16,7 +16,20 @@ from bristle.files import read_experiment, results_folder
 from bristle.identification import identify, one_encoder
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.one_encoder import CUT, OneEncoder, with_masses
-from bristle.identification.two_encoders import A_1, A_2, EFFORT, SIGNALS, TWIST, TWIST_RATE, UNKNOWN, V_1, V_2, Masses, Prior, Spectra
+from bristle.identification.two_encoders import (
+    A_1,
+    A_2,
+    EFFORT,
+    SIGNALS,
+    TWIST,
+    TWIST_RATE,
+    UNKNOWN,
+    V_1,
+    V_2,
+    Masses,
+    Prior,
+    Spectra,
+)
 from bristle.identification.two_masses import with_masses_of
 from bristle.report.figures.two_masses import response_of_motor
 from bristle.report.two_masses import (
@@ -30,7 +43,9 @@ from bristle.report.two_masses import (
     write_two_masses,
 )
 
-POINT = np.array([3.0, 5.0, 4e-4, 2e-3, 7.0, 9.0, 1.5e-3, 0.0, 0.0, 0.4])  # masses, coupling, viscous friction, delay, hold
+POINT = np.array(
+    [3.0, 5.0, 4e-4, 2e-3, 7.0, 9.0, 1.5e-3, 0.0, 0.0, 0.4]
+)  # masses, coupling, viscous friction, delay, hold
 
 
 @cache
@@ -45,12 +60,26 @@ def found_in(seed):
 def found():
     """The one identification of these tests: its drive, its result, the response of the motor, and the fit of both masses."""
     drive = drive_of(742)
-    with watched((IDENTIFYING, "with_masses"), (one_encoder, "spectra_of"), (one_encoder, "_solution")) as calls:
-        result = identify(columns_of(drive), "coulomb_viscous", axis=Axis(resolution=drive.step), blocks=0, draws=0)
+    with watched(
+        (IDENTIFYING, "with_masses"), (one_encoder, "spectra_of"), (one_encoder, "_solution")
+    ) as calls:
+        result = identify(
+            columns_of(drive),
+            "coulomb_viscous",
+            axis=Axis(resolution=drive.step),
+            blocks=0,
+            draws=0,
+        )
     (response, pairs), coupling = calls["with_masses"][0]
     spectra, solution = calls["spectra_of"][0].returned, calls["_solution"][0].returned
     return SimpleNamespace(
-        drive=drive, result=result, pairs=pairs, response=response, coupling=coupling, spectra=spectra, solution=solution
+        drive=drive,
+        result=result,
+        pairs=pairs,
+        response=response,
+        coupling=coupling,
+        spectra=spectra,
+        solution=solution,
     )
 
 
@@ -64,7 +93,14 @@ def solved(found, monkeypatch):
 
 def fit_at(hertz, noise=0.0):
     count = hertz.size
-    spectra = Spectra(hertz, np.ones(count), np.zeros((1, count, SIGNALS, SIGNALS)), np.ones(1), np.diag([noise, 0.0]), 1e-3)
+    spectra = Spectra(
+        hertz,
+        np.ones(count),
+        np.zeros((1, count, SIGNALS, SIGNALS)),
+        np.ones(1),
+        np.diag([noise, 0.0]),
+        1e-3,
+    )
     return OneEncoder(spectra, UNKNOWN, np.zeros((count, 1, 1), complex))
 
 
@@ -73,13 +109,22 @@ def test_the_equation_holds_for_two_masses_and_any_position_of_the_load():
     s, (m_1, m_2, kappa, damping, c_1, c_2, delay) = 2j * np.pi * hertz, POINT[:7]
     k = m_2 / kappa
     link = k + k * damping * s
-    matrix = np.moveaxis(np.array([[m_1 * s**2 + c_1 * s + link, -link], [-link, m_2 * s**2 + c_2 * s + link]]), 2, 0)
-    motor = np.linalg.solve(matrix, np.broadcast_to(np.array([1.0, 0.0])[:, None], (hertz.size, 2, 1)))[:, 0, 0]
+    matrix = np.moveaxis(
+        np.array([[m_1 * s**2 + c_1 * s + link, -link], [-link, m_2 * s**2 + c_2 * s + link]]), 2, 0
+    )
+    motor = np.linalg.solve(
+        matrix, np.broadcast_to(np.array([1.0, 0.0])[:, None], (hertz.size, 2, 1))
+    )[:, 0, 0]
     signals = np.zeros((hertz.size, SIGNALS), complex)
     load = np.random.default_rng(1).normal(size=hertz.size) * np.abs(motor)
     # The recorder holds the motion, and the effort acts later than recorded.
     signals[:, EFFORT] = np.exp(-s * delay) * np.sinc(1e-3 * hertz) ** -0.4
-    for place, value in ((A_1, s**2 * motor), (A_2, s**2 * load), (V_1, s * motor), (V_2, s * load)):
+    for place, value in (
+        (A_1, s**2 * motor),
+        (A_2, s**2 * load),
+        (V_1, s * motor),
+        (V_2, s * load),
+    ):
         signals[:, place] = value
     signals[:, TWIST], signals[:, TWIST_RATE] = motor - load, s * (motor - load)
     residual = np.einsum("gi,gi->g", fit_at(hertz).equations(POINT)[:, 0], signals)
@@ -101,7 +146,11 @@ def agrees(drive, coupling):
     assert coupling.masses.stiffness == pytest.approx(drive.stiffness, rel=0.03)
     assert coupling.mass == pytest.approx(drive.total, rel=0.01)
     assert coupling.antiresonance == pytest.approx(drive.antiresonance, rel=0.01)
-    for name, truth in (("mass", drive.total), ("antiresonance", drive.antiresonance), ("inertia_ratio", drive.load / drive.motor)):
+    for name, truth in (
+        ("mass", drive.total),
+        ("antiresonance", drive.antiresonance),
+        ("inertia_ratio", drive.load / drive.motor),
+    ):
         assert abs(getattr(coupling, name) - truth) < getattr(coupling, f"{name}_half_width")
 
 
@@ -138,25 +187,44 @@ def test_a_load_that_vibrates_for_long_does_not_change_the_sum_of_the_masses():
 def test_the_result_has_both_masses_and_all_friction_at_the_motor(found):
     drive, result = found.drive, found.result
     masses = result.two_masses
-    assert [item.name for item in masses.quantities] == ["motor", "load", "stiffness", "damping", "antiresonance"]
-    for name, truth in (("motor", drive.motor), ("load", drive.load), ("stiffness", drive.stiffness)):
-        assert abs(masses.by_name[name].value - truth) < masses.by_name[name].half_width < 0.25 * truth
+    assert [item.name for item in masses.quantities] == [
+        "motor",
+        "load",
+        "stiffness",
+        "damping",
+        "antiresonance",
+    ]
+    for name, truth in (
+        ("motor", drive.motor),
+        ("load", drive.load),
+        ("stiffness", drive.stiffness),
+    ):
+        assert (
+            abs(masses.by_name[name].value - truth) < masses.by_name[name].half_width < 0.25 * truth
+        )
     assert not masses.play_is_clear
     assert masses.load is None
     assert set(masses.as_data()) == {"quantities", "delay", "play_is_clear", "motor_friction"}
     assert masses.motor_friction.values["F_C"] == pytest.approx(result.best.friction.values["F_C"])
     assert result.treatment["antiresonance"] == pytest.approx(masses.by_name["antiresonance"].value)
-    assert masses.by_name["motor"].value + masses.by_name["load"].value == pytest.approx(result.best.parameters["M"].value, rel=0.01)
+    assert masses.by_name["motor"].value + masses.by_name["load"].value == pytest.approx(
+        result.best.parameters["M"].value, rel=0.01
+    )
 
 
 def test_the_response_of_the_motor_is_that_of_two_masses(found):
     drive, result = found.drive, found.result
     response = result.response
     omega = 2.0 * np.pi * response.frequency
-    spring = drive.stiffness + 1j * omega * 2.0 * drive.damping * drive.load * 2.0 * np.pi * drive.antiresonance
+    spring = (
+        drive.stiffness
+        + 1j * omega * 2.0 * drive.damping * drive.load * 2.0 * np.pi * drive.antiresonance
+    )
     link = drive.load * spring / (spring - drive.load * omega**2)  # apparent mass of the load
     exact = 1.0 / np.abs(drive.motor + link)
-    away = (response.coherence > 0.9) & (np.abs(np.log(response.frequency / drive.resonance)) > 0.15)
+    away = (response.coherence > 0.9) & (
+        np.abs(np.log(response.frequency / drive.resonance)) > 0.15
+    )
     away &= np.abs(np.log(response.frequency / drive.antiresonance)) > 0.15
     assert np.count_nonzero(away) > 10
     assert np.median(np.abs(response.gain[away] / exact[away] - 1.0)) < 0.05
@@ -166,7 +234,11 @@ def test_the_response_of_the_motor_is_that_of_two_masses(found):
     assert places == pytest.approx([drive.antiresonance, drive.resonance], rel=0.02)
     assert axes.get_ylabel() == "Acceleration per force [1/kg]"
     assert title_of(result).startswith(f"Antiresonance {with_unit(places[0], 'Hz')}, resonance")
-    assert [card.label for card in elastic_cards(result, None)][:3] == ["Mass, motor / load", "Stiffness", "Antiresonance / resonance"]
+    assert [card.label for card in elastic_cards(result, None)][:3] == [
+        "Mass, motor / load",
+        "Stiffness",
+        "Antiresonance / resonance",
+    ]
 
 
 def test_report_terminal_and_files_state_one_friction(found, tmp_path):
@@ -191,10 +263,15 @@ def test_report_terminal_and_files_state_one_friction(found, tmp_path):
 
 def test_masses_that_the_log_does_not_determine_are_refused_with_the_reason(found):
     result = found.result
-    pairs, response = [(result.log, None)], Elastic(40.0, 0.1, 60.0, 0.1, 1.25, 0.01, 12.0, 0.1, 0.0, 1e-4, "a reason")
+    pairs, response = (
+        [(result.log, None)],
+        Elastic(40.0, 0.1, 60.0, 0.1, 1.25, 0.01, 12.0, 0.1, 0.0, 1e-4, "a reason"),
+    )
     alone = replace(result, two_masses=None)
     assert with_masses_of(alone, pairs, None) is alone
-    assert with_masses_of(alone, pairs, response).left_out["the plant with two masses"] == "a reason"
+    assert (
+        with_masses_of(alone, pairs, response).left_out["the plant with two masses"] == "a reason"
+    )
     texts = [line.text for line in two_masses_lines(with_masses_of(alone, pairs, response))]
     assert texts[0] == "not determined: a reason"
     assert [text.split()[0] for text in texts[1:]] == ["antiresonance", "resonance"]
@@ -202,18 +279,30 @@ def test_masses_that_the_log_does_not_determine_are_refused_with_the_reason(foun
     values = np.array([3.0, 5.0, *POINT[2:]])
     for factor, refused in ((0.1, False), (1.0, True)):
         masses = Masses(values, factor * errors, 5.0 / 4e-4, 1.0)
-        again = with_masses_of(alone, pairs, response._replace(masses=masses, mass_half_width=100.0))
+        again = with_masses_of(
+            alone, pairs, response._replace(masses=masses, mass_half_width=100.0)
+        )
         assert (again.two_masses is None) == refused
-        assert ("mass of the motor only within 40 %" in again.left_out.get("the plant with two masses", "")) == refused
+        assert (
+            "mass of the motor only within 40 %"
+            in again.left_out.get("the plant with two masses", "")
+        ) == refused
 
 
 def test_masses_whose_sum_is_not_that_of_the_axis_are_refused(found):
     result = found.result
     coupling = found.coupling
     for share in (1.0, 0.8):
-        again = with_masses_of(replace(result, two_masses=None), [(result.log, None)], coupling._replace(mass=share * coupling.mass))
+        again = with_masses_of(
+            replace(result, two_masses=None),
+            [(result.log, None)],
+            coupling._replace(mass=share * coupling.mass),
+        )
         assert (again.two_masses is None) == (share < 1.0)
-        assert ("the recorded effort may have passed a filter" in again.left_out.get("the plant with two masses", "")) == (share < 1.0)
+        assert (
+            "the recorded effort may have passed a filter"
+            in again.left_out.get("the plant with two masses", "")
+        ) == (share < 1.0)
 
 
 @pytest.mark.parametrize("names", [("antiresonance", "resonance"), ("resonance",)])
@@ -258,8 +347,13 @@ def test_a_precise_fit_that_contradicts_the_response_does_without_it(free, error
 def test_the_frequencies_of_a_contradicted_response_are_corrected():
     drive, coupling, with_both = found_in(635)
     truth = np.array([drive.antiresonance, drive.resonance])
-    assert np.min(np.abs(np.array([coupling.antiresonance, coupling.resonance]) / truth - 1.0)) > 0.1  # the error of the response
-    assert np.max(np.abs(np.array([with_both.antiresonance, with_both.resonance]) / truth - 1.0)) < 0.01
+    assert (
+        np.min(np.abs(np.array([coupling.antiresonance, coupling.resonance]) / truth - 1.0)) > 0.1
+    )  # the error of the response
+    assert (
+        np.max(np.abs(np.array([with_both.antiresonance, with_both.resonance]) / truth - 1.0))
+        < 0.01
+    )
     assert abs(with_both.mass / drive.total - 1.0) < 0.01
 
 
@@ -275,5 +369,7 @@ def test_a_less_precise_fit_keeps_the_frequencies_of_the_response():
 def test_short_strokes_have_no_masses(found):
     ((log, axis),) = found.pairs
     count = round(1.5 * CUT.shortest / log.sample_time)
-    short = br.Log.from_columns({name: column[:count] for name, column in columns_of(found.drive).items()})
+    short = br.Log.from_columns(
+        {name: column[:count] for name, column in columns_of(found.drive).items()}
+    )
     assert "too few strokes" in with_masses(found.response, [(short, axis)]).masses

@@ -26,7 +26,15 @@ from bristle.report.messages import assumptions_of, note_of, notes_of, warnings_
 RATE, SIZE, FINE = 750.0, 1500, 20
 PLANT = plants.oscillator(M=2.0, c=40.0, k=5e4)
 YIELDING = friction.bouc_wen_classic(alpha=4e4, beta=1e3, gamma=0.9, delta=0.3)
-RINGING = Axis(plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, method="output_error", cutoff=150.0, decimation=1)
+RINGING = Axis(
+    plant="oscillator",
+    offset=0.0,
+    hold="band_limited",
+    at_rest=True,
+    method="output_error",
+    cutoff=150.0,
+    decimation=1,
+)
 
 
 def recorded(periods: int = 2, noise: float = 5e-6) -> Log:
@@ -81,7 +89,9 @@ def test_a_held_out_part_is_not_a_repetition_of_a_fitted_part(fit):
 
 def test_the_wrong_hold_costs_more_than_the_noise(fit, log):
     errors = {
-        hold: predict(fit.plant, fit.friction, log, replace(RINGING, hold=hold), "open-loop").metrics["position_rmse"]
+        hold: predict(
+            fit.plant, fit.friction, log, replace(RINGING, hold=hold), "open-loop"
+        ).metrics["position_rmse"]
         for hold in ("band_limited", "linear", "zero")
     }
     assert errors["band_limited"] == pytest.approx(5e-6, rel=0.05)
@@ -90,9 +100,9 @@ def test_the_wrong_hold_costs_more_than_the_noise(fit, log):
 
 
 def test_a_zero_order_hold_is_simulated(log):
-    fixed = run_open_loop(PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero").position[
-        -log.position.values.size :
-    ]
+    fixed = run_open_loop(
+        PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero"
+    ).position[-log.position.values.size :]
     exact = replace(log, position=Channel(fixed, "m", "y"))
     prediction = predict(PLANT, YIELDING, exact, replace(RINGING, hold="zero"), "open-loop")
     assert prediction.metrics["position_error_percent"] < 0.5
@@ -100,14 +110,18 @@ def test_a_zero_order_hold_is_simulated(log):
 
 
 def test_a_record_stated_as_not_periodic_starts_at_rest(log, fit):
-    prediction = predict(fit.plant, fit.friction, log, replace(RINGING, periodic=False), "open-loop")
+    prediction = predict(
+        fit.plant, fit.friction, log, replace(RINGING, periodic=False), "open-loop"
+    )
     assert notes_of(prediction)[-1] == "the motion begins at rest"
     error = np.abs(prediction.position - prediction.position_predicted)
     assert np.max(error[:100]) > 5.0 * np.max(error[-SIZE:])
 
 
 def test_a_diverging_model_ends_with_a_status(log):
-    wild = friction.bouc_wen_classic(alpha=4e4, beta=1e5, gamma=-1.0, delta=0.0)  # each cycle puts energy in
+    wild = friction.bouc_wen_classic(
+        alpha=4e4, beta=1e5, gamma=-1.0, delta=0.0
+    )  # each cycle puts energy in
     prediction = predict(PLANT, wild, log, RINGING, "open-loop")
     assert prediction.metrics["position_rmse"] is None
     assert prediction.status.name == "NOT_FINITE"
@@ -131,7 +145,9 @@ def loop_fit(loop_log):
 @pytest.mark.slow
 def test_every_parameter_and_the_lag_of_the_drive_are_recovered(loop_fit):
     for name, truth in {**TRUTH.values, "M": MASS, "lag": LATE}.items():
-        assert loop_fit.parameters[name].value == pytest.approx(truth, rel=0.05 if name == "lag" else 0.02), name
+        assert loop_fit.parameters[name].value == pytest.approx(
+            truth, rel=0.05 if name == "lag" else 0.02
+        ), name
     assert loop_fit.lag == loop_fit.parameters["lag"].value
     assert loop_fit.loop_error_percent < 1.8  # steps of the encoder in the effort
     assert loop_fit.error_percent == loop_fit.loop_error_percent
@@ -140,17 +156,23 @@ def test_every_parameter_and_the_lag_of_the_drive_are_recovered(loop_fit):
 
 @pytest.mark.slow
 def test_inverse_dynamics_of_the_same_log_is_less_accurate(loop_fit, loop_log):
-    start = identify(loop_log, "stribeck", axis=SOUGHT, method="inverse_dynamics", draws=0, blocks=0).best
+    start = identify(
+        loop_log, "stribeck", axis=SOUGHT, method="inverse_dynamics", draws=0, blocks=0
+    ).best
     assert "lag" not in start.parameters
     # The mass of both is within 0.1 %: what the lag biases is the damping.
-    off = [abs(item.parameters["F_v"].value / TRUTH.values["F_v"] - 1.0) for item in (loop_fit, start)]
+    off = [
+        abs(item.parameters["F_v"].value / TRUTH.values["F_v"] - 1.0) for item in (loop_fit, start)
+    ]
     assert off[0] < 0.2 * off[1]
 
 
 @pytest.mark.slow
 def test_the_prediction_of_the_same_loop_has_the_error_of_the_fit(loop_fit, loop_log):
     with_lag, without = (
-        predict(loop_fit.plant, loop_fit.friction, loop_log, AXIS, "closed-loop", lag=lag).metrics["force_error_percent"]
+        predict(loop_fit.plant, loop_fit.friction, loop_log, AXIS, "closed-loop", lag=lag).metrics[
+            "force_error_percent"
+        ]
         for lag in (loop_fit.lag, None)
     )
     # The simulated encoder adds its own steps to those of the log.
@@ -160,7 +182,9 @@ def test_the_prediction_of_the_same_loop_has_the_error_of_the_fit(loop_fit, loop
 
 @pytest.mark.slow
 def test_without_its_known_input_the_loop_differs(loop_fit, loop_log):
-    missing = identify(replace(loop_log, injected=()), "stribeck", axis=SOUGHT, draws=0, blocks=0).best
+    missing = identify(
+        replace(loop_log, injected=()), "stribeck", axis=SOUGHT, draws=0, blocks=0
+    ).best
     assert missing.loop_error_percent > 2.0 * loop_fit.loop_error_percent
 
 
@@ -200,7 +224,10 @@ def test_an_interruption_returns_the_best_so_far(loop_log, monkeypatch):
     monkeypatch.setattr(OutputError, "residual", counting)
     identification = identify(loop_log, "stribeck", axis=SOUGHT, draws=0)
     assert identification.best.unfinished
-    assert identification.unfinished == "interrupted: 0 of 1 models fitted; the fit of stribeck is incomplete"
+    assert (
+        identification.unfinished
+        == "interrupted: 0 of 1 models fitted; the fit of stribeck is incomplete"
+    )
     assert warnings_of(identification.best)[0].startswith("unfinished: ")
     assert identification.best.loop_error_percent < 20.0
 
@@ -214,7 +241,11 @@ def test_a_force_missing_in_the_loop_is_reported(loop_log):
             "axis.controller: is needed to fit the closed loop.*the controller of the recorded axis",
         ),
         (replace(AXIS, loop="closed"), replace(loop_log, reference=None), "has no reference"),
-        (replace(SOUGHT, loop="open"), loop_log, "effort.lag: can be identified in a closed loop only"),
+        (
+            replace(SOUGHT, loop="open"),
+            loop_log,
+            "effort.lag: can be identified in a closed loop only",
+        ),
     ):
         with pytest.raises(InputError, match=text) as refused:
             identify(changed, "coulomb_viscous", axis=axis)
@@ -227,27 +258,59 @@ def test_a_force_missing_in_the_loop_is_reported(loop_log):
 
 @pytest.mark.slow
 def test_incomparable_models_are_omitted_and_named(loop_log):
-    identification = identify(loop_log, "coulomb_viscous,maxwell_slip+position", axis=AXIS, blocks=0, draws=0)
+    identification = identify(
+        loop_log, "coulomb_viscous,maxwell_slip+position", axis=AXIS, blocks=0, draws=0
+    )
     assert [item.name for item in identification.fits] == ["coulomb_viscous"]
     assert not identification.unfinished
     assert identification.notes[-1] == "maxwell_slip+position is omitted: needs inverse dynamics"
 
 
-VALUES = {"M": 19.0, "F_C": 21.0, "F_S": 27.0, "v_S": 4e-3, "F_v": 210.0, "delta_S": 1.8, "offset": 0.2, LAG: 1e-3}
+VALUES = {
+    "M": 19.0,
+    "F_C": 21.0,
+    "F_S": 27.0,
+    "v_S": 4e-3,
+    "F_v": 210.0,
+    "delta_S": 1.8,
+    "offset": 0.2,
+    LAG: 1e-3,
+}
 VALUES |= {"sigma_0": 4e6, "sigma_1": 2e3, "sigma_2": 190.0}
-YIELDED = {"offset": 0.1, "M": 2.1, "c": 45.0, "k": 4.8e4, "alpha": 3.8e4, "beta": 1.1e3, "gamma": 0.85, "delta": 0.25}
+YIELDED = {
+    "offset": 0.1,
+    "M": 2.1,
+    "c": 45.0,
+    "k": 4.8e4,
+    "alpha": 3.8e4,
+    "beta": 1.1e3,
+    "gamma": 0.85,
+    "delta": 0.25,
+}
 
 
 @pytest.fixture(scope="module")
 def stretches():
     """Two stretches of a loop whose drive lags; the second one begins in motion."""
-    log = recorded_in_loop(friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0), 3, pairs=2, scatter=0.0, lag=0.8e-3, pulses=6.0)
+    log = recorded_in_loop(
+        friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0),
+        3,
+        pairs=2,
+        scatter=0.0,
+        lag=0.8e-3,
+        pulses=6.0,
+    )
     return replace(log, segments=(slice(0, 600), slice(700, 1300)))
 
 
 def problem_of(loop, log, axis, component, plant):
     dataset = treat(log, axis)
-    return OutputError.of(loop, InverseDynamics(dataset, parameters_of(component, PriorKnowledge(plant=plant), dataset)), [log], [axis])
+    return OutputError.of(
+        loop,
+        InverseDynamics(dataset, parameters_of(component, PriorKnowledge(plant=plant), dataset)),
+        [log],
+        [axis],
+    )
 
 
 def compare(problem, values):
@@ -257,13 +320,24 @@ def compare(problem, values):
     for column, (name, value) in zip(derivatives.T, values.items(), strict=True):
         step = 1e-6 * (abs(value) or 1.0)
         high, low = (problem.residual({**values, name: value + change}) for change in (step, -step))
-        assert np.linalg.norm(column - (low - high) / (2.0 * step)) < 1e-4 * np.linalg.norm(column), name
+        assert np.linalg.norm(column - (low - high) / (2.0 * step)) < 1e-4 * np.linalg.norm(
+            column
+        ), name
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("name", ["stribeck", "lugre"])
 def test_derivatives_of_the_effort_of_a_loop_are_those_of_its_simulation(stretches, name):
-    compare(problem_of(Effort, stretches, replace(AXIS, seeks_lag=True, presliding=5e-6), find(name), plants.inertia), VALUES)
+    compare(
+        problem_of(
+            Effort,
+            stretches,
+            replace(AXIS, seeks_lag=True, presliding=5e-6),
+            find(name),
+            plants.inertia,
+        ),
+        VALUES,
+    )
 
 
 @pytest.mark.slow
@@ -274,12 +348,16 @@ def test_derivatives_of_a_settled_position_are_those_of_its_simulation():
     compare(problem, YIELDED)
 
 
-def test_an_untranslatable_model_is_differentiated_by_differences_with_a_warning(stretches, monkeypatch):
+def test_an_untranslatable_model_is_differentiated_by_differences_with_a_warning(
+    stretches, monkeypatch
+):
     own = own_model(own_trial, OWN)
     problem = problem_of(Effort, stretches, AXIS, own, plants.inertia)
     values = {name: (VALUES | {"sigma_2": 200.0})[name] for name in problem.parameters.free}
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
-    with pytest.warns(InputWarning, match="bristle differentiates own by finite differences: .*math.tanh"):
+    with pytest.warns(
+        InputWarning, match="bristle differentiates own by finite differences: .*math.tanh"
+    ):
         residual, derivatives = problem.linearised(values)
     assert (residual.tolist(), derivatives) == ([1.0] * 3, None)
 
@@ -293,7 +371,9 @@ def test_a_constant_force_is_differentiated_by_differences(stretches, monkeypatc
     problem = problem_of(Effort, stretches, AXIS, own, plants.inertia)
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
     with pytest.warns(InputWarning, match="returns a constant force"):
-        assert problem.linearised({name: VALUES[name] for name in problem.parameters.free})[1] is None
+        assert (
+            problem.linearised({name: VALUES[name] for name in problem.parameters.free})[1] is None
+        )
 
 
 class HalvedOutputError(OutputError):
@@ -313,6 +393,9 @@ def test_an_overridden_residual_is_used(stretches):
 
 def test_known_columns_of_the_log_require_differences(stretches, monkeypatch):
     problem = problem_of(Effort, stretches, AXIS, find("coulomb_viscous"), plants.inertia)
-    beside = replace(problem, outputs=tuple(replace(output, regressors=(output.position,)) for output in problem.outputs))
+    beside = replace(
+        problem,
+        outputs=tuple(replace(output, regressors=(output.position,)) for output in problem.outputs),
+    )
     monkeypatch.setattr(OutputError, "residual", lambda self, free: np.ones(3))
     assert beside.linearised({name: VALUES[name] for name in problem.parameters.free})[1] is None

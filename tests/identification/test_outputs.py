@@ -10,7 +10,14 @@ from bristle import controllers, friction
 from bristle.core import Axis, InputError
 from bristle.identification import output_error
 from bristle.identification.half_cycles import Disturbance, Groups
-from bristle.identification.output_error import LAG, Changed, OutputError, SignalReplicates, Simulation, loop_of
+from bristle.identification.output_error import (
+    LAG,
+    Changed,
+    OutputError,
+    SignalReplicates,
+    Simulation,
+    loop_of,
+)
 from bristle.identification.outputs import Effort, Mechanism, Position
 from bristle.logs.log import Log
 from bristle.models.plants import inertia
@@ -39,7 +46,11 @@ def disturbance_with(**sizes):
 
 def drawn(slope=1.0, left=0.0, side=1.0, seed=3, **disturbed):
     """The change of a log of two segments, drawn anew."""
-    error = SimpleNamespace(outputs=(output(SPLIT), output(COUNT - SPLIT)), half_cycles=Groups(INDEX), mechanism=lambda values: values)
+    error = SimpleNamespace(
+        outputs=(output(SPLIT), output(COUNT - SPLIT)),
+        half_cycles=Groups(INDEX),
+        mechanism=lambda values: values,
+    )
     replicates = SignalReplicates(error, {}, np.full(COUNT, slope), np.full(COUNT, left))
     return replicates.draw(disturbance_with(**disturbed), np.random.default_rng(seed), side)
 
@@ -62,15 +73,24 @@ def test_a_residual_keeps_its_size_and_changes_its_sign(unexplained):
 
 
 def test_the_mirror_image_of_a_draw_has_reversed_disturbances():
-    there, back = (drawn(slope=3.0, left=2.0, scatter=0.1, unexplained=1.0, side=side) for side in (1.0, -1.0))
+    there, back = (
+        drawn(slope=3.0, left=2.0, scatter=0.1, unexplained=1.0, side=side) for side in (1.0, -1.0)
+    )
     assert back.change.tolist() == (-there.change).tolist()
     assert back.pure.tolist() == there.pure.tolist()
 
 
 def test_a_random_log_has_its_change_as_residual_at_the_solution():
     simulated = np.array([1.0, 2.0, np.nan])
-    error = SimpleNamespace(parameters=SimpleNamespace(free=("a",), complete=dict), simulated=lambda values: values["a"] * simulated)
-    changed = Changed(SimpleNamespace(error=error, values={"a": 1.0}), np.array([1.0, 2.0, 3.0]), np.array([0.1, -0.2, 0.3]))
+    error = SimpleNamespace(
+        parameters=SimpleNamespace(free=("a",), complete=dict),
+        simulated=lambda values: values["a"] * simulated,
+    )
+    changed = Changed(
+        SimpleNamespace(error=error, values={"a": 1.0}),
+        np.array([1.0, 2.0, 3.0]),
+        np.array([0.1, -0.2, 0.3]),
+    )
     assert changed.residual({"a": 1.0}).tolist() == [0.1, -0.2, 0.3]
     left = changed.residual({"a": 2.0})
     assert left[:2] == pytest.approx([1.0 + 0.1 - 2.0, 2.0 - 0.2 - 4.0])
@@ -79,39 +99,72 @@ def test_a_random_log_has_its_change_as_residual_at_the_solution():
 
 def folds_of(*outputs, segments=(1,), **rows):
     """The folds of an error with these outputs, in five parts where there is one."""
-    dataset = SimpleNamespace(**({"effort": np.zeros(8), "segments": segments, "sample_time": 0.1} | rows))
+    dataset = SimpleNamespace(
+        **({"effort": np.zeros(8), "segments": segments, "sample_time": 0.1} | rows)
+    )
     return OutputError(SimpleNamespace(dataset=dataset), outputs).folds(5)
 
 
 def test_a_block_of_each_of_several_segments_is_held_out_with_its_rows():
-    of_rows, times = np.array([0, 0, 0, 1, 1, 1, 1, 1]), np.array([2.0, 2.12, 2.23, 7.0, 7.12, 7.23, 7.34, 7.45])
+    of_rows, times = (
+        np.array([0, 0, 0, 1, 1, 1, 1, 1]),
+        np.array([2.0, 2.12, 2.23, 7.0, 7.12, 7.23, 7.34, 7.45]),
+    )
     segments = SimpleNamespace(time=times[:3]), SimpleNamespace(time=times[3:])
     each = [output(5, phase=np.arange(5) / 5, period=5)] * 2
     name, folds = folds_of(*each, segments=segments, segment_of_row=of_rows, time=times)
     assert name == "time blocks"
-    assert [np.flatnonzero(fold.held_out).tolist() for fold in folds] == [[number, number + 5] for number in range(5)]
+    assert [np.flatnonzero(fold.held_out).tolist() for fold in folds] == [
+        [number, number + 5] for number in range(5)
+    ]
     assert [fold.fitted.tolist() for fold in folds] == [(~fold.held_out).tolist() for fold in folds]
-    assert [np.flatnonzero(fold.of_dataset).tolist() for fold in folds] == [[0, 3], [1, 4], [2, 5], [6], [7]]
-    _, unlike = folds_of(*each, segment_of_row=np.zeros(8))  # a segment too short for the filters of the rows
+    assert [np.flatnonzero(fold.of_dataset).tolist() for fold in folds] == [
+        [0, 3],
+        [1, 4],
+        [2, 5],
+        [6],
+        [7],
+    ]
+    _, unlike = folds_of(
+        *each, segment_of_row=np.zeros(8)
+    )  # a segment too short for the filters of the rows
     assert all(fold.of_dataset.all() for fold in unlike)
 
 
 def test_a_periodic_log_is_held_out_in_parts_of_its_period():
     period = 10
     phase = np.arange(20) % period / period
-    times = np.array([3.0, 3.15, 3.25, 3.95, 4.05, 4.2, 4.85, 4.99])  # from 3 s on, in periods of 1 s
+    times = np.array(
+        [3.0, 3.15, 3.25, 3.95, 4.05, 4.2, 4.85, 4.99]
+    )  # from 3 s on, in periods of 1 s
     name, folds = folds_of(
-        output(20, phase=phase, period=period), segments=(SimpleNamespace(time=times),), segment_of_row=np.zeros(8, int), time=times
+        output(20, phase=phase, period=period),
+        segments=(SimpleNamespace(time=times),),
+        segment_of_row=np.zeros(8, int),
+        time=times,
     )
     assert name == "time blocks"
     for number, fold in enumerate(folds):
-        assert np.flatnonzero(fold.held_out).tolist() == [2 * number, 2 * number + 1, 2 * number + 10, 2 * number + 11]
+        assert np.flatnonzero(fold.held_out).tolist() == [
+            2 * number,
+            2 * number + 1,
+            2 * number + 10,
+            2 * number + 11,
+        ]
         assert np.array_equal(fold.fitted, ~fold.held_out)
-    assert [np.flatnonzero(fold.of_dataset).tolist() for fold in folds] == [[0, 1, 4], [2, 5], [], [], [3, 6, 7]]
+    assert [np.flatnonzero(fold.of_dataset).tolist() for fold in folds] == [
+        [0, 1, 4],
+        [2, 5],
+        [],
+        [],
+        [3, 6, 7],
+    ]
 
 
 TIME = 0.01 * np.arange(200)
-LOG = Log(time=TIME, position=np.sin(TIME), effort=np.cos(TIME), reference=np.sin(TIME), sample_time=0.01)
+LOG = Log(
+    time=TIME, position=np.sin(TIME), effort=np.cos(TIME), reference=np.sin(TIME), sample_time=0.01
+)
 BLIND = Log(time=TIME, position=np.sin(TIME), effort=np.cos(TIME), sample_time=0.01)
 LAW = controllers.cascade(k_p=10.0, k_v=200.0)
 
@@ -152,12 +205,20 @@ def test_a_loop_that_cannot_be_simulated_is_refused(axes, told):
 def position(count=20_000, pure=None):
     """An output of a position, its pure signal a ramp over many steps of an encoder."""
     pure = np.linspace(0.0, 1.0, count) if pure is None else pure
-    return Position(np.zeros(count), np.zeros(count), SimpleNamespace(effort=np.zeros(4 * 500), steps=4)), pure
+    return Position(
+        np.zeros(count), np.zeros(count), SimpleNamespace(effort=np.zeros(4 * 500), steps=4)
+    ), pure
 
 
 def test_an_encoder_reads_whole_steps_from_a_random_phase():
     item, pure = position()
-    change = item.read(None, pure, np.full(pure.size, 0.3), disturbance_with(resolution=1e-2), np.random.default_rng(1))
+    change = item.read(
+        None,
+        pure,
+        np.full(pure.size, 0.3),
+        disturbance_with(resolution=1e-2),
+        np.random.default_rng(1),
+    )
     read = (pure + change) / 1e-2
     assert read - read[0] == pytest.approx(np.round(read - read[0]), abs=1e-6)
     assert read[0] != pytest.approx(np.round(read[0]), abs=1e-3)
@@ -167,7 +228,10 @@ def test_an_encoder_reads_whole_steps_from_a_random_phase():
 
 def test_a_position_without_steps_has_only_jitter():
     item, pure = position()
-    change = item.read(None, pure, 2.0 * pure, disturbance_with(jitter=1e-3), np.random.default_rng(1)) - 2.0 * pure
+    change = (
+        item.read(None, pure, 2.0 * pure, disturbance_with(jitter=1e-3), np.random.default_rng(1))
+        - 2.0 * pure
+    )
     assert np.std(change) == pytest.approx(1e-3, rel=0.03)
     assert np.mean(change) == pytest.approx(0.0, abs=3e-5)
 
@@ -184,7 +248,10 @@ def test_errors_of_a_fit_have_the_unit_of_its_signal_and_its_lag():
     item = Position(np.array([3.0, -3.0, 1.0, -1.0]), item.position, item.loop)
     error = OutputError(None, (item,))
     object.__setattr__(error, "residual", lambda free: np.array([1.0, -1.0, 1.0, -1.0]))
-    assert error.errors({}) == {"position_error_percent": pytest.approx(100.0 / 5.0**0.5), "position_rmse": 1.0}
+    assert error.errors({}) == {
+        "position_error_percent": pytest.approx(100.0 / 5.0**0.5),
+        "position_rmse": 1.0,
+    }
     assert error.errors({LAG: 2e-3})[LAG] == 2e-3
 
 
@@ -202,7 +269,9 @@ class Loop:
 
     def run(self, plant, model, sensor, *, lag, disturbance):
         self.runs.append((plant, model, sensor.values, lag, disturbance))
-        return SimpleNamespace(command=np.array([1.0, 2.0, 3.0]), friction=np.array([4.0, 5.0, 6.0]))
+        return SimpleNamespace(
+            command=np.array([1.0, 2.0, 3.0]), friction=np.array([4.0, 5.0, 6.0])
+        )
 
 
 PLANT = inertia(M=2.0)
@@ -219,7 +288,11 @@ def test_an_effort_in_the_loop_is_simulated_with_a_perfect_encoder_and_the_lag()
     assert [run[2]["resolution"] for run in loop.runs] == [0.0, 0.0]
     assert [run[3:] for run in loop.runs] == [(None, None), (2e-3, None)]
     assert (loop.runs[0][0], loop.runs[0][1], item.period) == (PLANT, SLIDING, 5)
-    assert item.leaning(Mechanism(PLANT, SLIDING, {"offset": 1.5}), np.zeros(5))[:3].tolist() == [2.5, 3.5, 4.5]
+    assert item.leaning(Mechanism(PLANT, SLIDING, {"offset": 1.5}), np.zeros(5))[:3].tolist() == [
+        2.5,
+        3.5,
+        4.5,
+    ]
 
 
 def test_an_effort_is_read_through_the_encoder_from_a_random_phase():
@@ -227,7 +300,11 @@ def test_an_effort_is_read_through_the_encoder_from_a_random_phase():
     item = Effort(np.zeros(5), np.zeros(5), loop)
     push = np.arange(5.0)
     change = item.read(
-        Mechanism(PLANT, SLIDING, {}), np.full(5, 0.5), push, disturbance_with(resolution=1e-3, jitter=2e-4), np.random.default_rng(1)
+        Mechanism(PLANT, SLIDING, {}),
+        np.full(5, 0.5),
+        push,
+        disturbance_with(resolution=1e-3, jitter=2e-4),
+        np.random.default_rng(1),
     )
     assert change[:3].tolist() == [0.5, 1.5, 2.5]
     way, (_, _, sensor, lag, disturbance) = loop.runs
@@ -237,13 +314,18 @@ def test_an_effort_is_read_through_the_encoder_from_a_random_phase():
 
 
 def test_a_position_is_integrated_more_finely_at_the_end():
-    assert [(kind.is_refined, kind.away_evaluations) for kind in (Position, Effort)] == [(True, 15), (False, 5)]
+    assert [(kind.is_refined, kind.away_evaluations) for kind in (Position, Effort)] == [
+        (True, 15),
+        (False, 5),
+    ]
 
 
 def test_a_position_is_that_of_the_plant_with_its_friction():
     asked = []
     loop = SimpleNamespace(position=lambda *given: asked.append(given) or (np.arange(4.0), None))
-    assert Position(np.zeros(4), np.zeros(4), loop).simulated(Mechanism(PLANT, SLIDING, {})).tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert Position(np.zeros(4), np.zeros(4), loop).simulated(
+        Mechanism(PLANT, SLIDING, {})
+    ).tolist() == [0.0, 1.0, 2.0, 3.0]
     assert asked == [(PLANT, SLIDING, None)]
 
 
@@ -274,7 +356,9 @@ def told_of(*axes, fine=False):
     """The problem of logs with two segments each, whose outputs are what they are made from."""
 
     class Outputs:
-        of = staticmethod(lambda log, axis, part, fine: (log.reference is not None, axis, part, fine))
+        of = staticmethod(
+            lambda log, axis, part, fine: (log.reference is not None, axis, part, fine)
+        )
 
     parts = (slice(0, 50), slice(60, 200))
     logs = [replace(log, segments=parts) for log in (LOG, BLIND)]
@@ -359,7 +443,9 @@ def estimated(*costs, refined=False, unfinished=False, lag=None):
         work = refits.as_far_as_it_came
         refits.as_far_as_it_came = lambda part: replace(work(part), unfinished=True)
     start = Ended({"F_C": 8.0, "F_v": 30.0} | ({} if lag is None else {LAG: lag}), 9.0)
-    result = Told([LOG], [Axis()], loop).estimate(refits, "inverse", start, lambda share, text="": reports.append(share))
+    result = Told([LOG], [Axis()], loop).estimate(
+        refits, "inverse", start, lambda share, text="": reports.append(share)
+    )
     return refits, result, reports
 
 
@@ -392,15 +478,24 @@ def test_further_starts_scatter_by_a_third():
 
 def test_a_refined_loop_is_integrated_more_finely_at_the_end():
     plain, estimation, _ = estimated(5.0, 4.0, 6.0)
-    assert [(problem.fine, unit, simulates) for problem, unit, simulates in plain.problems] == [(False, 3.0, True)]
+    assert [(problem.fine, unit, simulates) for problem, unit, simulates in plain.problems] == [
+        (False, 3.0, True)
+    ]
     assert (estimation.problem, estimation.inverse) == (plain.problems[0][0], "inverse")
     assert estimation.problem.fine is False
     refits, estimation, _ = estimated(5.0, 4.0, 6.0, 3.5, refined=True)
-    assert [(problem.fine, unit, simulates) for problem, unit, simulates in refits.problems] == [(False, 3.0, True), (True, 3.0, True)]
+    assert [(problem.fine, unit, simulates) for problem, unit, simulates in refits.problems] == [
+        (False, 3.0, True),
+        (True, 3.0, True),
+    ]
     start, limit = refits.starts[-1]
     assert start == refits.starts[1][0]
     assert 1 < limit < refits.starts[0][1]
-    assert (estimation.problem.fine, estimation.solution.cost, estimation.solution.unfinished) == (True, 3.5, False)
+    assert (estimation.problem.fine, estimation.solution.cost, estimation.solution.unfinished) == (
+        True,
+        3.5,
+        False,
+    )
     assert [note.code for note in estimation.diagnostics] == ["output_error_open"]
     assert [note.severity for note in estimation.diagnostics] == ["note"]
 
@@ -413,7 +508,10 @@ def test_an_interrupted_search_is_evaluated_on_the_finer_loop():
 
 @pytest.mark.parametrize("linear", [True, False])
 def test_an_interrupted_start_is_returned(monkeypatch, linear):
-    start, problem = Ended({"F_C": 8.0}, 1.0, unfinished=True), SimpleNamespace(parameters=SimpleNamespace(is_linear=linear))
+    start, problem = (
+        Ended({"F_C": 8.0}, 1.0, unfinished=True),
+        SimpleNamespace(parameters=SimpleNamespace(is_linear=linear)),
+    )
     problem.residual = lambda values: [values["F_C"]]
     asked, reports = [], []
     monkeypatch.setattr(output_error, "linear", lambda given: asked.append("linear") or start)
@@ -423,9 +521,18 @@ def test_an_interrupted_start_is_returned(monkeypatch, linear):
         report(1.0)
         return start
 
-    context = SimpleNamespace(problem=lambda component: problem, search=lambda given, simulates: SimpleNamespace(solve=solve))
-    estimation = Simulation([LOG], [Axis()], Position)(context, friction.coulomb, lambda share, text="": reports.append(share))
-    assert (estimation.problem, estimation.inverse, estimation.solution) == (problem, problem, start)
+    context = SimpleNamespace(
+        problem=lambda component: problem,
+        search=lambda given, simulates: SimpleNamespace(solve=solve),
+    )
+    estimation = Simulation([LOG], [Axis()], Position)(
+        context, friction.coulomb, lambda share, text="": reports.append(share)
+    )
+    assert (estimation.problem, estimation.inverse, estimation.solution) == (
+        problem,
+        problem,
+        start,
+    )
     assert estimation.residual_without(None) == [8.0]
     assert asked == ["linear" if linear else "search"]
     assert all(0.0 < share < 0.5 for share in reports)
@@ -433,7 +540,10 @@ def test_an_interrupted_start_is_returned(monkeypatch, linear):
 
 def test_an_error_simulates_each_segment_once_and_measures_them_all():
     outputs = tuple(
-        SimpleNamespace(measured=np.array(part), simulated=lambda mechanism, part=part: mechanism.values["a"] * np.array(part))
+        SimpleNamespace(
+            measured=np.array(part),
+            simulated=lambda mechanism, part=part: mechanism.values["a"] * np.array(part),
+        )
         for part in ([1.0, 2.0], [6.0])
     )
     inverse = SimpleNamespace(

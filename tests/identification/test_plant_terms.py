@@ -21,7 +21,11 @@ from bristle.models.plants.terms import effort_of_columns
 from bristle.report.messages import message
 
 RATE = 1000.0
-COLUMNS = {"time": {"column": "t", "unit": "s"}, "position": {"column": "q"}, "effort": {"column": "u"}}
+COLUMNS = {
+    "time": {"column": "t", "unit": "s"},
+    "position": {"column": "q"},
+    "effort": {"column": "u"},
+}
 SCREW = {"lead": "5 mm", "gear_ratio": 2.0}
 MOTOR_TURN = 2.5e-3
 
@@ -37,7 +41,13 @@ def axis(kind="rotational", **tables):
 def swing(seconds, amplitude, slowest, seed=0):
     """A sum of sines of random phases."""
     phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3)
-    return sines(seconds, 1.0 / RATE, amplitude * np.array([0.7, 0.2, 0.1]), slowest * np.array([1.0, 2.7, 5.3]), phases)
+    return sines(
+        seconds,
+        1.0 / RATE,
+        amplitude * np.array([0.7, 0.2, 0.1]),
+        slowest * np.array([1.0, 2.7, 5.3]),
+        phases,
+    )
 
 
 def arm(mass, seed=0, seconds=12.0):
@@ -49,7 +59,9 @@ def arm(mass, seed=0, seconds=12.0):
 
 
 def identified(columns, described, model="coulomb_viscous", **options):
-    return identify(Log.from_columns(columns, axis=described), model, axis=described, draws=0, **options)
+    return identify(
+        Log.from_columns(columns, axis=described), model, axis=described, draws=0, **options
+    )
 
 
 @pytest.fixture(scope="module")
@@ -63,13 +75,18 @@ def test_two_coefficients_describe_gravity_of_a_link_at_any_angle(light):
     values = light.plant.values
     assert values["g_sin"] == pytest.approx(0.9 * np.cos(0.3), rel=0.01)
     assert values["g_cos"] == pytest.approx(-0.9 * np.sin(0.3), rel=0.02)
-    amplitudes = [np.hypot(fit.plant.values["g_sin"], fit.plant.values["g_cos"]) for fit in (light, heavy)]
+    amplitudes = [
+        np.hypot(fit.plant.values["g_sin"], fit.plant.values["g_cos"]) for fit in (light, heavy)
+    ]
     assert amplitudes[1] / amplitudes[0] == pytest.approx(2.0, rel=0.01)
     assert heavy.friction.values["F_C"] == pytest.approx(0.15, rel=0.03)
 
 
 def test_without_the_term_gravity_remains_in_the_residual(light):
-    assert identified(arm(1.0, 1), axis(plant={}), blocks=0).best.error_percent > 20.0 * light.error_percent
+    assert (
+        identified(arm(1.0, 1), axis(plant={}), blocks=0).best.error_percent
+        > 20.0 * light.error_percent
+    )
 
 
 def test_a_model_with_terms_is_written_and_read(tmp_path, light):
@@ -94,7 +111,10 @@ def amplitude(fit, order, turner="motor"):
 
 @pytest.mark.slow
 def test_cogging_is_found_with_its_harmonics():
-    best = identified(screw(1.0, 0.0, 30.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}])).best
+    best = identified(
+        screw(1.0, 0.0, 30.0),
+        axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]),
+    ).best
     assert best.plant.component.orders == (("motor", 6), ("motor", 12))
     assert amplitude(best, 6) == pytest.approx(1.0, rel=0.05)
     assert amplitude(best, 12) == pytest.approx(0.5, rel=0.05)
@@ -103,14 +123,25 @@ def test_cogging_is_found_with_its_harmonics():
 
 @pytest.mark.slow
 def test_absent_cogging_is_not_found():
-    with pytest.raises(InputError, match="no part of the effort in this log repeats with the motor"):
-        identified(screw(0.0, 0.0, 5.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
+    with pytest.raises(
+        InputError, match="no part of the effort in this log repeats with the motor"
+    ):
+        identified(
+            screw(0.0, 0.0, 5.0),
+            axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]),
+        )
 
 
 def test_harmonics_in_less_than_one_and_a_half_turns_are_rejected():
     columns = screw(0.0, 0.0)
-    with pytest.raises(InputError, match=r"need 1\.5 turns of the motor, but the log has 0\.\d+ turns; .* record more turns"):
-        identified(columns | {"q": 0.02 * columns["q"]}, axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
+    with pytest.raises(
+        InputError,
+        match=r"need 1\.5 turns of the motor, but the log has 0\.\d+ turns; .* record more turns",
+    ):
+        identified(
+            columns | {"q": 0.02 * columns["q"]},
+            axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]),
+        )
 
 
 @pytest.mark.slow
@@ -120,10 +151,20 @@ def test_a_wave_with_one_sample_a_period_is_not_a_harmonic():
     ends = np.cumsum([0.0, *((-1.0) ** n * (0.1 + 0.0237 * n) for n in range(20))])
     turns = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(ends)) / 0.2)])
     t = np.arange(round(turns[-1] * RATE)) / RATE
-    q = np.convolve(np.pad(np.interp(t, turns, ends), 40, mode="edge"), np.hanning(81) / np.hanning(81).sum(), "valid")
+    q = np.convolve(
+        np.pad(np.interp(t, turns, ends), 40, mode="edge"),
+        np.hanning(81) / np.hanning(81).sum(),
+        "valid",
+    )
     v = np.gradient(q, t)
     angle = 2.0 * np.pi * q / 0.024
-    u = 12.0 * np.gradient(v, t) + 9.0 * np.sign(v) + 40.0 * v + 6.0 * np.sin(angle) + 3.0 * np.cos(2.0 * angle)
+    u = (
+        12.0 * np.gradient(v, t)
+        + 9.0 * np.sign(v)
+        + 40.0 * v
+        + 6.0 * np.sin(angle)
+        + 3.0 * np.cos(2.0 * angle)
+    )
     u += 20.0 * q + 30.0 * q**2 + 0.1 * np.random.default_rng(4).standard_normal(t.size)
     linear = axis("translational", transmission={"lead": "24 mm"}, cogging=[{"turn": "motor"}])
     best = identified({"t": t, "q": q, "u": u}, linear, blocks=0).best
@@ -136,7 +177,9 @@ def test_cogging_of_motor_and_screw_are_identified_together():
     both = [{"turn": "motor", "harmonics": [6, 12]}, {"turn": "screw", "harmonics": [3]}]
     columns = screw(1.0, 0.0)
     columns["u"] = columns["u"] + 0.8 * np.cos(2.0 * np.pi * 3.0 * columns["q"] / 5e-3)
-    best = identified(columns, axis("translational", transmission=SCREW, cogging=both), blocks=0).best
+    best = identified(
+        columns, axis("translational", transmission=SCREW, cogging=both), blocks=0
+    ).best
     assert best.plant.values["screw_turn"] == pytest.approx(5e-3)
     assert amplitude(best, 6) == pytest.approx(1.0, rel=0.05)
     assert best.plant.values["screw_3_cos"] == pytest.approx(0.8, rel=0.05)
@@ -149,13 +192,18 @@ def test_a_known_column_has_its_coefficient():
     named = axis("translational", known=[{"column": "belt force"}])
     best = identified(columns, named, blocks=0).best
     assert best.plant.values["known_belt_force"] == pytest.approx(2.5, rel=0.01)
-    assert identified(columns, axis("translational"), blocks=0).best.error_percent > 2.0 * best.error_percent
+    assert (
+        identified(columns, axis("translational"), blocks=0).best.error_percent
+        > 2.0 * best.error_percent
+    )
 
 
 def test_a_log_with_other_known_columns_than_the_plant_is_rejected():
     pulled = with_terms(inertia, columns=["belt"])(M=1.0, known_belt=2.0)
     assert effort_of_columns(pulled, np.ones((1, 3))) == pytest.approx(2.0)
-    with pytest.raises(InputError, match=r"known columns for the plant; found '2 columns', allowed belt"):
+    with pytest.raises(
+        InputError, match=r"known columns for the plant; found '2 columns', allowed belt"
+    ):
         effort_of_columns(pulled, np.ones((2, 3)))
 
 
@@ -163,7 +211,11 @@ def test_a_log_with_other_known_columns_than_the_plant_is_rejected():
     ("kind", "tables", "told"),
     [
         ("translational", {"plant": {"gravity": "link"}}, "translational"),
-        ("rotational", {"cogging": [{"turn": "motor"}, {"turn": "motor", "harmonics": [6]}]}, "twice"),
+        (
+            "rotational",
+            {"cogging": [{"turn": "motor"}, {"turn": "motor", "harmonics": [6]}]},
+            "twice",
+        ),
     ],
 )
 def test_impossible_terms_are_rejected(kind, tables, told):
@@ -202,20 +254,31 @@ def test_friction_of_a_gear_rises_with_the_transmitted_effort(geared):
     assert values["c_T"] == pytest.approx(truth.SHARE, rel=0.03)
     assert values["F_C"] == pytest.approx(truth.F_C, rel=0.03)
     assert with_slot.plant.values["g_sin"] == pytest.approx(truth.GRAVITY, rel=0.01)
-    assert "structure" not in {diagnostic.code for diagnostic in with_slot.diagnostics}  # no force is missing
+    assert "structure" not in {
+        diagnostic.code for diagnostic in with_slot.diagnostics
+    }  # no force is missing
 
 
 def test_draws_have_the_friction_of_the_transmitted_effort():
     dataset = treat_all([Log.from_columns(truth.log(seconds=4.0), axis=ARM)], [ARM])
     plant = br.plants.find("inertia+gravity")(M=truth.J, g_sin=truth.GRAVITY, g_cos=0.0)
-    rising = friction.find("coulomb_viscous+transmitted")(F_C=truth.F_C, F_v=truth.F_V, c_T=truth.SHARE)
-    fixed = simulated_bands.Bands({"F_C": np.array([truth.F_C])}, scatter=0.0, noise=0.0, unexplained=0.0)
+    rising = friction.find("coulomb_viscous+transmitted")(
+        F_C=truth.F_C, F_v=truth.F_V, c_T=truth.SHARE
+    )
+    fixed = simulated_bands.Bands(
+        {"F_C": np.array([truth.F_C])}, scatter=0.0, noise=0.0, unexplained=0.0
+    )
     (effort,) = simulated_bands._efforts(fixed, plant, rising, dataset, 1)
-    assert np.sqrt(np.mean((effort - dataset.effort) ** 2)) < 0.02 * np.sqrt(np.mean(dataset.effort**2))
+    assert np.sqrt(np.mean((effort - dataset.effort) ** 2)) < 0.02 * np.sqrt(
+        np.mean(dataset.effort**2)
+    )
 
 
 def test_the_slot_does_no_harm_for_constant_friction():
-    fits = {fit.name: fit for fit in identified(truth.log(share=0.0, seconds=12.0), ARM, list(SLOTTED), blocks=2).fits}
+    fits = {
+        fit.name: fit
+        for fit in identified(truth.log(share=0.0, seconds=12.0), ARM, list(SLOTTED), blocks=2).fits
+    }
     plain, slotted = (fits[name] for name in SLOTTED)
     assert held_out(slotted) < 1.02 * held_out(plain)
     assert abs(slotted.friction.values["c_T"]) < 0.005
@@ -252,7 +315,9 @@ def test_all_models_include_the_gear_if_the_log_shows_it(share, monkeypatch):
 
 def test_elements_are_not_referred_to_an_impossible_slot():
     assert model_with("transmitted", friction.maxwell_slip(**friction.maxwell_slip.example)) == ""
-    assert model_with("transmitted", friction.lugre(**friction.lugre.example)) == "lugre+transmitted"
+    assert (
+        model_with("transmitted", friction.lugre(**friction.lugre.example)) == "lugre+transmitted"
+    )
 
 
 @pytest.mark.slow
@@ -272,7 +337,10 @@ def test_cogging_is_distinguished_from_rippling_friction():
     assert contact["h_s1"] == pytest.approx(0.9 * np.cos(0.3), rel=0.1)
 
 
-@pytest.mark.parametrize(("model", "told"), [("viscous+transmitted", "no friction level"), ("maxwell_slip+transmitted", r"\+transmitted")])
+@pytest.mark.parametrize(
+    ("model", "told"),
+    [("viscous+transmitted", "no friction level"), ("maxwell_slip+transmitted", r"\+transmitted")],
+)
 def test_a_model_without_a_level_or_with_elements_has_no_such_slot(model, told):
     with pytest.raises(InputError, match=told):
         identified(truth.log(seconds=3.0), ARM, model)
@@ -283,7 +351,9 @@ DT, J, F_C, F_V = 2e-3, 0.2, 1.0, 0.5
 
 def joint(force, kind="rotational", scale=1.0, seconds=14.0):
     """Return the log of a joint that moves in three sines: inertia, Coulomb and viscous friction, and a force of the position."""
-    t, q, v, a = sines(seconds, DT, scale * np.array([0.9, 0.5, 0.15]), np.array([0.7, 1.9, 4.4]) / (2.0 * np.pi))
+    t, q, v, a = sines(
+        seconds, DT, scale * np.array([0.9, 0.5, 0.15]), np.array([0.7, 1.9, 4.4]) / (2.0 * np.pi)
+    )
     noise = 0.02 * np.random.default_rng(0).normal(size=t.size)
     effort = J * a / scale + F_C * np.sign(v) + F_V * v / scale + force(q / scale) + noise
     return Log.from_columns({"time": t, "position": q, "effort": effort}, kind=kind)
@@ -291,7 +361,9 @@ def joint(force, kind="rotational", scale=1.0, seconds=14.0):
 
 def forced(log, blocks=None, **options):
     axis = Axis(kind=log.kind, **options)
-    return identify(log, "coulomb_viscous", axis=axis, method="inverse_dynamics", draws=0, blocks=blocks)
+    return identify(
+        log, "coulomb_viscous", axis=axis, method="inverse_dynamics", draws=0, blocks=blocks
+    )
 
 
 def values(result):
@@ -322,14 +394,20 @@ def test_the_same_force_over_a_short_stroke_may_be_a_stuck_axis(force):
 @pytest.mark.parametrize(
     ("force", "line", "expected"),
     [
-        ("strong gravity", ("gravity", "link"), {"g_sin": 80.0 * np.cos(0.3), "g_cos": 80.0 * np.sin(0.3)}),
+        (
+            "strong gravity",
+            ("gravity", "link"),
+            {"g_sin": 80.0 * np.cos(0.3), "g_cos": 80.0 * np.sin(0.3)},
+        ),
         ("spring", ("spring", "cubic"), {"spring_1": 5.0, "offset": -2.0}),
         ("strong spring", ("spring", "cubic"), {"spring_1": 60.0, "offset": -24.0}),
     ],
 )
 def test_a_force_of_the_position_is_proposed_and_identified(force, line, expected):
     result = forced(joint(FORCES[force]), blocks=2)
-    assert [(entry.section, entry.key, entry.value) for entry in result.second_pass.lines] == [("plant", *line)]
+    assert [(entry.section, entry.key, entry.value) for entry in result.second_pass.lines] == [
+        ("plant", *line)
+    ]
     assert result.second_pass.taken
     found = values(result)
     for name, value in (expected | {"M": J}).items():
@@ -343,7 +421,10 @@ def test_a_stated_spring_or_cable_is_identified_in_the_first_pass():
     assert found["spring_1"] == pytest.approx(5.0, rel=0.01)
     assert "spring_2" not in found
     found = values(forced(joint(FORCES["cable"], "translational"), spring="cubic", blocks=0))
-    assert (found["spring_2"], found["spring_3"]) == (pytest.approx(1.5, rel=0.03), pytest.approx(0.8, rel=0.03))
+    assert (found["spring_2"], found["spring_3"]) == (
+        pytest.approx(1.5, rel=0.03),
+        pytest.approx(0.8, rel=0.03),
+    )
 
 
 @pytest.mark.slow
@@ -351,8 +432,15 @@ def test_friction_that_varies_with_the_position_is_no_spring():
     t = np.arange(0.0, 14.0, DT)
     q = 0.9 * np.sin(0.7 * t) + 0.5 * np.sin(1.9 * t + 1.0)
     v, a = np.gradient(q, DT), np.gradient(np.gradient(q, DT), DT)
-    effort = J * a + (F_C + 0.8 * q) * np.sign(v) + F_V * v + 0.02 * np.random.default_rng(0).normal(size=t.size)
-    result = forced(Log.from_columns({"time": t, "position": q, "effort": effort}, kind="rotational"))
+    effort = (
+        J * a
+        + (F_C + 0.8 * q) * np.sign(v)
+        + F_V * v
+        + 0.02 * np.random.default_rng(0).normal(size=t.size)
+    )
+    result = forced(
+        Log.from_columns({"time": t, "position": q, "effort": effort}, kind="rotational")
+    )
     (missing,) = [item for item in result.best.diagnostics if item.code == "missing_position"]
     assert "alike" not in missing.numbers
     assert result.second_pass is None
@@ -360,7 +448,10 @@ def test_friction_that_varies_with_the_position_is_no_spring():
 
 def test_a_spring_is_a_line_of_the_axis_file(tmp_path):
     lines = {"schema": 1, "kind": "rotational", "plant": {"spring": "cubic"}}
-    columns = {name: {"column": name, "unit": unit} for name, unit in (("time", "s"), ("position", "rad"), ("effort", "N*m"))}
+    columns = {
+        name: {"column": name, "unit": unit}
+        for name, unit in (("time", "s"), ("position", "rad"), ("effort", "N*m"))
+    }
     axis = axis_from(lines | {"columns": columns})
     assert axis.spring == "cubic"
     (tmp_path / "axis.toml").write_bytes(axis_text(axis))

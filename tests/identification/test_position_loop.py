@@ -37,7 +37,10 @@ def test_the_stiffness_of_a_law_is_the_slope_of_its_effort(controller, expected)
 def log_of_a_loop(**law):
     """Return a log of a mass with Coulomb friction in a cascade, by a loop of its own."""
     dt, mass, level = 1e-3, 20.0, 30.0
-    k_p, k_v, k_i, k_ff = (law.get(name, usual) for name, usual in (("k_p", 60.0), ("k_v", 5000.0), ("k_i", 0.0), ("k_ff", 0.0)))
+    k_p, k_v, k_i, k_ff = (
+        law.get(name, usual)
+        for name, usual in (("k_p", 60.0), ("k_v", 5000.0), ("k_i", 0.0), ("k_ff", 0.0))
+    )
     t = dt * np.arange(12_000)
     reference = 0.02 * np.sin(3.0 * t) + 0.004 * np.sin(17.0 * t)
     x = v = integral = before = desired = 0.0
@@ -53,10 +56,20 @@ def log_of_a_loop(**law):
             free = v + 1e-4 * effort / mass
             v = np.sign(free) * max(abs(free) - 1e-4 * level / mass, 0.0)
             x += 1e-4 * v
-    return br.Log.from_columns({"time": t, "position": np.array(positions), "reference": reference, "effort": np.array(efforts)})
+    return br.Log.from_columns(
+        {
+            "time": t,
+            "position": np.array(positions),
+            "reference": reference,
+            "effort": np.array(efforts),
+        }
+    )
 
 
-@pytest.mark.parametrize(("law", "low", "high"), [({}, 2.9e5, 3.1e5), ({"k_ff": 1.0}, 2.9e5, 3.1e5), ({"k_i": 2e5}, 2.9e5, 5.2e5)])
+@pytest.mark.parametrize(
+    ("law", "low", "high"),
+    [({}, 2.9e5, 3.1e5), ({"k_ff": 1.0}, 2.9e5, 3.1e5), ({"k_i": 2e5}, 2.9e5, 5.2e5)],
+)
 def test_the_stiffness_of_a_log_is_the_coefficient_of_the_error(law, low, high):
     stiffness = stiffness_in(log_of_a_loop(**law))
     assert low < stiffness.value < high
@@ -65,7 +78,10 @@ def test_the_stiffness_of_a_log_is_the_coefficient_of_the_error(law, low, high):
 
 def test_a_treatment_states_the_stiffness_of_its_loop():
     log = log_of_a_loop()
-    assert br.identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["stiffness"] == stiffness_in(log).value
+    assert (
+        br.identify(log, "coulomb_viscous", draws=0, blocks=0).treatment["stiffness"]
+        == stiffness_in(log).value
+    )
 
 
 def test_the_stiffness_of_several_logs_is_that_of_the_log_that_shows_it_best(monkeypatch):
@@ -83,14 +99,26 @@ def test_a_log_without_reference_or_of_another_effort_has_no_stiffness():
     log = log_of_a_loop()
     assert stiffness_in(replace(log, reference=None)) is None
     assert stiffness_in(replace(log, effort=None)) is None
-    assert stiffness_in(replace(log, effort=replace(log.effort, values=np.random.default_rng(1).normal(0.0, 100.0, len(log))))) is None
+    assert (
+        stiffness_in(
+            replace(
+                log,
+                effort=replace(
+                    log.effort, values=np.random.default_rng(1).normal(0.0, 100.0, len(log))
+                ),
+            )
+        )
+        is None
+    )
 
 
 def test_the_stiffness_of_the_demonstration(tmp_path):
     axis_simulated.write_log(tmp_path / "log.csv", 1)
     axis = axis_simulated.axis()
     assert stiffness_of(axis.controller).value == pytest.approx(4.04e5, rel=1e-3)
-    assert stiffness_in(br.read_log(tmp_path / "log.csv", axis)).value == pytest.approx(4.04e5, rel=0.2)
+    assert stiffness_in(br.read_log(tmp_path / "log.csv", axis)).value == pytest.approx(
+        4.04e5, rel=0.2
+    )
 
 
 def test_the_stiffness_of_the_measured_positioning_system():

@@ -25,19 +25,29 @@ ROWS = 800
 def solution_of(jacobian, at_edge=(), low=-np.inf, high=np.inf, derivative=None, theta=None):
     count = jacobian.shape[1]
     names = tuple("abcdef"[:count])
-    space = SimpleNamespace(names=names, reported=names, low=np.full(count, low), high=np.full(count, high))
+    space = SimpleNamespace(
+        names=names, reported=names, low=np.full(count, low), high=np.full(count, high)
+    )
     theta = np.ones(count) if theta is None else theta
     return SimpleNamespace(
-        space=space, theta=theta, jacobian=jacobian, at_edge=dict.fromkeys(at_edge, "smallest"), derivative=derivative or np.eye(count)
+        space=space,
+        theta=theta,
+        jacobian=jacobian,
+        at_edge=dict.fromkeys(at_edge, "smallest"),
+        derivative=derivative or np.eye(count),
     )
 
 
 def test_errors_of_white_noise_are_those_of_the_normal_equations():
-    columns = np.column_stack([np.ones(ROWS), np.linspace(-1.0, 1.0, ROWS), 1e6 * np.sin(np.arange(ROWS))])
+    columns = np.column_stack(
+        [np.ones(ROWS), np.linspace(-1.0, 1.0, ROWS), 1e6 * np.sin(np.arange(ROWS))]
+    )
     noise = 0.5 * RNG.standard_normal(ROWS)
     residual = noise - columns @ np.linalg.lstsq(columns, noise, rcond=None)[0]
     covariance = covariance_of(solution_of(columns), residual)
-    expected = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)) * np.sum(residual**2) / (ROWS - 3))
+    expected = np.sqrt(
+        np.diag(np.linalg.inv(columns.T @ columns)) * np.sum(residual**2) / (ROWS - 3)
+    )
     assert covariance.std == pytest.approx(expected)
     assert covariance.robust_std == pytest.approx(expected, rel=0.4)
     assert np.diag(covariance.correlation) == pytest.approx(1.0)
@@ -46,13 +56,21 @@ def test_errors_of_white_noise_are_those_of_the_normal_equations():
 
 def test_nearly_equal_columns_are_correlated_and_equal_columns_have_no_error():
     first = RNG.standard_normal(ROWS)
-    near = covariance_of(solution_of(np.column_stack([first, first + 0.1 * RNG.standard_normal(ROWS)])), np.ones(ROWS))
+    near = covariance_of(
+        solution_of(np.column_stack([first, first + 0.1 * RNG.standard_normal(ROWS)])),
+        np.ones(ROWS),
+    )
     assert near.correlation[0, 1] < -0.99
     assert near.condition_number > 10.0
-    same = covariance_of(solution_of(np.column_stack([first, 2.0 * first, RNG.standard_normal(ROWS)])), RNG.standard_normal(ROWS))
+    same = covariance_of(
+        solution_of(np.column_stack([first, 2.0 * first, RNG.standard_normal(ROWS)])),
+        RNG.standard_normal(ROWS),
+    )
     assert np.isinf(same.std[:2]).all()
     assert np.isfinite(same.std[2])
-    unseen = covariance_of(solution_of(np.column_stack([first, 0.0 * first])), RNG.standard_normal(ROWS))
+    unseen = covariance_of(
+        solution_of(np.column_stack([first, 0.0 * first])), RNG.standard_normal(ROWS)
+    )
     assert np.isfinite(unseen.std[0])
     assert np.isinf(unseen.std[1])
 
@@ -143,20 +161,28 @@ def test_a_derivative_is_never_taken_beyond_a_bound():
         return np.array([place[0] ** 2, 3.0 * place[1], place[0] * place[1]])
 
     def linearised(high, *, simulates):
-        problem = SimpleNamespace(residual=residual, linearised=lambda place: (residual(place), None))
+        problem = SimpleNamespace(
+            residual=residual, linearised=lambda place: (residual(place), None)
+        )
         search = Search(problem, None, None, 1.0, simulates=simulates)
-        object.__setattr__(search, "space", SimpleNamespace(values=lambda theta: theta, high=np.array(high)))
+        object.__setattr__(
+            search, "space", SimpleNamespace(values=lambda theta: theta, high=np.array(high))
+        )
         return Linearised(search, slice(None))
 
     near = linearised([2.0, 5.0], simulates=False)
-    np.testing.assert_allclose(near.jacobian(np.array([2.0, 4.0])), [[4.0, 0.0], [0.0, 3.0], [4.0, 2.0]], atol=1e-4)
+    np.testing.assert_allclose(
+        near.jacobian(np.array([2.0, 4.0])), [[4.0, 0.0], [0.0, 3.0], [4.0, 2.0]], atol=1e-4
+    )
     assert all(np.all(place <= [2.0, 5.0]) for place in requested)
     count = len(requested)
     assert near.at(np.array([2.0, 4.0]))[1].tolist() == [4.0, 12.0, 8.0]
     assert len(requested) == count  # remembered
     linearised([1e9, 1e9], simulates=True).jacobian(np.array([1000.0, 0.5]))
     assert max(place[0] for place in requested) - 1000.0 == pytest.approx(1e-2)  # of a coordinate
-    assert max(place[1] for place in requested if place[0] > 900.0) - 0.5 == pytest.approx(1e-5)  # of 1
+    assert max(place[1] for place in requested if place[0] > 900.0) - 0.5 == pytest.approx(
+        1e-5
+    )  # of 1
 
 
 def test_a_part_of_the_work_reports_its_share_of_the_total():
@@ -167,7 +193,13 @@ def test_a_part_of_the_work_reports_its_share_of_the_total():
 
 @pytest.mark.parametrize(("count", "forces"), [(49, 1), (50, 3)])
 def test_waves_are_sought_in_at_least_fifty_rows(count, forces):
-    away = Away(np.ones(count, dtype=bool), np.ones(count, dtype=bool), np.linspace(0.0, 1.0, count), np.full(count, 0.1), 12.0)
+    away = Away(
+        np.ones(count, dtype=bool),
+        np.ones(count, dtype=bool),
+        np.linspace(0.0, 1.0, count),
+        np.full(count, 0.1),
+        12.0,
+    )
     assert away.beside(np.sin(2.0 * np.pi * 5.3 * away.position)).shape == (count, forces)
 
 
@@ -190,11 +222,17 @@ def turned_late(motion: Motion) -> np.ndarray:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("force", "noise", "name", "least"), [(uneven, 0.3, "offset", 5), (turned_late, 0.1, "F_C", 4)])
+@pytest.mark.parametrize(
+    ("force", "noise", "name", "least"), [(uneven, 0.3, "offset", 5), (turned_late, 0.1, "F_C", 4)]
+)
 def test_what_differs_away_from_reversals_has_a_wide_enough_interval(force, noise, name, least):
     estimates = [
         identify(
-            log_of(motion, sliding_effort(motion, seed, noise) + force(motion)), "coulomb_viscous", axis=STATED, blocks=0, draws=40
+            log_of(motion, sliding_effort(motion, seed, noise) + force(motion)),
+            "coulomb_viscous",
+            axis=STATED,
+            blocks=0,
+            draws=40,
         ).best.parameters[name]
         for seed, motion in enumerate(map(motion_of, range(6)))
     ]
@@ -247,8 +285,14 @@ def test_parameters_invisible_away_from_reversals_are_kept():
     problem = problem_of("coulomb_viscous")
     # All that is left is one direction, in which a constant force and Coulomb's are one.
     rows = problem.away.rows & (problem.dataset.velocity > 0.0)
-    part, residual = contrast_of(problem, replace(problem.away, rows=rows, velocity=np.zeros(rows.size)))
-    still = {name for name, change in zip(problem.parameters.free, part.change(residual), strict=True) if change == 0.0}
+    part, residual = contrast_of(
+        problem, replace(problem.away, rows=rows, velocity=np.zeros(rows.size))
+    )
+    still = {
+        name
+        for name, change in zip(problem.parameters.free, part.change(residual), strict=True)
+        if change == 0.0
+    }
     assert len(still & {"F_C", "offset"}) == 1
     assert "M" not in still
 
@@ -259,4 +303,6 @@ def test_disturbed_rows_near_reversals_spread_draws_over_both_fits():
     # The fit errs by 1.5 of its standard errors, the other one hardly.
     draws = 1.5 - errors + between(np.array([-1.5]), sure - errors, errors, rng)
     assert np.mean(np.abs(draws) < 0.5) > 0.3
-    assert np.ptp(np.percentile(draws, [2.5, 97.5])) < 1.2 * np.ptp(np.percentile(errors, [2.5, 97.5]))
+    assert np.ptp(np.percentile(draws, [2.5, 97.5])) < 1.2 * np.ptp(
+        np.percentile(errors, [2.5, 97.5])
+    )

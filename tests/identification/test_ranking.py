@@ -8,7 +8,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.golden.simulated import elements_log
-from tests.identification.known_logs import STATED, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.known_logs import (
+    STATED,
+    log_of,
+    sines,
+    sliding_effort,
+    sliding_log,
+    slow_log,
+)
 from tests.identification.rigid import identify
 from tests.identification.test_elements import KNOWN
 
@@ -37,8 +44,12 @@ def made(fit):
     """Make a fit with so many parameters, so many of them not identified, and these errors on the blocks."""
 
     def make(name, errors, parameters, unknown=0, component=None):
-        estimates = [replace(fit.estimates[0], name=f"p{i}", status="identified") for i in range(parameters)]
-        estimates[:unknown] = [replace(estimate, status="unidentifiable") for estimate in estimates[:unknown]]
+        estimates = [
+            replace(fit.estimates[0], name=f"p{i}", status="identified") for i in range(parameters)
+        ]
+        estimates[:unknown] = [
+            replace(estimate, status="unidentifiable") for estimate in estimates[:unknown]
+        ]
         mean = sum(errors) / len(errors)
         spread = (sum((estimate - mean) ** 2 for estimate in errors) / (len(errors) - 1)) ** 0.5
         return replace(
@@ -59,31 +70,45 @@ def order(*fits, spread=0.0):
 
 
 @pytest.mark.parametrize(
-    ("worse", "rich", "first"),  # by how much the simple model is worse on each block; parameters of the rich one, unidentified ones
+    (
+        "worse",
+        "rich",
+        "first",
+    ),  # by how much the simple model is worse on each block; parameters of the rich one, unidentified ones
     [
         pytest.param((0.1,) * 5, (6, 0), "rich", id="every block agrees"),
         # The simple model is worse by 0.06 on average, and by 0.06 +- 0.18 as far as five blocks tell.
         pytest.param((0.4, -0.3, 0.5, -0.4, 0.1), (6, 0), "simple", id="blocks disagree"),
         pytest.param((0.1,) * 5, (10, 5), "simple", id="half of the parameters are not identified"),
-        pytest.param((0.1,) * 5, (10, 4), "rich", id="more than half of the parameters are identified"),
+        pytest.param(
+            (0.1,) * 5, (10, 4), "rich", id="more than half of the parameters are identified"
+        ),
         pytest.param((2.0,) * 5, (10, 5), "rich", id="half unidentified, and far better"),
         pytest.param((1e-7,) * 5, (4, 0), "simple", id="errors equal up to rounding"),
     ],
 )
 def test_the_simpler_model_leads_unless_the_richer_one_predicts_better(made, worse, rich, first):
-    simple = made("simple", [block + change for block, change in zip(BLOCKS, worse, strict=True)], 3)
+    simple = made(
+        "simple", [block + change for block, change in zip(BLOCKS, worse, strict=True)], 3
+    )
     assert order(simple, made("rich", BLOCKS, *rich))[0] == first
 
 
 def test_after_the_chosen_model_the_order_is_that_of_the_error(made):
     better = made("better", BLOCKS, 6)
-    others = [made(f"p{size}", [block + 0.5 - 0.1 * size for block in BLOCKS], size) for size in (2, 3, 4)]
+    others = [
+        made(f"p{size}", [block + 0.5 - 0.1 * size for block in BLOCKS], size) for size in (2, 3, 4)
+    ]
     assert order(better, *others) == ["better", "p4", "p3", "p2"]
 
 
 def test_without_blocks_the_error_of_the_fit_decides(fit):
-    worse = replace(fit, held_out=None, force_error_percent=2.0, friction=SimpleNamespace(name="worse"))
-    better = replace(fit, held_out=None, force_error_percent=1.9, friction=SimpleNamespace(name="better"))
+    worse = replace(
+        fit, held_out=None, force_error_percent=2.0, friction=SimpleNamespace(name="worse")
+    )
+    better = replace(
+        fit, held_out=None, force_error_percent=1.9, friction=SimpleNamespace(name="better")
+    )
     assert order(worse, better) == ["better", "worse"]
 
 
@@ -121,7 +146,9 @@ def test_the_spread_is_that_of_the_effort_between_repeats():
     second = (motion.time // 2.0) % 2.0 == 1.0
     spreads = []
     for share in (0.0, 0.05):
-        dataset = treat_all([log_of(motion, effort * np.where(second, 1.0 + share, 1.0))], [None], 50.0, 10)
+        dataset = treat_all(
+            [log_of(motion, effort * np.where(second, 1.0 + share, 1.0))], [None], 50.0, 10
+        )
         spreads.append(spread_between_repeats(dataset))
     assert spreads[0] < 1.0
     assert spreads[1] == pytest.approx(5.0, rel=0.1)
@@ -131,9 +158,21 @@ def test_the_spread_is_that_of_the_effort_between_repeats():
 
 
 def test_an_interrupted_fit_leads_if_its_error_is_far_below_the_best(made, fit):
-    finished, second = made("finished", BLOCKS, 3), made("second", [2.0 * block for block in BLOCKS], 3)  # 3.1 % of the blocks
-    for percent, names in ((2.1, ["part", "finished", "second"]), (2.2, ["finished", "second", "part"])):
-        part = replace(fit, held_out=None, force_error_percent=percent, unfinished=True, friction=SimpleNamespace(name="part"))
+    finished, second = (
+        made("finished", BLOCKS, 3),
+        made("second", [2.0 * block for block in BLOCKS], 3),
+    )  # 3.1 % of the blocks
+    for percent, names in (
+        (2.1, ["part", "finished", "second"]),
+        (2.2, ["finished", "second", "part"]),
+    ):
+        part = replace(
+            fit,
+            held_out=None,
+            force_error_percent=percent,
+            unfinished=True,
+            friction=SimpleNamespace(name="part"),
+        )
         assert [item.name for item in in_order([second, part, finished])] == names
         assert [item.name for item in in_order([part])] == ["part"]
 
@@ -165,9 +204,16 @@ def test_criteria_use_the_squares_of_rows_or_of_the_simulated_signal(made):
 
 def test_held_out_errors_are_relative_to_the_signal_of_each_part():
     measured = np.array([3.0, 4.0, 6.0, 8.0])
-    folds = [SimpleNamespace(held_out=np.arange(4) // 2 == number, fitted=np.arange(4) // 2 != number) for number in range(2)]
-    problem = SimpleNamespace(folds=lambda blocks, settings: ("time blocks", folds), measured=measured)
-    estimation = SimpleNamespace(problem=problem, residual_without=lambda rows: np.where(rows, 9.0, [0.3, 0.4, 1.2, 1.6]))
+    folds = [
+        SimpleNamespace(held_out=np.arange(4) // 2 == number, fitted=np.arange(4) // 2 != number)
+        for number in range(2)
+    ]
+    problem = SimpleNamespace(
+        folds=lambda blocks, settings: ("time blocks", folds), measured=measured
+    )
+    estimation = SimpleNamespace(
+        problem=problem, residual_without=lambda rows: np.where(rows, 9.0, [0.3, 0.4, 1.2, 1.6])
+    )
     shares = []
     held_out = held_out_error(estimation, 2, DEFAULT, shares.append)
     assert held_out.block_errors_percent == pytest.approx((10.0, 20.0))
@@ -185,7 +231,10 @@ def asymmetric_log():
 def test_the_model_with_the_structure_of_the_truth_wins_in_any_requested_order(order):
     names = ["coulomb", "viscous", "coulomb_viscous", "coulomb_viscous+asymmetry"][::order]
     result = identify(asymmetric_log(), names, axis=STATED, draws=0)
-    assert [(fit.rank, fit.name) for fit in result.fits][:2] == [(1, "coulomb_viscous+asymmetry"), (2, "coulomb_viscous")]
+    assert [(fit.rank, fit.name) for fit in result.fits][:2] == [
+        (1, "coulomb_viscous+asymmetry"),
+        (2, "coulomb_viscous"),
+    ]
     errors = [fit.held_out.mean_percent for fit in result.fits]
     assert errors == sorted(errors)
     assert errors[0] < 0.5 * errors[1]
@@ -197,7 +246,9 @@ def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
     last = motion.time >= 8.0
     strange = np.where(last, effort + 4.0 * np.sign(motion.velocity), effort)
     held_out, plain = (
-        identify(log_of(motion, item), "coulomb_viscous", axis=STATED, draws=0).best.held_out.block_errors_percent
+        identify(
+            log_of(motion, item), "coulomb_viscous", axis=STATED, draws=0
+        ).best.held_out.block_errors_percent
         for item in (strange, effort)
     )
     # The last block alone has friction of its own: nothing fitted to the others knows of it.
@@ -212,7 +263,9 @@ def test_rows_smeared_into_a_block_by_a_filter_are_not_fitted(block, beside):
     # A push of 40 ms, two periods of the cut-off before or after the block.
     push = 100.0 * (np.abs(motion.time - (2.0 + beside)) < 0.02)
     pushed, plain = (
-        identify(log_of(motion, item), "coulomb_viscous", axis=STATED, cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
+        identify(
+            log_of(motion, item), "coulomb_viscous", axis=STATED, cutoff=20.0, blocks=2, draws=0
+        ).best.held_out.block_errors_percent
         for item in (effort + push, effort)
     )
     # The other half, whose part it is, is predicted badly; this one as if there had been no push.
@@ -221,7 +274,9 @@ def test_rows_smeared_into_a_block_by_a_filter_are_not_fitted(block, beside):
 
 
 def test_without_blocks_models_rank_by_their_error():
-    best = identify(asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", axis=STATED, blocks=0, draws=0).best
+    best = identify(
+        asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", axis=STATED, blocks=0, draws=0
+    ).best
     assert (best.name, best.held_out) == ("coulomb_viscous+asymmetry", None)
     assert "held_out_error_percent" not in best.metrics
 
@@ -245,7 +300,11 @@ def test_a_log_without_room_for_two_blocks_has_a_warning():
 def compared():
     motion = sines(6.0)
     identification = identify(
-        log_of(motion, sliding_effort(motion)), "viscous,coulomb_viscous,coulomb_viscous+asymmetry", axis=STATED, draws=0, blocks=0
+        log_of(motion, sliding_effort(motion)),
+        "viscous,coulomb_viscous,coulomb_viscous+asymmetry",
+        axis=STATED,
+        draws=0,
+        blocks=0,
     )
     return {fit.name: fit for fit in identification.fits}
 
@@ -258,31 +317,44 @@ def test_the_truth_costs_least(compared):
 
 
 def test_each_criterion_is_the_difference_from_its_smallest_value(compared):
-    assert [min(getattr(fit.information, criterion) for fit in compared.values()) for criterion in ("aic", "bic")] == [0.0, 0.0]
+    assert [
+        min(getattr(fit.information, criterion) for fit in compared.values())
+        for criterion in ("aic", "bic")
+    ] == [0.0, 0.0]
 
 
 def price_between(item, other):
     """How many parameters one fit has more than another, from the prices of both criteria."""
-    aic, bic = (getattr(other.information, name) - getattr(item.information, name) for name in ("aic", "bic"))
+    aic, bic = (
+        getattr(other.information, name) - getattr(item.information, name)
+        for name in ("aic", "bic")
+    )
     return (bic - aic) / (np.log(item.information.measurements) - 2.0)
 
 
 def test_both_criteria_differ_by_the_price_of_a_parameter(compared):
     item, other = compared["coulomb_viscous"], compared["coulomb_viscous+asymmetry"]
-    assert price_between(item, other) == pytest.approx(len(other.correlation_names) - len(item.correlation_names))
+    assert price_between(item, other) == pytest.approx(
+        len(other.correlation_names) - len(item.correlation_names)
+    )
     assert item.information.measurements <= item.traces.time.size
     assert {"aic", "bic"} <= set(item.metrics)
 
 
 def test_each_element_that_slips_has_its_price():
-    identification = identify(elements_log(duration=6.0), "dahl,maxwell_slip", axis=KNOWN, draws=0, blocks=0)
+    identification = identify(
+        elements_log(duration=6.0), "dahl,maxwell_slip", axis=KNOWN, draws=0, blocks=0
+    )
     fits = {fit.name: fit for fit in identification.fits}
     item, other = fits["dahl"], fits["maxwell_slip"]
     elements = len(other.friction.values["k_i"])
     assert elements >= 3
     # Stiffness of each element, viscous friction and offset.
     assert price_between(item, other) == pytest.approx(elements + 2 - len(item.correlation_names))
-    assert int({row[0]: row[2] for row in comparison_table(identification).rows}["maxwell_slip"]) == elements + 2
+    assert (
+        int({row[0]: row[2] for row in comparison_table(identification).rows}["maxwell_slip"])
+        == elements + 2
+    )
 
 
 @pytest.mark.slow
@@ -290,5 +362,7 @@ def test_a_model_that_ignores_its_parameters_identifies_none_of_them(tmp_path):
     text = (Path(__file__).parents[2] / "examples" / "quadratic_drag.py").read_text()
     (tmp_path / "own.py").write_text(re.sub(r"    return p\.F_C.*", "    return 5.0, Move()", text))
     log = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0), duration=10.0)
-    identification = identify(log, load_code(tmp_path / "own.py"), axis=STATED, mass=28.0, offset=0.0, draws=0, blocks=0)
+    identification = identify(
+        log, load_code(tmp_path / "own.py"), axis=STATED, mass=28.0, offset=0.0, draws=0, blocks=0
+    )
     assert identification.best.parameters["F_C"].status == "unidentifiable"

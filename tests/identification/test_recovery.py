@@ -7,7 +7,16 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.known_logs import (
+    STATED,
+    TRUTH,
+    Motion,
+    log_of,
+    sines,
+    sliding_effort,
+    sliding_log,
+    slow_log,
+)
 from tests.identification.rigid import identify
 
 from bristle import friction
@@ -27,8 +36,15 @@ from bristle.report.messages import assumptions_of, note_of, warnings_of
 def test_standard_errors_are_valid_for_white_noise():
     scores = []
     for seed in range(40):
-        parameters = identify(sliding_log(seed), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters
-        scores.append([(parameters[name].value - truth) / parameters[name].std for name, truth in TRUTH.items()])
+        parameters = identify(
+            sliding_log(seed), "coulomb_viscous", axis=STATED, blocks=0, draws=0
+        ).best.parameters
+        scores.append(
+            [
+                (parameters[name].value - truth) / parameters[name].std
+                for name, truth in TRUTH.items()
+            ]
+        )
     scores = np.array(scores)
     # The spread of 40 draws is known to 11 %, its mean to 0.16; central differences shift M by a known 1e-4.
     assert np.all(np.abs(scores.mean(axis=0)) < [0.8, 0.5, 0.5, 0.5])
@@ -42,7 +58,13 @@ def test_each_direction_has_its_own_friction():
     backward = sliding_effort(motion, F_C=6.0, F_v=40.0, offset=0.0)
     log = log_of(motion, np.where(motion.velocity > 0.0, forward, backward))
     parameters = identify(log, "coulomb_viscous+asymmetry", axis=STATED, draws=0).best.parameters
-    for name, truth in {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_v_pos": 25.0, "F_v_neg": 40.0, "M": 12.0}.items():
+    for name, truth in {
+        "F_C_pos": 9.0,
+        "F_C_neg": 6.0,
+        "F_v_pos": 25.0,
+        "F_v_neg": 40.0,
+        "M": 12.0,
+    }.items():
         assert abs(parameters[name].value - truth) < 4.0 * parameters[name].std
         assert parameters[name].status == "identified"
 
@@ -52,7 +74,10 @@ def test_each_direction_has_its_own_friction():
     ("name", "truth"),
     [
         ("dahl", {"sigma_0": 1e5, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.5}),
-        ("lugre", {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "sigma_0": 1e5, "sigma_2": 30.0, "offset": 0.5}),
+        (
+            "lugre",
+            {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "sigma_0": 1e5, "sigma_2": 30.0, "offset": 0.5},
+        ),
         ("stribeck", {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0, "offset": 0.5}),
     ],
 )
@@ -68,9 +93,19 @@ def test_nonlinear_models_are_recovered(name, truth):
 
 @pytest.mark.slow
 def test_a_gap_and_its_hardening_are_recovered():
-    truth = {"F_C": 8.0, "give": 4e-4, "gap": 6e-4, "n": 2.0, "share": 0.1, "sigma_2": 30.0, "offset": 0.5}
+    truth = {
+        "F_C": 8.0,
+        "give": 4e-4,
+        "gap": 6e-4,
+        "n": 2.0,
+        "share": 0.1,
+        "sigma_2": 30.0,
+        "offset": 0.5,
+    }
     log = slow_log(friction.find("gap_slider")(**truth), duration=6.0)
-    parameters = identify(log, "gap_slider", axis=STATED, mass=12.0, blocks=0, draws=0).best.parameters
+    parameters = identify(
+        log, "gap_slider", axis=STATED, mass=12.0, blocks=0, draws=0
+    ).best.parameters
     for name, value in truth.items():
         assert parameters[name].status == "identified", note_of(parameters[name])
         assert parameters[name].value == pytest.approx(value, rel=0.03), name
@@ -89,7 +124,12 @@ def test_a_bound_is_respected_and_reported():
 def test_predicted_and_measured_are_traced():
     fit = identify(sliding_log(), "coulomb_viscous", axis=STATED, draws=0).best
     traces = fit.traces
-    assert traces.time.shape == traces.velocity.shape == traces.measured.shape == traces.predicted.shape
+    assert (
+        traces.time.shape
+        == traces.velocity.shape
+        == traces.measured.shape
+        == traces.predicted.shape
+    )
     assert np.all(np.diff(traces.time) > 0.0)
     relative = np.linalg.norm(traces.residual) / np.linalg.norm(traces.measured)
     assert 100.0 * relative == pytest.approx(fit.force_error_percent)
@@ -97,14 +137,21 @@ def test_predicted_and_measured_are_traced():
     # Of the effort, inertia takes none that friction does: the same residual is a larger share of what is left.
     friction_alone = traces.measured - fit.plant.values["M"] * traces.acceleration
     share = np.std(traces.measured) / np.std(friction_alone)
-    assert fit.metrics["friction_error_percent"] == pytest.approx(share * fit.force_error_percent, rel=0.05)
+    assert fit.metrics["friction_error_percent"] == pytest.approx(
+        share * fit.force_error_percent, rel=0.05
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["coulomb_viscous", "coulomb_viscous+asymmetry"])
 def test_weight_is_not_friction_in_relative_errors(model):
-    light, heavy = (identify(sliding_log(offset=offset), model, axis=STATED, draws=0, blocks=0).best for offset in (0.0, 6.0))
-    assert heavy.friction_alone_error_percent == pytest.approx(light.friction_alone_error_percent, rel=0.02)
+    light, heavy = (
+        identify(sliding_log(offset=offset), model, axis=STATED, draws=0, blocks=0).best
+        for offset in (0.0, 6.0)
+    )
+    assert heavy.friction_alone_error_percent == pytest.approx(
+        light.friction_alone_error_percent, rel=0.02
+    )
     assert heavy.friction_error_percent < 0.9 * light.friction_error_percent
     assert heavy.metrics["friction_alone_error_percent"] == heavy.friction_alone_error_percent
 
@@ -149,7 +196,15 @@ POWERS = {
 TRUTHS = {
     "coulomb_viscous": {"F_C": 8.0, "F_v": 30.0, "offset": 0.5},
     "stribeck": {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0, "offset": 0.5},
-    "lugre": {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "sigma_0": 1e5, "sigma_1": 60.0, "sigma_2": 30.0, "offset": 0.5},
+    "lugre": {
+        "F_C": 8.0,
+        "F_S": 11.0,
+        "v_S": 4e-3,
+        "sigma_0": 1e5,
+        "sigma_1": 60.0,
+        "sigma_2": 30.0,
+        "offset": 0.5,
+    },
 }
 
 
@@ -158,9 +213,14 @@ TRUTHS = {
 def test_magnitudes_scale(name):
     log = slow_log(friction.find(name)(**TRUTHS[name]), duration=10.0)
     length, force = 2.0**9, 2.0**-12
-    motion = Motion(log.time.values, length * log.position.values, log.position.values, log.position.values)
+    motion = Motion(
+        log.time.values, length * log.position.values, log.position.values, log.position.values
+    )
     small = log_of(motion, force * log.effort.values, kind="rotational")
-    item, other = identify(log, name, blocks=0, draws=0).best, identify(small, name, blocks=0, draws=0).best
+    item, other = (
+        identify(log, name, blocks=0, draws=0).best,
+        identify(small, name, blocks=0, draws=0).best,
+    )
     assert other.force_error_percent == pytest.approx(item.force_error_percent, rel=1e-4)
     for parameter, estimate in item.parameters.items():
         if parameter not in POWERS:
@@ -178,25 +238,38 @@ def test_magnitudes_scale(name):
 
 def test_a_log_of_impossible_extent_is_reported_with_its_units():
     log = slow_log(friction.find("stribeck")(**TRUTHS["stribeck"]), duration=10.0)
-    slow = Motion(1e11 * log.time.values, log.position.values, log.position.values, log.position.values)
-    with pytest.raises(InputError, match=r"v_S: would have the range .* for the extent of this log.* units of time"):
+    slow = Motion(
+        1e11 * log.time.values, log.position.values, log.position.values, log.position.values
+    )
+    with pytest.raises(
+        InputError, match=r"v_S: would have the range .* for the extent of this log.* units of time"
+    ):
         identify(log_of(slow, log.effort.values), "stribeck", blocks=0, draws=0)
 
 
 def test_reversing_the_axis_exchanges_the_directions():
-    truth = friction.find("coulomb_viscous+asymmetry")(F_C_pos=9.0, F_C_neg=6.0, F_v_pos=20.0, F_v_neg=40.0)
+    truth = friction.find("coulomb_viscous+asymmetry")(
+        F_C_pos=9.0, F_C_neg=6.0, F_v_pos=20.0, F_v_neg=40.0
+    )
     log = slow_log(truth, duration=5.0)
     motion = Motion(log.time.values, -log.position.values, log.position.values, log.position.values)
     turned = log_of(motion, -log.effort.values)
     name = "coulomb_viscous+asymmetry"
-    item, other = (identify(entry, name, axis=STATED, blocks=0, draws=0).best.friction.values for entry in (log, turned))
+    item, other = (
+        identify(entry, name, axis=STATED, blocks=0, draws=0).best.friction.values
+        for entry in (log, turned)
+    )
     for parameter in ("F_C", "F_v"):
         assert other[f"{parameter}_pos"] == pytest.approx(item[f"{parameter}_neg"], rel=1e-9)
         assert other[f"{parameter}_neg"] == pytest.approx(item[f"{parameter}_pos"], rel=1e-9)
     assert np.isfinite(list(item.values())).all()
 
 
-FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
+FAST = {
+    "amplitudes": (0.02, 0.004, 0.0015),
+    "frequencies": (0.5, 3.1, 7.3),
+    "phases": (0.3, 1.1, 2.5),
+}
 AXIS = Axis(kind="translational")
 
 
@@ -228,12 +301,18 @@ def test_noise_of_a_coarse_encoder_does_not_hide_friction():
 
 @pytest.mark.slow
 def test_fewer_rows_are_reported_with_their_cost():
-    (message,) = (text for text in assumptions_of(coarsely().best) if "the usual number of rows" in text)
+    (message,) = (
+        text for text in assumptions_of(coarsely().best) if "the usual number of rows" in text
+    )
     share = float(message.split(" % of friction")[0].split()[-1])
     # White noise of a step over the root of twelve, in acceleration up to 100 Hz, times the inertia.
     motion = sines(20.0, 5e-4, **FAST)
     turned = np.fft.rfftfreq(motion.time.size, 5e-4)
-    white = 2.5e-5 / 12.0**0.5 * np.sqrt(np.mean(np.where(turned < 100.0, (2.0 * np.pi * turned) ** 4, 0.0)))
+    white = (
+        2.5e-5
+        / 12.0**0.5
+        * np.sqrt(np.mean(np.where(turned < 100.0, (2.0 * np.pi * turned) ** 4, 0.0)))
+    )
     friction = np.std(TRUTH["F_C"] * np.sign(motion.velocity) + TRUTH["F_v"] * motion.velocity)
     assert share == pytest.approx(100.0 * TRUTH["M"] * white / friction, rel=0.15)
 
@@ -241,12 +320,19 @@ def test_fewer_rows_are_reported_with_their_cost():
 @pytest.mark.slow
 def test_fewer_rows_are_reported_if_cogging_repeats_the_search_for_the_delay():
     cogs = replace(AXIS, cogging=Cogging("motor", 0.012))
-    assert any("the usual number of rows" in text for text in assumptions_of(result(coarse_log(2.5e-5), cogs).best))
+    assert any(
+        "the usual number of rows" in text
+        for text in assumptions_of(result(coarse_log(2.5e-5), cogs).best)
+    )
 
 
 @pytest.mark.slow
 def test_noise_above_friction_is_reported_in_plain_numbers():
-    (message,) = (text for text in assumptions_of(result(coarse_log(8e-5)).best) if "the usual number of rows" in text)
+    (message,) = (
+        text
+        for text in assumptions_of(result(coarse_log(8e-5)).best)
+        if "the usual number of rows" in text
+    )
     assert 100.0 < float(message.split(" % of friction")[0].split()[-1]) < 500.0
     assert "e+" not in message
 
@@ -254,7 +340,9 @@ def test_noise_above_friction_is_reported_in_plain_numbers():
 @pytest.mark.slow
 def test_a_stated_decimation_is_kept():
     assert coarsely(decimation=10).treatment["decimation"] == 10
-    assert result(coarse_log(2.5e-5, 7.0), replace(AXIS, decimation=12)).treatment["decimation"] == 12
+    assert (
+        result(coarse_log(2.5e-5, 7.0), replace(AXIS, decimation=12)).treatment["decimation"] == 12
+    )
 
 
 LOGS = [sliding_log(seed) for seed in (1, 2)]
@@ -281,7 +369,11 @@ def test_a_log_whose_friction_differs_is_named(level, place):
     logs = list(LOGS)
     logs.insert(place or 0, sliding_log(4, F_C=level))
     diagnostics = identify(logs, "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.diagnostics
-    named = [(found.numbers["log"], found.numbers["percent"] > 10.0) for found in diagnostics if found.code == "log_differs"]
+    named = [
+        (found.numbers["log"], found.numbers["percent"] > 10.0)
+        for found in diagnostics
+        if found.code == "log_differs"
+    ]
     assert named == ([] if place is None else [(f"log {place + 1}", True)])
 
 
@@ -290,13 +382,17 @@ def passages(speed, sides, seed):
     rise = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 150))
     once = np.concatenate([np.zeros(200), rise, np.ones(500), rise[::-1]])
     v = speed * np.outer(sides, once).ravel()
-    motion = Motion(1e-3 * np.arange(v.size), 1e-3 * (np.cumsum(v) - 0.5 * v), v, np.gradient(v, 1e-3))
+    motion = Motion(
+        1e-3 * np.arange(v.size), 1e-3 * (np.cumsum(v) - 0.5 * v), v, np.gradient(v, 1e-3)
+    )
     return log_of(motion, sliding_effort(motion, seed), step=1e-6)
 
 
 def test_logs_of_one_direction_or_one_speed_are_one_experiment():
     logs = [passages(0.1, [1] * 5, 1), passages(0.3, [-1] * 5, 2), passages(0.6, [1, -1, 1, -1], 3)]
-    assert all({finding.code for finding in checked(log)} & {"one_direction", "one_speed"} for log in logs)
+    assert all(
+        {finding.code for finding in checked(log)} & {"one_direction", "one_speed"} for log in logs
+    )
     identification = identify(logs, "coulomb_viscous", axis=STATED, draws=0)
     best = identification.best
     assert judged(best, identification.settings).level == "usable"
@@ -307,7 +403,10 @@ def test_logs_of_one_direction_or_one_speed_are_one_experiment():
 
 def test_each_log_has_its_axis_or_one_axis_is_shared():
     logs, axes = LOGS, [replace(STATED, resolution=step) for step in (1e-7, 1e-6)]
-    both, shared = (identify(logs, "coulomb_viscous", axis=axis, blocks=0, draws=0).best for axis in (axes, axes[0]))
+    both, shared = (
+        identify(logs, "coulomb_viscous", axis=axis, blocks=0, draws=0).best
+        for axis in (axes, axes[0])
+    )
     assert both.parameters["M"].value == pytest.approx(shared.parameters["M"].value, rel=1e-3)
 
 
@@ -318,7 +417,11 @@ SLOWER = log_of(MOTION, sliding_effort(MOTION))
 @pytest.mark.parametrize(
     ("logs", "axis", "told"),
     [
-        (LOGS[:1], [Axis(resolution=1e-7), Axis(resolution=1e-6)], r"2 axis files for 1 log; allowed 1\."),
+        (
+            LOGS[:1],
+            [Axis(resolution=1e-7), Axis(resolution=1e-6)],
+            r"2 axis files for 1 log; allowed 1\.",
+        ),
         ([], STATED, "names no log"),
         (
             [LOGS[0], log_of(MOTION, sliding_effort(MOTION))],
@@ -339,14 +442,21 @@ DRAG = {"M": 12.0, "F_C": 8.0, "F_q": 40.0}
 
 
 @pytest.mark.parametrize(
-    ("length", "force", "kind"), [(1.0, 1.0, "translational"), (2.0**-20, 2.0**9, "translational"), (2.0**11, 2.0**-12, "rotational")]
+    ("length", "force", "kind"),
+    [
+        (1.0, 1.0, "translational"),
+        (2.0**-20, 2.0**9, "translational"),
+        (2.0**11, 2.0**-12, "rotational"),
+    ],
 )
 def test_a_drag_coefficient_is_found_for_any_magnitude(length, force, kind):
     moved = sines(5.0)
     drag = DRAG["F_q"] * moved.velocity * np.abs(moved.velocity)
     effort = DRAG["M"] * moved.acceleration + DRAG["F_C"] * np.sign(moved.velocity) + drag
     effort += np.random.default_rng(3).normal(0.0, 0.1, effort.size)
-    motion = Motion(moved.time, length * moved.position, length * moved.velocity, length * moved.acceleration)
+    motion = Motion(
+        moved.time, length * moved.position, length * moved.velocity, length * moved.acceleration
+    )
     best = identify(log_of(motion, force * effort, kind=kind), OWN, blocks=0, draws=0).best
     result = best.parameters["F_q"]
     assert result.status == "identified"
@@ -355,7 +465,15 @@ def test_a_drag_coefficient_is_found_for_any_magnitude(length, force, kind):
 
 
 SCALES = Scales(
-    force=8.0, peak=20.0, speed=0.2, slowest=1e-3, acceleration=3.0, stroke=0.05, shortest=1e-6, duration=10.0, sample_time=1e-3
+    force=8.0,
+    peak=20.0,
+    speed=0.2,
+    slowest=1e-3,
+    acceleration=3.0,
+    stroke=0.05,
+    shortest=1e-6,
+    duration=10.0,
+    sample_time=1e-3,
 )
 DIMENSIONS = Scales(
     force="force",
@@ -409,6 +527,9 @@ def test_typical_values_of_a_search_have_the_dimension_of_the_parameter(quantity
         starts = []
         for scales in (other, SCALES):
             sliding = Sliding({}, scales.force, scales.force / scales.speed)
-            search, coordinate = (SimpleNamespace(sliding=sliding, scales=scales), Transform("p", "plain", 1.0, *4 * (0.0,)))
+            search, coordinate = (
+                SimpleNamespace(sliding=sliding, scales=scales),
+                Transform("p", "plain", 1.0, *4 * (0.0,)),
+            )
             starts.append(Search._draw(search, coordinate, variable, np.random.default_rng(1)))
         assert starts[0] / starts[1] == expected

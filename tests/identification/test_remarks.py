@@ -55,7 +55,11 @@ def estimate(name, value=1.0, status="identified"):
 
 def problem_of(component, dataset=None, values=None, **more):
     parameters = SimpleNamespace(
-        component=component, plant=inertia, variables=inertia.variables | component.variables, free=("M", *component.variables), fixed={}
+        component=component,
+        plant=inertia,
+        variables=inertia.variables | component.variables,
+        free=("M", *component.variables),
+        fixed={},
     )
     return SimpleNamespace(parameters=parameters, dataset=dataset or data(), values=values, **more)
 
@@ -65,7 +69,9 @@ FILTER = {"lag": 3e-3, "half_width": 1e-3}
 
 
 def test_a_large_residual_is_unexplained():
-    assert [(remark.code, remark.numbers) for remark in about_residual(41.0, DEFAULT)] == [("unexplained", {"percent": 41.0})]
+    assert [(remark.code, remark.numbers) for remark in about_residual(41.0, DEFAULT)] == [
+        ("unexplained", {"percent": 41.0})
+    ]
     assert about_residual(39.0, DEFAULT) == ()
 
 
@@ -84,7 +90,11 @@ def test_rising_friction_is_reported_in_each_direction():
 
 def test_bias_of_the_inertia_by_noise_is_reported_if_the_inertia_is_identified():
     def message(share, status="identified"):
-        return about_noise(problem_of(coulomb, data(acceleration_noise_share=share)), [estimate("M", status=status)], DEFAULT)
+        return about_noise(
+            problem_of(coulomb, data(acceleration_noise_share=share)),
+            [estimate("M", status=status)],
+            DEFAULT,
+        )
 
     assert [len(message(share)) for share in (0.009, 0.01, 0.05, 0.051)] == [0, 1, 1, 0]
     assert message(0.02, "unidentifiable") == ()
@@ -101,11 +111,18 @@ def test_the_advised_cutoff_leaves_a_tenth_of_the_reported_noise():
     assert (remark.code, remark.parameter) == ("noisy_acceleration", "M")
 
 
-def alignment_said(alignment, component=coulomb, fixed=None, change=0.0, error=1.0, settings=DEFAULT):
+def alignment_said(
+    alignment, component=coulomb, fixed=None, change=0.0, error=1.0, settings=DEFAULT
+):
     count = 3000
     rng = np.random.default_rng(1)
     column = rng.standard_normal(count)
-    problem = problem_of(component, data(alignment=alignment), mechanical=lambda values: column, unit=lambda name: {name: 1.0})
+    problem = problem_of(
+        component,
+        data(alignment=alignment),
+        mechanical=lambda values: column,
+        unit=lambda name: {name: 1.0},
+    )
     problem.parameters.fixed = {} if fixed is None else {"M": fixed}
     jacobian = np.ones((count, 1))
     residual = change * column + error * rng.standard_normal(count)
@@ -116,18 +133,56 @@ def alignment_said(alignment, component=coulomb, fixed=None, change=0.0, error=1
 @pytest.mark.parametrize(
     ("alignment", "component", "code", "severity", "numbers"),
     [
-        (Alignment(delay=2e-3, delay_half_width=6e-4), coulomb, "delay_found", "note", {"delay": 2e-3, "samples": 2.0, "half_width": 6e-4}),
-        (Alignment(delay=2e-3, delay_half_width=8e-4), coulomb, "delay_rough", "warning", {"samples": 2.0, "half_width": 8e-4}),
+        (
+            Alignment(delay=2e-3, delay_half_width=6e-4),
+            coulomb,
+            "delay_found",
+            "note",
+            {"delay": 2e-3, "samples": 2.0, "half_width": 6e-4},
+        ),
+        (
+            Alignment(delay=2e-3, delay_half_width=8e-4),
+            coulomb,
+            "delay_rough",
+            "warning",
+            {"samples": 2.0, "half_width": 8e-4},
+        ),
         (Alignment(), coulomb, "delay_unknown", "warning", {}),
-        (replace(FILTERED, smoothing=3e-3), coulomb, "filter_suspect", "warning", FILTER | {"channel": "effort"}),
+        (
+            replace(FILTERED, smoothing=3e-3),
+            coulomb,
+            "filter_suspect",
+            "warning",
+            FILTER | {"channel": "effort"},
+        ),
         (FILTERED, coulomb, "filter_suspect", "warning", FILTER | {"channel": "command"}),
-        (replace(FILTERED, of_position=True), coulomb, "filter_suspect", "warning", FILTER | {"channel": "position"}),
-        (Alignment(delay=-2e-3, filter_open=True), coulomb, "delay_or_filter", "note", {"delay": 2e-3}),
+        (
+            replace(FILTERED, of_position=True),
+            coulomb,
+            "filter_suspect",
+            "warning",
+            FILTER | {"channel": "position"},
+        ),
+        (
+            Alignment(delay=-2e-3, filter_open=True),
+            coulomb,
+            "delay_or_filter",
+            "note",
+            {"delay": 2e-3},
+        ),
         # Models with bristles follow the motion before sliding, which a delay changes.
-        (Alignment(delay=-2e-3, filter_open=True), lugre, "delay_or_filter", "warning", {"delay": 2e-3, "names": ("sigma_0", "sigma_1")}),
+        (
+            Alignment(delay=-2e-3, filter_open=True),
+            lugre,
+            "delay_or_filter",
+            "warning",
+            {"delay": 2e-3, "names": ("sigma_0", "sigma_1")},
+        ),
     ],
 )
-def test_delays_and_filters_are_reported_as_surely_as_they_are_known(alignment, component, code, severity, numbers):
+def test_delays_and_filters_are_reported_as_surely_as_they_are_known(
+    alignment, component, code, severity, numbers
+):
     told = alignment_said(alignment, component)[code]
     assert told.severity == severity
     assert {name: told.numbers[name] for name in numbers} == numbers
@@ -162,7 +217,10 @@ def test_rows_that_contradict_the_measured_inertia_are_reported(change, half_wid
 
 def test_each_treatment_of_a_log_is_reported():
     plain, errors = about_treatment(data())
-    assert (plain.code, plain.numbers) == ("filtered", {"cutoff": 100.0, "dropped": 50, "decimation": 10})
+    assert (plain.code, plain.numbers) == (
+        "filtered",
+        {"cutoff": 100.0, "dropped": 50, "decimation": 10},
+    )
     assert errors.code == "standard_errors"
     remarks = about_treatment(data(calmed_from=0.4, rest_share=0.25, creeping=True))
     assert [(remark.code, remark.numbers) for remark in remarks[1:-1]] == [
@@ -175,7 +233,9 @@ def test_each_treatment_of_a_log_is_reported():
 
 
 SLIDING = coulomb_viscous(F_C=8.0, F_v=30.0)
-TRACES = SimpleNamespace(predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0))
+TRACES = SimpleNamespace(
+    predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0)
+)
 TURNING = coulomb(kind="rotational", F_C=2.0)
 
 
@@ -186,7 +246,11 @@ def lacking(cause, friction=SLIDING, lead=None, compared=(), **facts):
 def test_a_missing_force_is_reported_as_shares_of_friction_and_residual():
     remark = lacking("position")
     assert remark.code == "missing_position"
-    assert (remark.numbers["force"], remark.numbers["percent"], remark.numbers["share_percent"]) == (2.0, 25.0, 40.0)
+    assert (
+        remark.numbers["force"],
+        remark.numbers["percent"],
+        remark.numbers["share_percent"],
+    ) == (2.0, 25.0, 40.0)
     assert remark.numbers["model"] != ""
     known = lacking("position", compared=[remark.numbers["model"]])
     assert (known.numbers["model"], known.numbers["compared"]) == ("", remark.numbers["model"])
@@ -202,13 +266,21 @@ def test_a_cause_has_its_code_and_its_numbers():
 
 
 def ripple(friction=SLIDING, lead=None, **facts):
-    return lacking("ripple", friction, lead, **{"period": 0.005, "alike": True, "overtones": (1, 2)} | facts).numbers
+    return lacking(
+        "ripple", friction, lead, **{"period": 0.005, "alike": True, "overtones": (1, 2)} | facts
+    ).numbers
 
 
 def test_a_ripple_has_a_period_an_amplitude_and_the_directions_in_which_it_pulls():
     assert ripple()["period"] == 0.005
-    assert ripple()["amplitude"] == pytest.approx(2.0 * 2.0**0.5)  # of a sine, over its root mean square
-    assert [ripple(alike=alike)["pulls"] for alike in (True, False, None)] == ["alike", "turning", ""]
+    assert ripple()["amplitude"] == pytest.approx(
+        2.0 * 2.0**0.5
+    )  # of a sine, over its root mean square
+    assert [ripple(alike=alike)["pulls"] for alike in (True, False, None)] == [
+        "alike",
+        "turning",
+        "",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -225,7 +297,11 @@ def test_a_ripple_has_a_period_an_amplitude_and_the_directions_in_which_it_pulls
 )
 def test_a_ripple_has_harmonics_of_a_turn(facts, harmonics, turner, travel):
     numbers = ripple(**facts)
-    assert (numbers["harmonics"], numbers["turner"], numbers["travel"]) == (harmonics, turner, travel)
+    assert (numbers["harmonics"], numbers["turner"], numbers["travel"]) == (
+        harmonics,
+        turner,
+        travel,
+    )
 
 
 @dataclass(frozen=True)
@@ -243,8 +319,16 @@ def test_the_residual_of_a_static_model_without_sliding_is_presliding():
     remark, kept = fit.diagnostics
     assert kept is never
     assert (remark.code, remark.severity) == ("missing_presliding", "warning")
-    assert (remark.numbers["force"], remark.numbers["percent"], remark.numbers["share_percent"]) == (2.0, 50.0, 100.0)
-    nothing = replace(fit, traces=SimpleNamespace(predicted=np.zeros(9), mechanical=np.zeros(9), residual=np.ones(9)), diagnostics=(never,))
+    assert (
+        remark.numbers["force"],
+        remark.numbers["percent"],
+        remark.numbers["share_percent"],
+    ) == (2.0, 50.0, 100.0)
+    nothing = replace(
+        fit,
+        traces=SimpleNamespace(predicted=np.zeros(9), mechanical=np.zeros(9), residual=np.ones(9)),
+        diagnostics=(never,),
+    )
     assert with_structure(nothing, None, DEFAULT).diagnostics[0].numbers["percent"] == 100.0
 
 
@@ -253,28 +337,44 @@ def test_the_treatment_of_a_log_is_reported_in_numbers():
     log = log_of(motion, sliding_effort(motion))
     result = identify(log, "coulomb_viscous", axis=STATED, draws=0, blocks=0)
     treatment = result.treatment
-    assert (treatment["cutoff"], treatment["decimation"], treatment["dropped"]) == (100.0, 10.0, 50.0)
+    assert (treatment["cutoff"], treatment["decimation"], treatment["dropped"]) == (
+        100.0,
+        10.0,
+        50.0,
+    )
     at_rest = 100.0 * float(np.mean(np.abs(motion.velocity) < 1e-6))
     assert treatment["rest_percent"] == pytest.approx(at_rest, abs=8.0)
     assert treatment["velocity_max"] == pytest.approx(np.max(np.abs(motion.velocity)), rel=0.01)
     assert treatment["rows"] == result.best.traces.residual.size
     assert "delay" not in treatment
     assert result.best.doubted == result.best.effective == ()
-    traded = replace(result.best, diagnostics=(Diagnostic("one_speed", numbers={"names": ("F_v", "F_X")}),))
-    lacks = replace(result.best, diagnostics=(Diagnostic("structure", numbers={"names": ("F_C",)}),))
+    traded = replace(
+        result.best, diagnostics=(Diagnostic("one_speed", numbers={"names": ("F_v", "F_X")}),)
+    )
+    lacks = replace(
+        result.best, diagnostics=(Diagnostic("structure", numbers={"names": ("F_C",)}),)
+    )
     assert (lacks.effective, lacks.doubted, traded.doubted) == (("F_C",), (), ("F_v",))
 
 
 def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(monkeypatch):
     estimates, other = (estimate("F_C"), estimate("F_v", status="held")), Diagnostic("correlated")
     fit = FakeFit(SLIDING, TRACES, (other,), estimates)
-    for scale, severity in ((1.0, "warning"), (0.0045, "note")):  # of a friction of 4 N; 0.6 % of it may matter
+    for scale, severity in (
+        (1.0, "warning"),
+        (0.0045, "note"),
+    ):  # of a friction of 4 N; 0.6 % of it may matter
         forces = (Missing("position", 0.4, 3.0 * scale), Missing("speed", 0.2, 4.0 * scale))
-        monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_, forces=forces: (forces, 0.7))
+        monkeypatch.setattr(
+            "bristle.identification.structure.missing_in", lambda *_, forces=forces: (forces, 0.7)
+        )
         structure, *named, last = with_structure(fit, None, DEFAULT).diagnostics
         expected = {"missing": 5.0 * scale, "percent": 125.0 * scale, "chance": 0.7}
         assert {name: structure.numbers[name] for name in expected} == pytest.approx(expected)
-        assert (structure.numbers["names"], structure.numbers["causes"]) == (("F_C",), ("position", "speed"))
+        assert (structure.numbers["names"], structure.numbers["causes"]) == (
+            ("F_C",),
+            ("position", "speed"),
+        )
         assert (structure.numbers["small"], last) == (int(severity == "note"), other)
         assert [item.code for item in named] == ["missing_position", "missing_speed"]
         assert {item.severity for item in (structure, *named)} == {severity}
@@ -283,10 +383,22 @@ def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(
 
 
 def test_an_elastic_coupling_is_not_taken_for_a_filter_and_names_no_model(monkeypatch):
-    fit = FakeFit(SLIDING, TRACES, (Diagnostic("filter_suspect"), Diagnostic("correlated")), (estimate("F_C"),))
-    monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_: ((Missing("position", 0.4, 1.0),), 0.7))
+    fit = FakeFit(
+        SLIDING,
+        TRACES,
+        (Diagnostic("filter_suspect"), Diagnostic("correlated")),
+        (estimate("F_C"),),
+    )
+    monkeypatch.setattr(
+        "bristle.identification.structure.missing_in",
+        lambda *_: ((Missing("position", 0.4, 1.0),), 0.7),
+    )
     _, named, *others = with_structure(fit, None, DEFAULT).diagnostics
-    assert [named.code, *(item.code for item in others)] == ["missing_position", "filter_suspect", "correlated"]
+    assert [named.code, *(item.code for item in others)] == [
+        "missing_position",
+        "filter_suspect",
+        "correlated",
+    ]
     rows = SimpleNamespace(inverse=SimpleNamespace(dataset=SimpleNamespace(cutoff=8.0)))
     coupling = Elastic(43.0, 0.4, 55.0, 0.5, 0.7, 0.02, 12.0, 0.1, 0.0, 1e-4)
     coupled, *others = with_structure(fit, rows, DEFAULT, coupling=coupling).diagnostics
@@ -303,9 +415,15 @@ def test_a_changed_estimation_seeks_missing_forces_anew():
 
 
 @pytest.mark.parametrize(
-    ("slots", "codes"), [("coulomb_viscous", ["level_over_position", "one_speed"]), ("coulomb_viscous+position", ["one_speed"])]
+    ("slots", "codes"),
+    [
+        ("coulomb_viscous", ["level_over_position", "one_speed"]),
+        ("coulomb_viscous+position", ["one_speed"]),
+    ],
 )
 def test_a_level_over_position_is_no_remark_on_a_model_that_has_it(slots, codes):
     found = (Diagnostic("level_over_position"), Diagnostic("one_speed"))
-    fit = FakeFit(SimpleNamespace(name=slots, component=coulomb_viscous), None, estimates=(estimate("F_v"),))
+    fit = FakeFit(
+        SimpleNamespace(name=slots, component=coulomb_viscous), None, estimates=(estimate("F_v"),)
+    )
     assert [item.code for item in with_checks(fit, found).diagnostics] == codes

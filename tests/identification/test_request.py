@@ -18,7 +18,14 @@ from bristle.files import load_code
 from bristle.identification import least_squares
 from bristle.identification.identify import _context
 from bristle.identification.parameters import PriorKnowledge
-from bristle.identification.request import freed, models_of, prior_knowledge_of, settings_of, treatment_of, with_method
+from bristle.identification.request import (
+    freed,
+    models_of,
+    prior_knowledge_of,
+    settings_of,
+    treatment_of,
+    with_method,
+)
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.work import Work
 from bristle.models.friction import MODELS, coulomb, coulomb_viscous
@@ -37,7 +44,9 @@ def names(model):
 def test_all_means_every_identifiable_model():
     assert set(names("all")) == set(MODELS) - WITHOUT_LOAD
     assert {model.name for model in models_of("all", transmits=True)} == set(MODELS) - REFUSED
-    assert names("all+asymmetry") == [f"{name}+asymmetry" for name in MODELS if name not in WITHOUT_LOAD]
+    assert names("all+asymmetry") == [
+        f"{name}+asymmetry" for name in MODELS if name not in WITHOUT_LOAD
+    ]
 
 
 def test_models_named_with_all_come_first_and_once():
@@ -48,14 +57,18 @@ def test_models_named_with_all_come_first_and_once():
 
 @pytest.mark.slow
 def test_among_all_models_the_true_one_is_not_beaten(monkeypatch):
-    monkeypatch.setattr(least_squares, "STARTS", 1)  # the best of few candidates is one enough for a log so plain
+    monkeypatch.setattr(
+        least_squares, "STARTS", 1
+    )  # the best of few candidates is one enough for a log so plain
     monkeypatch.setattr(least_squares, "CANDIDATES", 8)
     motion = sines(6.0, 4e-3)
     identification = identify(log_of(motion, sliding_effort(motion)), "all", blocks=3, draws=0)
     plain = [fit for fit in identification.fits if "+" not in fit.name]
     assert len(plain) + len(identification.left_out) == len(MODELS) - len(WITHOUT_LOAD)
     # The best of them with both directions apart, which this log does not ask for.
-    assert [fit.name for fit in identification.fits if fit not in plain] == ["coulomb_viscous+asymmetry"]
+    assert [fit.name for fit in identification.fits if fit not in plain] == [
+        "coulomb_viscous+asymmetry"
+    ]
     assert identification.best.name == "coulomb_viscous"
     assert identification.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)
 
@@ -88,7 +101,9 @@ def test_shapes_are_freed_and_other_names_are_rejected():
     components = models_of("dahl, stribeck+position")
     assert freed(["exponent", "delta_S"], components) == ("exponent", "delta_S")
     for name in ("F_C", "exponents"):
-        with pytest.raises(InputError, match=r"is not a shape parameter with a default value.*delta_S, exponent"):
+        with pytest.raises(
+            InputError, match=r"is not a shape parameter with a default value.*delta_S, exponent"
+        ):
             freed([name], components)
 
 
@@ -99,7 +114,10 @@ def test_thresholds_and_method_are_as_requested():
     pairs = [("log", axis)]
     assert with_method(pairs, None) == pairs
     assert with_method(pairs, "output_error")[0][1].method == "output_error"
-    assert with_method([(SimpleNamespace(kind="rotational"), None)], "output_error")[0][1].kind == "rotational"
+    assert (
+        with_method([(SimpleNamespace(kind="rotational"), None)], "output_error")[0][1].kind
+        == "rotational"
+    )
 
 
 @pytest.mark.parametrize("asked", [("0.2 kHz", 5), (None, None), (None, 1), (None, 10_000)])
@@ -129,7 +147,14 @@ PLANT, FRICTION = inertia(M=12.0), coulomb_viscous(F_C=8.0, F_v=30.0)
 def files(tmp_path, stage):
     log = stage.log
     columns = [log.time.values, log.position.values, log.effort.values]
-    np.savetxt(tmp_path / "log.csv", np.column_stack(columns), delimiter=",", header="t,q,u", comments="", fmt="%.12g")
+    np.savetxt(
+        tmp_path / "log.csv",
+        np.column_stack(columns),
+        delimiter=",",
+        header="t,q,u",
+        comments="",
+        fmt="%.12g",
+    )
     (tmp_path / "axis.toml").write_text(AXIS)
     return tmp_path / "log.csv", str(tmp_path / "axis.toml")
 
@@ -138,26 +163,55 @@ def files(tmp_path, stage):
 def test_files_replace_objects(files, stage):
     log, axis = files
     read = identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0).best
-    direct = identify(stage.log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0).best
+    direct = identify(
+        stage.log, "coulomb_viscous", axis=Axis(seeks_delay=False), blocks=0, draws=0
+    ).best
     assert read.friction.values["F_C"] == pytest.approx(direct.friction.values["F_C"], rel=1e-6)
 
 
 def test_files_replace_objects_of_a_prediction(files, stage):
     log, axis = files
     error = predict(PLANT, FRICTION, str(log), axis).metrics["force_error_percent"]
-    assert error == pytest.approx(predict(PLANT, FRICTION, stage.log).metrics["force_error_percent"], rel=1e-6)
+    assert error == pytest.approx(
+        predict(PLANT, FRICTION, stage.log).metrics["force_error_percent"], rel=1e-6
+    )
 
 
 @pytest.mark.slow
 def test_text_with_units_is_the_number_in_si(stage):
-    as_text = identify(stage.log, "coulomb_viscous", blocks=0, mass="12000 g", offset="0.002 kN", cutoff="0.05 kHz", decimation=4, draws=0)
-    as_number = identify(stage.log, "coulomb_viscous", blocks=0, mass=12.0, offset=2.0, cutoff=50.0, decimation=np.int64(4), draws=0)
+    as_text = identify(
+        stage.log,
+        "coulomb_viscous",
+        blocks=0,
+        mass="12000 g",
+        offset="0.002 kN",
+        cutoff="0.05 kHz",
+        decimation=4,
+        draws=0,
+    )
+    as_number = identify(
+        stage.log,
+        "coulomb_viscous",
+        blocks=0,
+        mass=12.0,
+        offset=2.0,
+        cutoff=50.0,
+        decimation=np.int64(4),
+        draws=0,
+    )
     assert as_text.best.friction == as_number.best.friction
     assert as_text.treatment == as_number.treatment
 
 
 def test_a_torque_is_known_in_the_units_of_a_rotational_axis(workbenches):
-    known = identify(workbenches["rotational"].log, "coulomb_viscous", blocks=0, mass="4 kg*cm^2", offset="1 mN*m", draws=0).best
+    known = identify(
+        workbenches["rotational"].log,
+        "coulomb_viscous",
+        blocks=0,
+        mass="4 kg*cm^2",
+        offset="1 mN*m",
+        draws=0,
+    ).best
     assert known.plant.values["M"] == pytest.approx(4e-4)
     assert known.friction.values["offset"] == pytest.approx(1e-3)
 
@@ -242,7 +296,10 @@ def test_each_threshold_has_a_meaning_and_its_default_is_allowed():
         assert len(threshold.meaning) > 10, threshold.name
         assert threshold.unit, threshold.name
         assert threshold.least <= threshold.default <= threshold.most, threshold.name
-    assert Settings.of({threshold.name: threshold.default for threshold in Settings.described()}) == DEFAULT
+    assert (
+        Settings.of({threshold.name: threshold.default for threshold in Settings.described()})
+        == DEFAULT
+    )
 
 
 @pytest.mark.parametrize(
@@ -293,7 +350,9 @@ def test_a_threshold_decides_the_diagnostics(log, usual, changed, code):
 def test_rows_of_a_held_out_block_decide_the_number_of_blocks(log, usual):
     rows = usual.treatment["rows"]
     for least, blocks in ((rows // 10, 5), (rows // 4, 3)):
-        found = fitted(log, blocks=None, settings={"held_out_rows": float(least), "lines_gain": 1.0})
+        found = fitted(
+            log, blocks=None, settings={"held_out_rows": float(least), "lines_gain": 1.0}
+        )
         assert len(found.best.held_out.block_errors_percent) == blocks
     assert "too_short" in codes(fitted(log, blocks=None, settings={"held_out_rows": float(rows)}))
 
@@ -303,7 +362,9 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     assert changed_settings(DEFAULT) is None
     table = changed_settings(changed)
     assert [tuple(row[:3]) for row in table.rows] == [("unsure_std", "0.25", "0.5")]
-    assert set(changed.as_data()) == {threshold.name for threshold in Settings.described()}  # all of them stand in summary.json
+    assert set(changed.as_data()) == {
+        threshold.name for threshold in Settings.described()
+    }  # all of them stand in summary.json
 
 
 THRESHOLDS_OF_0_2 = """
@@ -317,7 +378,10 @@ stages_apart tremble unfinished_error white_lags white_level
 @pytest.mark.parametrize("name", THRESHOLDS_OF_0_2.split())
 def test_a_threshold_of_the_last_release_is_refused_with_its_successor(name):
     assert name not in {threshold.name for threshold in Settings.described()}
-    with pytest.raises(InputError, match=rf"settings\.{name}: is not a threshold of an identification.*missing_evidence replaces"):
+    with pytest.raises(
+        InputError,
+        match=rf"settings\.{name}: is not a threshold of an identification.*missing_evidence replaces",
+    ):
         Settings.of({name: 1.0})
 
 
@@ -329,8 +393,20 @@ TURN = 0.01
 def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
     effort = sliding_effort(MOTION, noise=0.05) + 2.0 * np.sin(4.0 * np.pi * MOTION.position / TURN)
     axis = replace(STATED, cogging=(Cogging("motor", TURN, harmonics),))
-    context = _context([(log_of(MOTION, effort), axis)], PriorKnowledge(plant=inertia), DEFAULT, Work(least_squares.silent), None, 100.0, 4)
-    assert context.prior.plant.orders == (("motor", 2),) if harmonics is None else context.prior.plant is inertia
+    context = _context(
+        [(log_of(MOTION, effort), axis)],
+        PriorKnowledge(plant=inertia),
+        DEFAULT,
+        Work(least_squares.silent),
+        None,
+        100.0,
+        4,
+    )
+    assert (
+        context.prior.plant.orders == (("motor", 2),)
+        if harmonics is None
+        else context.prior.plant is inertia
+    )
 
 
 @pytest.mark.parametrize(
@@ -346,5 +422,7 @@ def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
 def test_the_share_of_the_time_tells_the_remaining_time(monkeypatch, expected, ahead, share, left):
     clock, messages = Mock(side_effect=[0.0, 10.0, 12.0]), []
     monkeypatch.setattr("bristle.identification.work.perf_counter", clock)
-    Work(lambda *told: messages.append(told), ahead, begun=clock()).task("fitting", expected)(share, "start 2")
+    Work(lambda *told: messages.append(told), ahead, begun=clock()).task("fitting", expected)(
+        share, "start 2"
+    )
     assert messages == [(12.0 / (12.0 + left), "fitting, start 2")]

@@ -15,7 +15,13 @@ from bristle.identification import estimation as estimating
 from bristle.identification.estimation import along_the_motion, context_of, richer
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import FAR, OF_SLOTS, Linearised, Search, Sliding, silent
-from bristle.identification.parameter_space import Ceiling, ParameterSpace, Solution, Transform, TransformedSpace
+from bristle.identification.parameter_space import (
+    Ceiling,
+    ParameterSpace,
+    Solution,
+    Transform,
+    TransformedSpace,
+)
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.identification.refit import Refit
@@ -37,8 +43,14 @@ class Stepped(InverseDynamics):
 
 
 def test_small_jumps_of_a_simulation_do_not_disturb_a_derivative():
-    context, parameters = (context_of(DATASET, PriorKnowledge()), parameters_of(find("coulomb_viscous"), PriorKnowledge(), DATASET))
-    exact, stepped = (context.search(problem(DATASET, parameters), 1.0, simulates=True) for problem in (InverseDynamics, Stepped))
+    context, parameters = (
+        context_of(DATASET, PriorKnowledge()),
+        parameters_of(find("coulomb_viscous"), PriorKnowledge(), DATASET),
+    )
+    exact, stepped = (
+        context.search(problem(DATASET, parameters), 1.0, simulates=True)
+        for problem in (InverseDynamics, Stepped)
+    )
     theta = exact.space.theta(TRUTH)
     result, wanted = (item.descend(theta, limit=1).jacobian for item in (stepped, exact))
     np.testing.assert_allclose(result, wanted, atol=2e-3 * np.max(np.abs(wanted)))
@@ -53,8 +65,16 @@ SLIDING = Sliding({"M": 12.0, "sigma_0": 100.0}, 8.0, 30.0)
 def drawn(name, form="", low=0.0, high=1.0, quantity="1", excitation="stribeck"):
     """Two thousand values that a search would begin with, of a typical magnitude of 4."""
     parameters = SimpleNamespace(component=SimpleNamespace(defaults={"asymmetry": 0.25}))
-    search = Search(SimpleNamespace(parameters=parameters), SimpleNamespace(magnitude=lambda variable: 4.0), SLIDING, 1.0)
-    transform, variable = SimpleNamespace(name=name, form=form, low=low, high=high), Variable(quantity, "number", excitation=excitation)
+    search = Search(
+        SimpleNamespace(parameters=parameters),
+        SimpleNamespace(magnitude=lambda variable: 4.0),
+        SLIDING,
+        1.0,
+    )
+    transform, variable = (
+        SimpleNamespace(name=name, form=form, low=low, high=high),
+        Variable(quantity, "number", excitation=excitation),
+    )
     rng = np.random.default_rng(1)
     return np.array([search._draw(transform, variable, rng) for _ in range(2000)])
 
@@ -75,9 +95,24 @@ def test_a_search_starts_from_the_sliding_fit(variable, value):
 @pytest.mark.parametrize(
     ("variable", "low", "high", "mean"),
     [
-        ({"name": "sigma_0", "quantity": "force/length"}, 20.0, 100.0, 60.0),  # stiffness shared with what is in front of it
-        ({"name": "x", "form": "log", "low": np.log(2.0), "high": np.log(8.0)}, 2.0, 8.0, 6.0 / np.log(4.0)),
-        ({"name": "x"}, 0.04, 40.0, 4.0 * (10.0 - 0.01) / (3.0 * np.log(10.0))),  # from a hundredth of its magnitude to ten times
+        (
+            {"name": "sigma_0", "quantity": "force/length"},
+            20.0,
+            100.0,
+            60.0,
+        ),  # stiffness shared with what is in front of it
+        (
+            {"name": "x", "form": "log", "low": np.log(2.0), "high": np.log(8.0)},
+            2.0,
+            8.0,
+            6.0 / np.log(4.0),
+        ),
+        (
+            {"name": "x"},
+            0.04,
+            40.0,
+            4.0 * (10.0 - 0.01) / (3.0 * np.log(10.0)),
+        ),  # from a hundredth of its magnitude to ten times
     ],
 )
 def test_a_parameter_outside_sliding_is_drawn_from_its_range(variable, low, high, mean):
@@ -102,8 +137,14 @@ def test_a_cost_is_converted_to_a_share_of_the_signal():
 
 
 def test_a_start_is_computed_in_order_and_inside_its_range():
-    variables = {name: Variable("force", name, excitation="sliding") for name in ("F_C", "F_S")} | {"share": Variable("length", "share")}
-    parameters = SimpleNamespace(component=SimpleNamespace(defaults={}), variables=variables, complete=lambda values: {"a": 2.0})
+    variables = {name: Variable("force", name, excitation="sliding") for name in ("F_C", "F_S")} | {
+        "share": Variable("length", "share")
+    }
+    parameters = SimpleNamespace(
+        component=SimpleNamespace(defaults={}),
+        variables=variables,
+        complete=lambda values: {"a": 2.0},
+    )
     transforms = (
         Transform("F_C", "plain", 4.0, 0.0, 9.0, 0.0, np.inf),
         Transform("F_S", "excess", 4.0, 0.0, 9.0, 0.0, np.inf, above=("F_C",)),
@@ -118,13 +159,19 @@ def test_a_start_is_computed_in_order_and_inside_its_range():
     assert (min(shares), max(shares)) == pytest.approx((0.2, 0.6), abs=0.01)
 
 
-@pytest.mark.parametrize(("left", "slope"), [(3.0, 1e60), (3.0, np.inf), (3.0, np.nan), (2.0 * FAR, 5.0)])
+@pytest.mark.parametrize(
+    ("left", "slope"), [(3.0, 1e60), (3.0, np.inf), (3.0, np.nan), (2.0 * FAR, 5.0)]
+)
 def test_a_row_that_diverges_shows_no_direction(left, slope):
     """An observer that diverges has rows whose derivative, or whose residual, is beyond any use."""
     space = SimpleNamespace(names=("a", "b"), values=dict, derivative=lambda x: np.eye(2))
     rows = np.array([1.0, left, -2.0]), np.array([[4.0, 5.0], [1.0, slope], [6.0, 7.0]])
-    problem = SimpleNamespace(parameters=SimpleNamespace(free=["a", "b"]), linearised=lambda values: rows)
-    search = SimpleNamespace(problem=problem, space=space, unit=1.0, finite=lambda residual: np.clip(residual, -FAR, FAR))
+    problem = SimpleNamespace(
+        parameters=SimpleNamespace(free=["a", "b"]), linearised=lambda values: rows
+    )
+    search = SimpleNamespace(
+        problem=problem, space=space, unit=1.0, finite=lambda residual: np.clip(residual, -FAR, FAR)
+    )
     jacobian = Linearised(search, slice(None)).jacobian(np.zeros((0, 2)))
     np.testing.assert_array_equal(jacobian, [[-4.0, -5.0], [0.0, 0.0], [-6.0, -7.0]])
 
@@ -153,7 +200,9 @@ def space_for(model, fixed=None):
 
 def anywhere(space, rng):
     """Return coordinates within their bounds; where there is none, up to 3 typical magnitudes."""
-    return rng.uniform(np.maximum(space.low, -3.0), np.where(np.isfinite(space.high), space.high, 3.0))
+    return rng.uniform(
+        np.maximum(space.low, -3.0), np.where(np.isfinite(space.high), space.high, 3.0)
+    )
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -161,7 +210,10 @@ def test_relations_are_satisfied_everywhere_in_a_search(case):
     space, rng = space_of(case), np.random.default_rng(3)
     for _ in range(200):
         values = space.parameters.complete(space.values(anywhere(space, rng)))
-        coulomb, static = ([value for name, value in values.items() if name.startswith(of)] for of in ("F_C", "F_S"))
+        coulomb, static = (
+            [value for name, value in values.items() if name.startswith(of)]
+            for of in ("F_C", "F_S")
+        )
         assert all(above >= below for above, below in zip(static, coulomb, strict=True))
         assert values.get("f_p", np.inf) > max(static)
         if "z_ba" in values:
@@ -176,9 +228,13 @@ def test_coordinates_convert_both_ways_and_have_a_derivative_that_is_the_limit_o
         values = space.parameters.complete(space.values(theta))
         np.testing.assert_allclose(space.theta(values), theta, rtol=1e-9, atol=1e-9)
         steps = 1e-6 * np.eye(theta.size)
-        differences = np.stack([space.numbers(theta + step) - space.numbers(theta - step) for step in steps], axis=1)
+        differences = np.stack(
+            [space.numbers(theta + step) - space.numbers(theta - step) for step in steps], axis=1
+        )
         size = np.abs(space.numbers(theta))[:, None] + 1e-12
-        np.testing.assert_allclose(space.derivative(theta) / size, 0.5e6 * differences / size, rtol=1e-5, atol=1e-6)
+        np.testing.assert_allclose(
+            space.derivative(theta) / size, 0.5e6 * differences / size, rtol=1e-5, atol=1e-6
+        )
 
 
 def test_a_reflection_has_the_same_distance_within_the_bounds():
@@ -186,10 +242,15 @@ def test_a_reflection_has_the_same_distance_within_the_bounds():
     best, names = 0.5 * (anywhere(space, rng) + anywhere(space, rng)), space.names
     near = best + 0.01 * rng.standard_normal(best.size)
     present, middle, here = (
-        dict(zip(names, item, strict=True)) for item in (space.turned(near, best).numbers, space.numbers(best), space.numbers(near))
+        dict(zip(names, item, strict=True))
+        for item in (space.turned(near, best).numbers, space.numbers(best), space.numbers(near))
     )
     for name in set(names) - {"F_S"}:
-        side = middle[name] ** 2 / here[name] if name in space.logarithmic else 2.0 * middle[name] - here[name]
+        side = (
+            middle[name] ** 2 / here[name]
+            if name in space.logarithmic
+            else 2.0 * middle[name] - here[name]
+        )
         assert present[name] == pytest.approx(side)
     # Farther than the excess reaches down, F_S is F_C.
     excess = list(names).index("F_S")
@@ -206,8 +267,15 @@ def related(relations, **ranges):
     """A user's model with these relations between its parameters, and their smallest values."""
     least = {"a": 1e-3, "b": 0.0, "F_C": 1e-3, "F_S": 0.0} | ranges
     quantities = {"a": "force/length", "b": "length", "F_C": "force", "F_S": "force"}
-    variables = {name: Variable(quantity, name, min=least[name], excitation="sliding") for name, quantity in quantities.items()}
-    return own_model(trial, variables, relations=tuple(Relation(relation, lambda p: True, "Lower b") for relation in relations))
+    variables = {
+        name: Variable(quantity, name, min=least[name], excitation="sliding")
+        for name, quantity in quantities.items()
+    }
+    return own_model(
+        trial,
+        variables,
+        relations=tuple(Relation(relation, lambda p: True, "Lower b") for relation in relations),
+    )
 
 
 @pytest.mark.parametrize(
@@ -237,7 +305,9 @@ def test_a_share_of_a_share_is_computed_after_it():
 
 def test_of_two_mutual_relations_the_first_makes_an_excess():
     space = space_for(related(["F_S >= F_C", "F_C >= F_S"]))
-    assert [(transform.name, transform.above) for transform in space.transforms if transform.above] == [("F_S", ("F_C",))]
+    assert [
+        (transform.name, transform.above) for transform in space.transforms if transform.above
+    ] == [("F_S", ("F_C",))]
 
 
 ANYWHERE = ParameterSpace(("x",), np.array([-np.inf]), np.array([np.inf]), linear=False)
@@ -267,7 +337,10 @@ def test_a_step_that_leads_uphill_is_shortened(start):
 @pytest.mark.parametrize("unit", [1e-6, 1e6])
 def test_the_solution_does_not_depend_on_units(unit):
     plain, other = (
-        Refit(Solution(ANYWHERE, np.zeros(1), np.full((1, 1), size))).solve(Steep(size), np.array([0.6]))[0] for size in (1.0, unit)
+        Refit(Solution(ANYWHERE, np.zeros(1), np.full((1, 1), size))).solve(
+            Steep(size), np.array([0.6])
+        )[0]
+        for size in (1.0, unit)
     )
     assert other == pytest.approx(plain, rel=1e-9)
     # Not after the first step, which leaves more than a third.
@@ -309,7 +382,9 @@ def test_a_linear_signal_is_solved_by_one_step_on_the_fitted_rows():
     assert theta.tolist() == pytest.approx([3.0, 4.0])
     assert residual == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
     signal[1] = 80.0
-    theta, residual = Refit(solution, rows=np.array([True, False, True])).solve(Plane(), np.array([0.0, 2.0]))
+    theta, residual = Refit(solution, rows=np.array([True, False, True])).solve(
+        Plane(), np.array([0.0, 2.0])
+    )
     assert theta.tolist() == pytest.approx([3.0, 4.0])
     assert residual == pytest.approx([0.0, 72.0, 0.0], abs=1e-12)
 
@@ -349,13 +424,21 @@ SLOTS = ("ripple", "periodic", "position", "transmitted", "asymmetry")
 
 
 @pytest.mark.parametrize(
-    ("base", "rich"), [("stribeck", "stribeck_free"), *((base, f"{base}+{slot}") for base in ("stribeck", "lugre") for slot in SLOTS)]
+    ("base", "rich"),
+    [
+        ("stribeck", "stribeck_free"),
+        *((base, f"{base}+{slot}") for base in ("stribeck", "lugre") for slot in SLOTS),
+    ],
 )
 def test_a_richer_model_starts_equal_to_the_nested_model(base, rich):
     shared = context(2.0)
     nested, component = shared.problem(find(base)), shared.problem(find(rich))
-    optimum = nested.parameters.complete({**LUGRE, "M": 12.0, "F_v": 30.0, "offset": 0.0 if base == "lugre" else 1.5})
-    optimum = {name: value for name, value in optimum.items() if name in nested.parameters.variables}
+    optimum = nested.parameters.complete(
+        {**LUGRE, "M": 12.0, "F_v": 30.0, "offset": 0.0 if base == "lugre" else 1.5}
+    )
+    optimum = {
+        name: value for name, value in optimum.items() if name in nested.parameters.variables
+    }
     start = richer(component.parameters, find(base), optimum)
     np.testing.assert_allclose(component.predicted(start), nested.predicted(optimum), atol=1e-9)
 
@@ -375,9 +458,13 @@ def test_a_search_also_starts_from_the_nested_optimum(monkeypatch, of_a_long_log
     if of_a_long_log:
         problem = shared.problem(find("lugre+ripple"))
         search = shared.search(problem)
-        begun = replace(best.solution, space=search.space, theta=search.space.high.clip(-5.0, 5.0), cost=0.0)
+        begun = replace(
+            best.solution, space=search.space, theta=search.space.high.clip(-5.0, 5.0), cost=0.0
+        )
         monkeypatch.setattr(type(problem), "excerpt", lambda self: problem)
-        monkeypatch.setattr(Search, "_from_several", lambda self, nested, report, best: best.take(begun))
+        monkeypatch.setattr(
+            Search, "_from_several", lambda self, nested, report, best: best.take(begun)
+        )
         solution = search.solve(silent, shared.nested_starts(problem.parameters))
     else:
         solution = along_the_motion(shared, find("lugre+ripple"), silent).solution
@@ -406,7 +493,14 @@ def test_an_interruption_of_a_nested_fit_ends_the_richer_one(monkeypatch):
 
 
 def test_offset_and_directional_levels_are_identified_if_a_weight_is_visible():
-    levels = {"F_C_pos": 7.0, "F_C_neg": 6.0, "F_S_pos": 9.0, "F_S_neg": 8.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0}
+    levels = {
+        "F_C_pos": 7.0,
+        "F_C_neg": 6.0,
+        "F_S_pos": 9.0,
+        "F_S_neg": 8.0,
+        "sigma_2_pos": 30.0,
+        "sigma_2_neg": 30.0,
+    }
     log = slow_log(find("lugre+asymmetry")(offset=4.0, **levels, **SHAPE), duration=4.0)
     fit = identify(log, "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
     for name, value in {"offset": 4.0, "F_C_pos": 7.0, "F_C_neg": 6.0}.items():
@@ -415,7 +509,14 @@ def test_offset_and_directional_levels_are_identified_if_a_weight_is_visible():
 
 
 def test_the_offset_is_fixed_if_directional_levels_explain_as_much():
-    levels = {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_S_pos": 12.0, "F_S_neg": 8.0, "sigma_2_pos": 30.0, "sigma_2_neg": 30.0}
+    levels = {
+        "F_C_pos": 9.0,
+        "F_C_neg": 6.0,
+        "F_S_pos": 12.0,
+        "F_S_neg": 8.0,
+        "sigma_2_pos": 30.0,
+        "sigma_2_neg": 30.0,
+    }
     log = slow_log(find("lugre+asymmetry")(**levels, **SHAPE), duration=4.0)
     fit = identify(log, "lugre+asymmetry", axis=STATED, blocks=0, draws=0).best
     assert fit.parameters["offset"].reason.code == "held_levels"
@@ -424,7 +525,13 @@ def test_the_offset_is_fixed_if_directional_levels_explain_as_much():
 @pytest.mark.slow
 def test_a_static_model_fixes_a_constant_that_keeps_levels_positive():
     truth = find("stribeck_free")(F_C=8.0, F_0=1.0, v_S=5e-3, F_v=30.0, offset=3.0)
-    fits = identify(slow_log(truth, duration=3.0), "stribeck_free,stribeck_free+asymmetry", axis=STATED, blocks=0, draws=0).fits
+    fits = identify(
+        slow_log(truth, duration=3.0),
+        "stribeck_free,stribeck_free+asymmetry",
+        axis=STATED,
+        blocks=0,
+        draws=0,
+    ).fits
     left = {fit.name: float(np.linalg.norm(fit.traces.residual)) for fit in fits}
     assert left["stribeck_free+asymmetry"] <= left["stribeck_free"] * (1.0 + 1e-6)
     held = next(fit for fit in fits if fit.name == "stribeck_free+asymmetry").parameters["offset"]

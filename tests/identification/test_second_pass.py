@@ -35,7 +35,10 @@ def cogged():
 @pytest.fixture(scope="module")
 def passes(cogged):
     """The calls of an identification that takes a second pass, the search for an elastic load, and its result."""
-    with patch.object(IDENTIFYING, "elastic_coupling", return_value=None) as sought, watched((IDENTIFYING, "_passed")) as calls:
+    with (
+        patch.object(IDENTIFYING, "elastic_coupling", return_value=None) as sought,
+        watched((IDENTIFYING, "_passed")) as calls,
+    ):
         result = br.identify(cogged, "coulomb_viscous", axis=AXIS, draws=0)
     return calls["_passed"], sought, result
 
@@ -49,7 +52,11 @@ def taken(passes):
 def fitted(monkeypatch):
     """The names of the fitted models, in order."""
     names, original = [], fits.fit
-    monkeypatch.setattr(fits, "fit", lambda context, model, *rest: names.append(model.name) or original(context, model, *rest))
+    monkeypatch.setattr(
+        fits,
+        "fit",
+        lambda context, model, *rest: names.append(model.name) or original(context, model, *rest),
+    )
     return names
 
 
@@ -57,9 +64,15 @@ def fitted(monkeypatch):
 def once_more(passes, cogged, monkeypatch):
     """Identify with both passes as they were, where a test changes what follows them."""
     first, second = (call.returned for call in passes[0])
-    ranked = first._replace(fits=[first.fits[0], replace(first.fits[0], held_out=None)])  # the first fit is the best
-    monkeypatch.setattr(IDENTIFYING, "_passed", lambda pairs, *_, **__: second if pairs[0][1].cogging else ranked)
-    return lambda **options: identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, by=br.identify, **options)
+    ranked = first._replace(
+        fits=[first.fits[0], replace(first.fits[0], held_out=None)]
+    )  # the first fit is the best
+    monkeypatch.setattr(
+        IDENTIFYING, "_passed", lambda pairs, *_, **__: second if pairs[0][1].cogging else ranked
+    )
+    return lambda **options: identify(
+        cogged, "coulomb_viscous", axis=AXIS, draws=0, by=br.identify, **options
+    )
 
 
 def test_cogging_is_taken_with_its_amplitude_and_the_held_out_error_falls(taken, once_more):
@@ -86,20 +99,33 @@ def test_result_and_summary_state_both_errors_and_the_lines(taken):
     assert f"{second.error_with:.3g} % instead of {second.error_without:.3g} %" in text
     assert '`turn = "motor"` and `harmonics = [1]` under `[[cogging]]`' in text
     assert text in [line.text for line in brief(taken, None, None)]
-    proposals = [entry for entry in taken.outcome.summary["proposals"] if entry["section"] == "cogging"]
+    proposals = [
+        entry for entry in taken.outcome.summary["proposals"] if entry["section"] == "cogging"
+    ]
     assert {entry["key"] for entry in proposals} == {"turner", "harmonics", "travel"}
     for entry in proposals:
         assert entry["taken"] is True
-        assert (entry["error_without"], entry["error_with"]) == (second.error_without, second.error_with)
+        assert (entry["error_without"], entry["error_with"]) == (
+            second.error_without,
+            second.error_with,
+        )
 
 
 def test_the_written_axis_file_has_the_lines_and_needs_no_second_pass(taken, cogged, fitted):
-    again = identify(cogged, "coulomb_viscous", axis=read_axis(axis_text(taken.axis, cogged)), draws=0)
+    again = identify(
+        cogged, "coulomb_viscous", axis=read_axis(axis_text(taken.axis, cogged)), draws=0
+    )
     assert (again.second_pass, fitted) == (None, ["coulomb_viscous"])
-    assert again.best.held_out.mean_percent == pytest.approx(taken.best.held_out.mean_percent, rel=1e-6)
+    assert again.best.held_out.mean_percent == pytest.approx(
+        taken.best.held_out.mean_percent, rel=1e-6
+    )
 
 
-@pytest.mark.parametrize("options", [{"settings": {"lines_gain": 1.0}}, {"blocks": 0}], ids=["no gain is enough", "no held-out stretches"])
+@pytest.mark.parametrize(
+    "options",
+    [{"settings": {"lines_gain": 1.0}}, {"blocks": 0}],
+    ids=["no gain is enough", "no held-out stretches"],
+)
 def test_there_is_a_single_pass_if_no_error_could_judge_a_second(cogged, fitted, options):
     result = identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, **options)
     assert (result.second_pass, fitted) == (None, ["coulomb_viscous"])
@@ -107,20 +133,32 @@ def test_there_is_a_single_pass_if_no_error_could_judge_a_second(cogged, fitted,
 
 def test_a_log_without_a_missing_force_is_fitted_once(fitted):
     motion = sines(4.0)
-    assert identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=AXIS, draws=0).second_pass is None
+    assert (
+        identify(
+            log_of(motion, sliding_effort(motion)), "coulomb_viscous", axis=AXIS, draws=0
+        ).second_pass
+        is None
+    )
     assert fitted == ["coulomb_viscous"]
 
 
 def test_rejected_lines_leave_the_first_pass_and_state_both_errors(taken, once_more):
     rejected = once_more(settings={"lines_gain": 0.99})
     assert rejected.second_pass == taken.second_pass._replace(taken=False)
-    assert (rejected.axis.cogging, rejected.best.held_out.mean_percent) == ((), taken.second_pass.error_without)
+    assert (rejected.axis.cogging, rejected.best.held_out.mean_percent) == (
+        (),
+        taken.second_pass.error_without,
+    )
     text = second_pass_of(rejected.best)
     assert "rejected it. The held-out error would be" in text
     assert "into the axis file" not in text
-    (ripple,) = (diagnostic for diagnostic in rejected.diagnostics if diagnostic.code == "missing_ripple")
+    (ripple,) = (
+        diagnostic for diagnostic in rejected.diagnostics if diagnostic.code == "missing_ripple"
+    )
     assert "[[cogging]]" not in ripple.message
-    entries = [entry for entry in rejected.outcome.summary["proposals"] if entry["section"] == "cogging"]
+    entries = [
+        entry for entry in rejected.outcome.summary["proposals"] if entry["section"] == "cogging"
+    ]
     assert [entry["taken"] for entry in entries] == [False, False, False]
     assert entries[0]["error_with"] == taken.second_pass.error_with
 
@@ -142,9 +180,19 @@ def test_lines_with_which_no_model_fits_are_rejected(passes, once_more, monkeypa
 @pytest.mark.slow
 def test_intervals_are_computed_once_for_the_returned_result(cogged, monkeypatch):
     seen, original = [], intervals.with_uncertainty
-    monkeypatch.setattr(intervals, "with_uncertainty", lambda fit, *rest: seen.append(fit.plant.values) or original(fit, *rest))
+    monkeypatch.setattr(
+        intervals,
+        "with_uncertainty",
+        lambda fit, *rest: seen.append(fit.plant.values) or original(fit, *rest),
+    )
     axis, shares = replace(AXIS, method="inverse_dynamics"), []
-    result = identify(cogged, "coulomb_viscous", axis=axis, draws=20, progress=lambda share, task: shares.append((share, task)))
+    result = identify(
+        cogged,
+        "coulomb_viscous",
+        axis=axis,
+        draws=20,
+        progress=lambda share, task: shares.append((share, task)),
+    )
     assert [list(values) for values in seen] == [list(result.best.plant.values)]
     assert "motor_1_sin" in seen[0]
     assert "motor_1_sin" in result.best.resampling.bands.draws
@@ -155,7 +203,11 @@ def test_intervals_are_computed_once_for_the_returned_result(cogged, monkeypatch
 def test_an_interrupted_second_pass_keeps_the_first(passes, once_more, monkeypatch):
     as_before = IDENTIFYING._passed
     part = passes[0][1].returned._replace(unfinished="interrupted: a part")
-    monkeypatch.setattr(IDENTIFYING, "_passed", lambda pairs, *_, **given: part if pairs[0][1].cogging else as_before(pairs, **given))
+    monkeypatch.setattr(
+        IDENTIFYING,
+        "_passed",
+        lambda pairs, *_, **given: part if pairs[0][1].cogging else as_before(pairs, **given),
+    )
     result = once_more()
     assert result.unfinished == "interrupted: the second pass with the proposed lines is incomplete"
     assert (result.second_pass, result.best.resampling) == (None, None)
@@ -164,27 +216,49 @@ def test_an_interrupted_second_pass_keeps_the_first(passes, once_more, monkeypat
 @pytest.mark.slow
 def test_gravity_of_a_link_is_taken():
     motion = swinging(6.0)
-    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(motion.position - 0.4)
+    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(
+        motion.position - 0.4
+    )
     axis = Axis(kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6)
-    result = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, blocks=2, draws=0, by=br.identify)
+    result = identify(
+        log_of(motion, effort, step=1e-6, kind="rotational"),
+        "coulomb_viscous",
+        axis=axis,
+        blocks=2,
+        draws=0,
+        by=br.identify,
+    )
     assert result.axis.gravity
-    assert np.hypot(result.parameters["g_sin"].value, result.parameters["g_cos"].value) == pytest.approx(WEIGHT, rel=0.04)
+    assert np.hypot(
+        result.parameters["g_sin"].value, result.parameters["g_cos"].value
+    ) == pytest.approx(WEIGHT, rel=0.04)
     assert "the gravity of a link" in second_pass_of(result.best)
 
 
 def test_a_joint_with_the_bodies_of_an_arm_has_no_second_gravity():
     motion = swinging(6.0)
     bodies = 0.3 * WEIGHT * np.sin(2.0 * motion.position)
-    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * np.sin(motion.position - 0.4) + bodies
-    log = replace(log_of(motion, effort, step=1e-6, kind="rotational"), regressors=(Channel(bodies, "1", "arm"),))
+    effort = (
+        with_scatter(motion, 0.0 * motion.position, share=0.0)
+        + WEIGHT * np.sin(motion.position - 0.4)
+        + bodies
+    )
+    log = replace(
+        log_of(motion, effort, step=1e-6, kind="rotational"),
+        regressors=(Channel(bodies, "1", "arm"),),
+    )
     known = KnownColumn("arm", "arm", coefficient=1.0, log="0" * 64)
-    axis = Axis(kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6, regressors=(known,))
+    axis = Axis(
+        kind="rotational", seeks_delay=False, offset=0.0, resolution=1e-6, regressors=(known,)
+    )
     result = identify(log, "coulomb_viscous", axis=axis, draws=0, by=br.identify)
     codes = [diagnostic.code for diagnostic in result.best.diagnostics]
     assert "bodies_differ" in codes
     assert "missing_gravity" not in codes
     assert not result.axis.gravity
-    assert "identify the arm again" in message(result.best.diagnostics[codes.index("bodies_differ")])
+    assert "identify the arm again" in message(
+        result.best.diagnostics[codes.index("bodies_differ")]
+    )
 
 
 @dataclass(frozen=True)
@@ -225,11 +299,15 @@ def test_cogging_offset_and_gravity_are_proposed_and_applied():
     ],
 )
 def test_friction_like_a_spring_proposes_one_force_over_the_stroke(others, axis, keys):
-    assert [line.key for line in proposed_lines(proposing(*others, Diagnostic("like_a_spring")), axis)] == keys
+    assert [
+        line.key for line in proposed_lines(proposing(*others, Diagnostic("like_a_spring")), axis)
+    ] == keys
 
 
 def test_a_rejected_spring_is_not_advised_again():
-    fit = Fit(HeldOut((1.0,), 1.0, 0.0), (Diagnostic("like_a_spring", numbers={"next": "translational"}),))
+    fit = Fit(
+        HeldOut((1.0,), 1.0, 0.0), (Diagnostic("like_a_spring", numbers={"next": "translational"}),)
+    )
     passed = Passed([fit], {}, {}, "", False, None, [], None)
     again, _ = second_pass(passed, [(None, Axis())], lambda pairs, reason: passed, 0.02)
     assert again.fits[0].diagnostics[0].numbers["next"] == "motion"
@@ -241,7 +319,10 @@ def test_a_stated_offset_of_zero_is_kept():
 
 @pytest.mark.parametrize("changes", [{"pulls": "turning"}, {"harmonics": ()}])
 def test_friction_over_position_and_a_wave_without_harmonics_are_no_cogging(changes):
-    assert proposed_lines(proposing(Diagnostic("missing_ripple", numbers=RIPPLE | changes)), Axis()) == ()
+    assert (
+        proposed_lines(proposing(Diagnostic("missing_ripple", numbers=RIPPLE | changes)), Axis())
+        == ()
+    )
 
 
 PLAIN = """# my axis
@@ -254,10 +335,14 @@ mass = 3.0
 """
 
 
-@pytest.mark.parametrize(("turner", "lead"), [("screw", "7 mm"), ("motor", "")])  # without a lead, the turning part is the motor
+@pytest.mark.parametrize(
+    ("turner", "lead"), [("screw", "7 mm"), ("motor", "")]
+)  # without a lead, the turning part is the motor
 def test_lines_enter_the_text_of_an_axis_file_and_keep_its_comments(turner, lead):
     axis = read_axis((PLAIN + (f'[transmission]\nlead = "{lead}"\n' if lead else "")).encode())
-    ripple = Diagnostic("missing_ripple", numbers=RIPPLE | {"turner": turner, "travel": axis.pitch or 0.007})
+    ripple = Diagnostic(
+        "missing_ripple", numbers=RIPPLE | {"turner": turner, "travel": axis.pitch or 0.007}
+    )
     changed = axis_with(axis, proposed_lines(proposing(ripple, DOUBTS[1]), axis))
     text = axis_text(changed)
     assert read_axis(text) == changed
@@ -266,7 +351,9 @@ def test_lines_enter_the_text_of_an_axis_file_and_keep_its_comments(turner, lead
 
 
 def test_an_axis_file_in_another_notation_is_written_anew():
-    text = PLAIN.replace("[plant] # known\nmass = 3.0\n", "").replace("[columns]", 'plant = { mass = 3.0, offset = "identify" }\n[columns]')
+    text = PLAIN.replace("[plant] # known\nmass = 3.0\n", "").replace(
+        "[columns]", 'plant = { mass = 3.0, offset = "identify" }\n[columns]'
+    )
     axis = read_axis(text.encode())
     changed = axis_with(axis, proposed_lines(proposing(DOUBTS[1]), axis))
     written = axis_text(changed)
@@ -295,7 +382,9 @@ def test_a_line_that_the_other_lines_make_superfluous_is_left_out(errors, kept):
         return passed(of_lines[axis.gravity, axis.spring is not None])
 
     doubts = DOUBTS[2], Diagnostic("missing_position", numbers={"alike": 1})
-    _, second = second_pass(passed(10.0, *doubts), [(None, Axis(kind="rotational", offset=1.5))], again, 0.02)
+    _, second = second_pass(
+        passed(10.0, *doubts), [(None, Axis(kind="rotational", offset=1.5))], again, 0.02
+    )
     assert [line.key for line in second.lines] == kept
     assert second.error_without == 10.0
     assert second.taken == (errors[0] < 9.8)
@@ -305,8 +394,18 @@ def test_a_line_that_the_other_lines_make_superfluous_is_left_out(errors, kept):
 def test_a_spring_is_not_taken_for_gravity():
     motion = swinging()
     noise = 0.5 * np.random.default_rng(3).normal(size=motion.time.size)
-    effort = with_scatter(motion, 0.0 * motion.position, share=0.0) + WEIGHT * (motion.position + 0.3 * motion.position**3) + noise
+    effort = (
+        with_scatter(motion, 0.0 * motion.position, share=0.0)
+        + WEIGHT * (motion.position + 0.3 * motion.position**3)
+        + noise
+    )
     axis = Axis(kind="rotational", seeks_delay=False, offset=1.5, resolution=1e-6)
-    result = identify(log_of(motion, effort, step=1e-6, kind="rotational"), "coulomb_viscous", axis=axis, draws=0, by=br.identify)
+    result = identify(
+        log_of(motion, effort, step=1e-6, kind="rotational"),
+        "coulomb_viscous",
+        axis=axis,
+        draws=0,
+        by=br.identify,
+    )
     assert [line.key for line in result.second_pass.lines] == ["spring"]
     assert result.parameters["spring_3"].value == pytest.approx(0.3 * WEIGHT, rel=0.03)

@@ -25,11 +25,43 @@ from bristle.models.plants import inertia
 MOTION = sines(6.0)
 LOG = log_of(MOTION, sliding_effort(MOTION, noise=0.05))
 VALUES = {
-    "lugre": {"F_C": 8.0, "F_S": 10.0, "v_S": 0.02, "sigma_0": 4e4, "sigma_1": 50.0, "sigma_2": 30.0, "v_d": 0.3},
-    "lugre+asymmetry": {"F_C_pos": 8.0, "F_C_neg": 9.0, "F_S_pos": 10.0, "F_S_neg": 11.0, "v_S": 0.02, "sigma_0": 4e4, "sigma_1": 50.0},
+    "lugre": {
+        "F_C": 8.0,
+        "F_S": 10.0,
+        "v_S": 0.02,
+        "sigma_0": 4e4,
+        "sigma_1": 50.0,
+        "sigma_2": 30.0,
+        "v_d": 0.3,
+    },
+    "lugre+asymmetry": {
+        "F_C_pos": 8.0,
+        "F_C_neg": 9.0,
+        "F_S_pos": 10.0,
+        "F_S_neg": 11.0,
+        "v_S": 0.02,
+        "sigma_0": 4e4,
+        "sigma_1": 50.0,
+    },
     "gap_slider": {"F_C": 8.0, "give": 2e-4, "gap": 1e-4, "n": 2.2, "share": 0.1, "sigma_2": 30.0},
-    "lugre+transmitted": {"F_C": 8.0, "F_S": 10.0, "v_S": 0.02, "sigma_0": 4e4, "sigma_1": 5.0, "sigma_2": 30.0, "k_L": 0.1},
-    "preisach_lugre": {"s": 4e4, "f_p": 14.0, "F_C": 8.0, "F_S": 10.0, "v_S": 0.02, "sigma_1": 5.0, "sigma_2": 30.0},
+    "lugre+transmitted": {
+        "F_C": 8.0,
+        "F_S": 10.0,
+        "v_S": 0.02,
+        "sigma_0": 4e4,
+        "sigma_1": 5.0,
+        "sigma_2": 30.0,
+        "k_L": 0.1,
+    },
+    "preisach_lugre": {
+        "s": 4e4,
+        "f_p": 14.0,
+        "F_C": 8.0,
+        "F_S": 10.0,
+        "v_S": 0.02,
+        "sigma_1": 5.0,
+        "sigma_2": 30.0,
+    },
 }
 
 
@@ -40,7 +72,10 @@ def rows():
 
 def problem_of(name, rows):
     problem = InverseDynamics(rows, parameters_of(find(name), PriorKnowledge(plant=inertia), rows))
-    values = {key: (VALUES[name] | {"M": 12.0, "offset": 1.5}).get(key, 20.0) for key in problem.parameters.free}
+    values = {
+        key: (VALUES[name] | {"M": 12.0, "offset": 1.5}).get(key, 20.0)
+        for key in problem.parameters.free
+    }
     return problem, values
 
 
@@ -50,31 +85,51 @@ def with_start(problem):
     return problem
 
 
-@pytest.mark.parametrize(("name", "places"), [*((name, None) for name in VALUES), ("gap_slider", 0.4), ("lugre", "repeated")])
+@pytest.mark.parametrize(
+    ("name", "places"),
+    [*((name, None) for name in VALUES), ("gap_slider", 0.4), ("lugre", "repeated")],
+)
 def test_derivatives_are_those_of_the_predicted_rows(rows, name, places):
     if places == "repeated":
-        rows = replace(rows, segments=tuple(replace(segment, first_cycle=700) for segment in rows.segments))
+        rows = replace(
+            rows, segments=tuple(replace(segment, first_cycle=700) for segment in rows.segments)
+        )
     problem, values = problem_of(name, rows)
-    problem = replace(problem, contacts=(places if isinstance(places, float) else None,) * len(rows.segments))
+    problem = replace(
+        problem, contacts=(places if isinstance(places, float) else None,) * len(rows.segments)
+    )
     residual, derivatives = with_start(problem).linearised(values)
-    assert residual == pytest.approx(problem.residual(values), abs=1e-12 * np.abs(rows.effort).max())
+    assert residual == pytest.approx(
+        problem.residual(values), abs=1e-12 * np.abs(rows.effort).max()
+    )
     assert derivatives.shape == (rows.effort.size, len(values))
     for column, (parameter, value) in zip(derivatives.T, values.items(), strict=True):
         step = 1e-6 * (abs(value) or 1.0)
-        high, low = (problem.predicted(problem.parameters.complete({**values, parameter: value + h})) for h in (step, -step))
+        high, low = (
+            problem.predicted(problem.parameters.complete({**values, parameter: value + h}))
+            for h in (step, -step)
+        )
         difference = (high - low) / (2.0 * step)
         assert np.linalg.norm(column - difference) < 1e-4 * np.linalg.norm(difference), parameter
 
 
 def test_a_contact_that_never_slips_remembers_how_its_start_depends_on_the_parameters(rows):
     problem, values = problem_of("gap_slider", rows)
-    problem, values = replace(problem, contacts=(0.4,) * len(rows.segments)), values | {"give": 0.3, "gap": 0.1}
+    problem, values = (
+        replace(problem, contacts=(0.4,) * len(rows.segments)),
+        values | {"give": 0.3, "gap": 0.1},
+    )
     column = with_start(problem).linearised(values)[1][:, problem.parameters.free.index("give")]
-    high, low = (problem.predicted(problem.parameters.complete({**values, "give": 0.3 + step})) for step in (1e-6, -1e-6))
+    high, low = (
+        problem.predicted(problem.parameters.complete({**values, "give": 0.3 + step}))
+        for step in (1e-6, -1e-6)
+    )
     assert column == pytest.approx((high - low) / 2e-6, rel=1e-5, abs=1e-6 * np.abs(column).max())
 
 
-OWN = {name: find("coulomb_viscous").variables[of] for name, of in (("F_C", "F_C"), ("sigma_2", "F_v"))}
+OWN = {
+    name: find("coulomb_viscous").variables[of] for name, of in (("F_C", "F_C"), ("sigma_2", "F_v"))
+}
 
 
 def own_trial(state, memory, motion, dt, p):
@@ -85,19 +140,31 @@ def test_an_untranslatable_law_is_differentiated_by_differences_with_a_warning(r
     own = own_model(own_trial, OWN)
     problem = InverseDynamics(rows, parameters_of(own, PriorKnowledge(plant=inertia), rows))
     values = {"M": 12.0, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.0}
-    with pytest.warns(InputWarning, match="bristle differentiates own by finite differences: .*math.tanh"):
+    with pytest.warns(
+        InputWarning, match="bristle differentiates own by finite differences: .*math.tanh"
+    ):
         residual, columns = problem.linearised(values)
-    assert residual == pytest.approx(problem.residual(values), abs=1e-12 * np.abs(rows.effort).max())
+    assert residual == pytest.approx(
+        problem.residual(values), abs=1e-12 * np.abs(rows.effort).max()
+    )
     smooth = np.tanh(rows.segments[0].velocity / 1e-3)
-    assert columns[:, problem.parameters.free.index("F_C")] == pytest.approx(rows.rows_of([rows.filtered(smooth)]), abs=1e-6)
-    assert columns[:, problem.parameters.free.index("sigma_2")] == pytest.approx(rows.velocity, abs=1e-6)
+    assert columns[:, problem.parameters.free.index("F_C")] == pytest.approx(
+        rows.rows_of([rows.filtered(smooth)]), abs=1e-6
+    )
+    assert columns[:, problem.parameters.free.index("sigma_2")] == pytest.approx(
+        rows.velocity, abs=1e-6
+    )
     assert columns[:, problem.parameters.free.index("M")] == pytest.approx(rows.acceleration)
 
 
 @pytest.mark.slow
 def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeypatch):
     calls = []
-    monkeypatch.setattr(sensitivities, "by_differences", lambda *arguments: calls.append(1) or by_differences(*arguments))
+    monkeypatch.setattr(
+        sensitivities,
+        "by_differences",
+        lambda *arguments: calls.append(1) or by_differences(*arguments),
+    )
     motion = sines(2.0)
     log = log_of(motion, sliding_effort(motion, noise=0.05))
     forward = identify(log, "lugre", axis=STATED, blocks=0, draws=0).best
@@ -111,21 +178,29 @@ def test_a_search_differentiates_along_the_motion_and_not_by_differences(monkeyp
         stepwise = identify(log, "lugre", axis=STATED, blocks=0, draws=0).best
     assert forward.error_percent == pytest.approx(stepwise.error_percent, rel=1e-6)
     for parameter in ("F_C", "sigma_2", "M"):
-        assert forward.parameters[parameter].value == pytest.approx(stepwise.parameters[parameter].value, rel=1e-4)
+        assert forward.parameters[parameter].value == pytest.approx(
+            stepwise.parameters[parameter].value, rel=1e-4
+        )
 
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_the_jacobian_of_a_search_is_that_of_its_residual(rows, order):
     problem, values = problem_of("lugre", rows)
-    problem = replace(problem, parameters=replace(problem.parameters, free=problem.parameters.free[::order]))
+    problem = replace(
+        problem, parameters=replace(problem.parameters, free=problem.parameters.free[::order])
+    )
     search: Search = context_of(rows, PriorKnowledge(plant=inertia)).search(problem)
-    assert (search.space.names == problem.parameters.free) is (order == 1)  # F_S is computed from F_C
+    assert (search.space.names == problem.parameters.free) is (
+        order == 1
+    )  # F_S is computed from F_C
     theta, some = search.space.theta(values), np.arange(rows.effort.size) % 3 == 0
     linearised = Linearised(search, some)
     assert linearised.at(theta)[1] == pytest.approx(search.residuals([theta], some)[0], abs=1e-12)
     for column, step in zip(linearised.jacobian(theta).T, 1e-6 * np.eye(theta.size), strict=True):
         high, low = search.residuals([theta + step, theta - step], some)
-        assert column == pytest.approx((high - low) / 2e-6, rel=1e-3, abs=1e-4 * np.abs(column).max())
+        assert column == pytest.approx(
+            (high - low) / 2e-6, rel=1e-3, abs=1e-4 * np.abs(column).max()
+        )
 
 
 class Weighed(InverseDynamics):
@@ -154,7 +229,9 @@ def test_an_overridden_residual_is_minimised(rows):
     theta = search.space.theta(values)
     usual, columns = problem.linearised(values)
     expected = (
-        -usual[:, None] * columns[:, [problem.parameters.free.index(name) for name in search.space.names]] @ search.space.derivative(theta)
+        -usual[:, None]
+        * columns[:, [problem.parameters.free.index(name) for name in search.space.names]]
+        @ search.space.derivative(theta)
     )
     jacobian = Linearised(search, slice(None)).jacobian(theta) * search.unit
     assert jacobian == pytest.approx(expected, rel=1e-3, abs=1e-4 * np.abs(expected).max())
@@ -180,11 +257,18 @@ def test_directions_beyond_one_run_are_not_lost(rows):
     eight = friction_rows(problem.model, complete, [*names, *names][:DIRECTIONS], rows, contacts)
     assert np.array_equal(eight.by_parameters, many.by_parameters[:, :DIRECTIONS])
     assert np.array_equal(eight.force, many.force)
-    single = tuple(replace(segment, velocity=segment.velocity.astype(np.float32)) for segment in rows.segments)
-    assert friction_rows(problem.model, complete, names, replace(rows, segments=single), contacts).force == pytest.approx(
-        few.force, abs=1e-2
+    single = tuple(
+        replace(segment, velocity=segment.velocity.astype(np.float32)) for segment in rows.segments
     )
-    assert problem_of("lugre+transmitted", rows)[0]._transmitted(problem.plant(complete), [])(rows.segments[0])[1].shape[1] == 0
+    assert friction_rows(
+        problem.model, complete, names, replace(rows, segments=single), contacts
+    ).force == pytest.approx(few.force, abs=1e-2)
+    assert (
+        problem_of("lugre+transmitted", rows)[0]
+        ._transmitted(problem.plant(complete), [])(rows.segments[0])[1]
+        .shape[1]
+        == 0
+    )
     nothing = friction_rows(problem.model, complete, [], rows, contacts)
     assert nothing.by_parameters.shape == (few.force.size, 0)
     assert np.array_equal(nothing.force, few.force)
@@ -192,10 +276,14 @@ def test_directions_beyond_one_run_are_not_lost(rows):
 
 def test_a_start_at_an_end_of_its_range_does_not_follow_the_parameters(rows):
     problem, values = problem_of("gap_slider", rows)
-    inner, outer = (replace(problem, contacts=(place,) * len(rows.segments)) for place in (0.5, 1.0))
+    inner, outer = (
+        replace(problem, contacts=(place,) * len(rows.segments)) for place in (0.5, 1.0)
+    )
     _, held = with_start(replace(outer)).linearised(values)
     assert np.array_equal(outer.linearised(values)[1], held)
-    assert not np.array_equal(inner.linearised(values)[1], with_start(replace(inner)).linearised(values)[1])
+    assert not np.array_equal(
+        inner.linearised(values)[1], with_start(replace(inner)).linearised(values)[1]
+    )
 
 
 def test_a_memory_full_along_a_log_is_reported(rows):
@@ -232,14 +320,20 @@ def test_a_search_of_a_long_log_starts_on_an_excerpt_and_ends_on_the_whole(monke
     usual = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     sizes, linearised = [], InverseDynamics.linearised
     monkeypatch.setattr(dataset, "EXCERPT", 1500)
-    monkeypatch.setattr(InverseDynamics, "linearised", lambda self, free: sizes.append(self.dataset.effort.size) or linearised(self, free))
+    monkeypatch.setattr(
+        InverseDynamics,
+        "linearised",
+        lambda self, free: sizes.append(self.dataset.effort.size) or linearised(self, free),
+    )
     best = identify(LOG, "lugre", axis=STATED, blocks=0, draws=0).best
     count = max(sizes)
     assert sizes[0] < 0.4 * count
     assert 2 * sizes.count(count) < len(sizes)
     assert best.error_percent == pytest.approx(usual.error_percent, rel=1e-6)
     for parameter in ("F_C", "sigma_2", "M"):
-        assert best.parameters[parameter].value == pytest.approx(usual.parameters[parameter].value, rel=1e-3)
+        assert best.parameters[parameter].value == pytest.approx(
+            usual.parameters[parameter].value, rel=1e-3
+        )
 
 
 def test_an_excerpt_consists_of_pieces_of_the_whole_log(rows, monkeypatch):
@@ -250,18 +344,39 @@ def test_an_excerpt_consists_of_pieces_of_the_whole_log(rows, monkeypatch):
     assert (pieces[0].time[0], pieces[-1].time[-1]) == (whole.time[0], whole.time[-1])
     first = int(np.flatnonzero(whole.time == pieces[2].time[0])[0])
     assert pieces[2].velocity.tolist() == whole.velocity[first : first + 500].tolist()
-    assert InverseDynamics(rows, problem_of("lugre", rows)[0].parameters, contacts=(None,)).excerpt() is None
+    assert (
+        InverseDynamics(rows, problem_of("lugre", rows)[0].parameters, contacts=(None,)).excerpt()
+        is None
+    )
     assert Halved(rows, problem_of("lugre", rows)[0].parameters).excerpt() is None
-    rests = replace(whole, velocity=np.where(np.isin(whole.time, np.concatenate([piece.time for piece in pieces])), 0.0, whole.velocity))
+    rests = replace(
+        whole,
+        velocity=np.where(
+            np.isin(whole.time, np.concatenate([piece.time for piece in pieces])),
+            0.0,
+            whole.velocity,
+        ),
+    )
     # A cycle is not cut, the pieces may be no more than half of a log, nor may the motion lie between them.
-    for changes in ({"segments": (replace(whole, first_cycle=700),)}, {"dropped": 80}, {"segments": (rests,)}):
+    for changes in (
+        {"segments": (replace(whole, first_cycle=700),)},
+        {"dropped": 80},
+        {"segments": (rests,)},
+    ):
         assert replace(rows, **changes).excerpt() is None
-    first, both = (np.isin(whole.time, np.concatenate([piece.time for piece in pieces[:count]])) for count in (1, 3))
+    first, both = (
+        np.isin(whole.time, np.concatenate([piece.time for piece in pieces[:count]]))
+        for count in (1, 3)
+    )
     for resting, is_enough in ((first, True), (both, False)):
-        partly = replace(rows, segments=(replace(whole, velocity=np.where(resting, 0.0, whole.velocity)),))
+        partly = replace(
+            rows, segments=(replace(whole, velocity=np.where(resting, 0.0, whole.velocity)),)
+        )
         assert (partly.excerpt() is not None) is is_enough
     monkeypatch.setattr(dataset, "EXCERPT", 1)
-    assert [piece.time.size for piece in replace(rows, dropped=5).excerpt().segments] == [150] * 4  # a tenth of the log
+    assert [piece.time.size for piece in replace(rows, dropped=5).excerpt().segments] == [
+        150
+    ] * 4  # a tenth of the log
     monkeypatch.setattr(dataset, "EXCERPT", 1500)
     short = whole.cut(slice(0, 900))
     assert replace(rows, segments=(whole, short)).excerpt().segments[-1] is short

@@ -59,9 +59,14 @@ def strokes(monkeypatch):
     velocity = np.where(np.arange(COUNT) < 200, 1.0, -1.0)
     position = 0.01 * np.cumsum(velocity)
     segment = SimpleNamespace(
-        velocity=velocity, position=position, signals=lambda dt, transmitted: {"v": velocity, "x": position}, regressors=()
+        velocity=velocity,
+        position=position,
+        signals=lambda dt, transmitted: {"v": velocity, "x": position},
+        regressors=(),
     )
-    monkeypatch.setattr(simulated_bands, "segment_of", lambda log, samples, cutoff, resolution: (segment, 0.0, None))
+    monkeypatch.setattr(
+        simulated_bands, "segment_of", lambda log, samples, cutoff, resolution: (segment, 0.0, None)
+    )
     return segment
 
 
@@ -104,26 +109,36 @@ def test_the_level_changes_if_a_rest_changes_its_direction(strokes):
 @pytest.mark.parametrize(("lasting", "block"), [(0.5, 50), (2.0, 200)])
 def test_an_unexplained_force_keeps_its_sign_for_its_correlation_time(lasting, block):
     stretch = Stretch()
-    simulated_widths(bands_of(unexplained=0.7, lasting=lasting, count=1), PLANT, FRICTION, NOTHING, stretch)
+    simulated_widths(
+        bands_of(unexplained=0.7, lasting=lasting, count=1), PLANT, FRICTION, NOTHING, stretch
+    )
     push, rng = stretch.runs[0][2], np.random.default_rng(95)
     rng.standard_normal((1, 2))  # the level of each of two strokes is drawn before
-    assert push == pytest.approx(np.repeat(0.7 * rng.standard_normal((1, COUNT // block))[0], block))
+    assert push == pytest.approx(
+        np.repeat(0.7 * rng.standard_normal((1, COUNT // block))[0], block)
+    )
 
 
 @pytest.mark.parametrize("lasting", [0.0, 0.001])
 def test_an_unexplained_force_keeps_its_sign_for_at_least_a_sample(lasting):
     stretch = Stretch()
-    simulated_widths(bands_of(unexplained=0.7, lasting=lasting, count=1), PLANT, FRICTION, NOTHING, stretch)
+    simulated_widths(
+        bands_of(unexplained=0.7, lasting=lasting, count=1), PLANT, FRICTION, NOTHING, stretch
+    )
     assert np.unique(stretch.runs[0][2]).size > 0.8 * COUNT
 
 
 def test_the_mean_is_that_of_simulations_that_reached_the_sample():
     short = Stretch(reached=(100,))
-    widths = simulated_widths(bands_of(unexplained=1.0, lasting=100.0, count=3), PLANT, FRICTION, NOTHING, short)
+    widths = simulated_widths(
+        bands_of(unexplained=1.0, lasting=100.0, count=3), PLANT, FRICTION, NOTHING, short
+    )
     assert np.isfinite(widths.position[:100]).all()
     assert np.isinf(widths.position[100:]).all()
     assert np.isinf(widths.effort[100:]).all()
-    assert widths.position[:100] == pytest.approx(NORMAL * np.sqrt(np.mean([push[0] ** 2 for *_, push in short.runs])), rel=1e-5)
+    assert widths.position[:100] == pytest.approx(
+        NORMAL * np.sqrt(np.mean([push[0] ** 2 for *_, push in short.runs])), rel=1e-5
+    )
 
 
 def test_the_shortest_draws_limit_their_number_and_change_only_known_parameters():
@@ -136,11 +151,20 @@ def test_the_shortest_draws_limit_their_number_and_change_only_known_parameters(
 
 def within(monkeypatch, friction=FRICTION, **draws):
     """Draws after they moved towards a fit with a residual of 0.5, whose effort is F_C."""
-    monkeypatch.setattr(simulated_bands, "_efforts", lambda bands, *models: [np.full(9, level) for level in bands.draws["F_C"]])
+    monkeypatch.setattr(
+        simulated_bands,
+        "_efforts",
+        lambda bands, *models: [np.full(9, level) for level in bands.draws["F_C"]],
+    )
     bands = bands_of(draws={name: np.array(values) for name, values in draws.items()})
     traces = SimpleNamespace(residual=np.tile([0.5, -0.5], 4))
-    fit = SimpleNamespaceFit(SimpleNamespaceFit(None, bands=bands), plant=PLANT, friction=friction, traces=traces)
-    return {name: values.tolist() for name, values in within_the_log(fit, None).resampling.bands.draws.items()}
+    fit = SimpleNamespaceFit(
+        SimpleNamespaceFit(None, bands=bands), plant=PLANT, friction=friction, traces=traces
+    )
+    return {
+        name: values.tolist()
+        for name, values in within_the_log(fit, None).resampling.bands.draws.items()
+    }
 
 
 @pytest.mark.parametrize(
@@ -153,27 +177,40 @@ def within(monkeypatch, friction=FRICTION, **draws):
         ([10.0, 9.5, 4.0], [2.2, 2.3, 1.0], ([8.5, 8.5, 7.5], [2.05, 2.1, 1.875])),
     ],
 )
-def test_a_draw_that_contradicts_the_log_moves_towards_the_centre(monkeypatch, levels, masses, moved):
+def test_a_draw_that_contradicts_the_log_moves_towards_the_centre(
+    monkeypatch, levels, masses, moved
+):
     drawn = within(monkeypatch, F_C=levels, M=masses)
     assert [drawn["F_C"], drawn["M"]] == [pytest.approx(values) for values in moved]
 
 
 def test_a_draw_that_diverges_and_other_numbers_stay(monkeypatch):
     endless = SimpleNamespace(values=FRICTION.values | {"F_v": np.inf})
-    moved = within(monkeypatch, endless, F_C=[np.nan, 9.0], M=[2.2, 2.2], F_v=[np.inf, np.inf], lag=[1e-3, 2e-3])
+    moved = within(
+        monkeypatch,
+        endless,
+        F_C=[np.nan, 9.0],
+        M=[2.2, 2.2],
+        F_v=[np.inf, np.inf],
+        lag=[1e-3, 2e-3],
+    )
     assert moved["M"] == pytest.approx([2.2, 2.1])
     assert (moved["F_v"], moved["lag"]) == ([np.inf, np.inf], [1e-3, 2e-3])
 
 
 def looped(stretch, bands, monkeypatch, *, simulated=("closed-loop",), lag=None, segments=()):
-    fit = SimpleNamespaceFit(SimpleNamespaceFit(None, bands=bands), plant=PLANT, friction=FRICTION, lag=lag)
+    fit = SimpleNamespaceFit(
+        SimpleNamespaceFit(None, bands=bands), plant=PLANT, friction=FRICTION, lag=lag
+    )
     axes = []
 
     def of(log, axis, loop, part):
         axes.append((axis, loop, part))
         return stretch
 
-    monkeypatch.setattr(simulated_bands, "can_be_simulated", lambda log, axis, loop: loop in simulated)
+    monkeypatch.setattr(
+        simulated_bands, "can_be_simulated", lambda log, axis, loop: loop in simulated
+    )
     monkeypatch.setattr(simulated_bands.Stretch, "of", of)
     log = SimpleNamespace(kind="translational", segments=segments)
     return with_loops(fit, [(log, None)]).resampling.bands, axes
@@ -192,11 +229,17 @@ class SimpleNamespaceFit:
 
 
 def test_the_loop_error_completes_a_band_of_95_percent_of_the_positions(monkeypatch):
-    bands, axes = looped(Stretch(off=1e-3, resolution=1e-3), bands_of(left_in_open_loop=7.0), monkeypatch)
-    assert bands.left_in_closed_loop == pytest.approx(1e-3 * np.sqrt(1.0 - 0.475**2) / NORMAL, rel=1e-5)
+    bands, axes = looped(
+        Stretch(off=1e-3, resolution=1e-3), bands_of(left_in_open_loop=7.0), monkeypatch
+    )
+    assert bands.left_in_closed_loop == pytest.approx(
+        1e-3 * np.sqrt(1.0 - 0.475**2) / NORMAL, rel=1e-5
+    )
     assert bands.left_in_open_loop == 7.0  # not simulated
     assert [(loop, part) for _, loop, part in axes] == [("closed-loop", slice(None))]
-    within, _ = looped(Stretch(off=1e-3, resolution=3e-3), bands_of(left_in_closed_loop=7.0), monkeypatch)
+    within, _ = looped(
+        Stretch(off=1e-3, resolution=3e-3), bands_of(left_in_closed_loop=7.0), monkeypatch
+    )
     assert within.left_in_closed_loop == 0.0
     few, _ = looped(Stretch(off=1.0, count=5), bands_of(left_in_closed_loop=7.0), monkeypatch)
     assert few.left_in_closed_loop == 7.0
@@ -205,9 +248,18 @@ def test_the_loop_error_completes_a_band_of_95_percent_of_the_positions(monkeypa
 def test_a_loop_has_the_identified_lag_and_each_segment_is_simulated(monkeypatch):
     parts = (slice(0, 10), slice(10, 20))
     for lag in (None, 2e-3):
-        _, axes = looped(Stretch(), bands_of(), monkeypatch, lag=lag, segments=parts, simulated=("closed-loop", "open-loop"))
+        _, axes = looped(
+            Stretch(),
+            bands_of(),
+            monkeypatch,
+            lag=lag,
+            segments=parts,
+            simulated=("closed-loop", "open-loop"),
+        )
         assert [axis.lag for axis, *_ in axes] == [lag or 0.0] * 4 if lag else len(axes) == 4
-        assert [(loop, part) for _, loop, part in axes] == [(loop, part) for loop in ("closed-loop", "open-loop") for part in parts]
+        assert [(loop, part) for _, loop, part in axes] == [
+            (loop, part) for loop in ("closed-loop", "open-loop") for part in parts
+        ]
 
 
 @pytest.mark.parametrize(("count", "members"), [(COUNT, 12), (80_000, 5), (400_000, 3)])
@@ -225,14 +277,27 @@ def test_a_fit_without_resampling_has_no_bands():
 @pytest.mark.parametrize(("bandwidth", "share"), [(10.0, 0.2), (50.0, 1.0), (80.0, 1.0)])
 def test_noise_counts_by_the_bandwidth_of_rows_and_adds_in_squares(monkeypatch, bandwidth, share):
     monkeypatch.setattr(simulated_bands, "half_cycle_starts", lambda dataset: ())
-    dataset = SimpleNamespace(segments=(), time=np.zeros(3), bandwidth=bandwidth, sample_time=0.01, rows_of=lambda efforts: np.zeros(3))
+    dataset = SimpleNamespace(
+        segments=(),
+        time=np.zeros(3),
+        bandwidth=bandwidth,
+        sample_time=0.01,
+        rows_of=lambda efforts: np.zeros(3),
+    )
     for count in (0, 1, 5):
-        width = half_width(bands_of(noise=0.4, unexplained=0.3, inflation=2.0, count=count), PLANT, FRICTION, dataset)
+        width = half_width(
+            bands_of(noise=0.4, unexplained=0.3, inflation=2.0, count=count),
+            PLANT,
+            FRICTION,
+            dataset,
+        )
         assert width == pytest.approx(NORMAL * 2.0 * np.sqrt(share * 0.16 + 0.09), rel=1e-5)
     for drawn in ([1.0, 4.0], [1.0, np.inf, 4.0]):  # a draw that diverges is left out
         efforts = iter(drawn)
         dataset.rows_of = lambda _, efforts=efforts: np.full(3, next(efforts))
-        assert half_width(bands_of(count=len(drawn)), PLANT, FRICTION, dataset) == pytest.approx(NORMAL * np.sqrt(4.5), rel=1e-5)
+        assert half_width(bands_of(count=len(drawn)), PLANT, FRICTION, dataset) == pytest.approx(
+            NORMAL * np.sqrt(4.5), rel=1e-5
+        )
     most = iter([1.0, np.nan, np.inf])
     dataset.rows_of = lambda _: np.full(3, next(most))
     with pytest.raises(InputError, match="diverges with 2 of 3 draws"):

@@ -11,7 +11,12 @@ from bristle.files.model import read_model, write_model
 from bristle.identification import identify, stribeck_element_models
 from bristle.identification.fixed_shape import in_lists, shaped
 from bristle.identification.simulated_bands import Bands
-from bristle.identification.stribeck_element_models import OF_THIS_SHAPE, Curve, StribeckElements, estimate_stribeck_elements
+from bristle.identification.stribeck_element_models import (
+    OF_THIS_SHAPE,
+    Curve,
+    StribeckElements,
+    estimate_stribeck_elements,
+)
 from bristle.models.friction import find
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, note_of
@@ -49,17 +54,28 @@ def test_intervals_contain_curve_and_attraction_for_scattering_friction():
 @pytest.mark.slow
 def test_the_virgin_curve_is_recovered_for_any_single_elements(result):
     values, x = result.best.friction.values, np.linspace(0.5e-6, 18e-6, 30)
-    assert np.max(np.abs(virgin_curve(values, x, "F_S") - virgin_curve(SHAPE | SLIDING, x, "F_S"))) < 0.02 * SLIDING["F_S"]
+    assert (
+        np.max(np.abs(virgin_curve(values, x, "F_S") - virgin_curve(SHAPE | SLIDING, x, "F_S")))
+        < 0.02 * SLIDING["F_S"]
+    )
 
 
 @pytest.mark.slow
 def test_its_model_file_predicts_another_log_with_bands(result, tmp_path):
     fit = result.best
-    write_model(tmp_path / "model.toml", fit.plant, fit.friction, estimates=fit.estimates, bands=fit.resampling.bands)
+    write_model(
+        tmp_path / "model.toml",
+        fit.plant,
+        fit.friction,
+        estimates=fit.estimates,
+        bands=fit.resampling.bands,
+    )
     read = read_model(tmp_path / "model.toml")
     assert read.friction == fit.friction
     bands = Bands(**read.info["bands"])
-    text = predict(read.plant, read.friction, gms_log(seed=5), cutoff=80.0, decimation=2, bands=bands)
+    text = predict(
+        read.plant, read.friction, gms_log(seed=5), cutoff=80.0, decimation=2, bands=bands
+    )
     assert text.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=0.1)
     assert text.inside_percent > 85.0
 
@@ -104,20 +120,33 @@ class Told(StribeckElements):
         values = dict.fromkeys(("F_C", "F_C_pos", "F_C_neg"), FULL) | {"sigma_2": 300.0}
         parameters = SimpleNamespace(component=len(self.context.told.curves), complete=dict)
         return SimpleNamespace(
-            solution=lambda rows=None: (SimpleNamespace(parameters=parameters), SimpleNamespace(values=values)), curve=curve
+            solution=lambda rows=None: (
+                SimpleNamespace(parameters=parameters),
+                SimpleNamespace(values=values),
+            ),
+            curve=curve,
         )
 
     def problem(self, view):
-        statics = ("F_S_pos", "F_S_neg", "F_C_pos", "F_C_neg") if "asymmetry" in self.component.name else ("F_S", "F_C")
+        statics = (
+            ("F_S_pos", "F_S_neg", "F_C_pos", "F_C_neg")
+            if "asymmetry" in self.component.name
+            else ("F_S", "F_C")
+        )
         return SimpleNamespace(
-            parameters=SimpleNamespace(variables=self.component.variables, free=(*statics, "v_S", "C", "sigma_2")), view=view
+            parameters=SimpleNamespace(
+                variables=self.component.variables, free=(*statics, "v_S", "C", "sigma_2")
+            ),
+            view=view,
         )
 
 
 def solved(*costs, name="gms"):
     """The search, and what it ends with."""
     told = Search(costs)
-    scales = SimpleNamespace(force=FORCE, sample_time=SAMPLE_TIME, range=lambda variable: (SLOWEST, FASTEST))
+    scales = SimpleNamespace(
+        force=FORCE, sample_time=SAMPLE_TIME, range=lambda variable: (SLOWEST, FASTEST)
+    )
     context = SimpleNamespace(told=told, scales=scales, search=lambda problem: told)
     return told, Told(context, find(name)).solve(told.reports.append)
 
@@ -137,7 +166,9 @@ def test_elements_get_the_curve_of_the_best_start_and_the_search_continues():
     told, (_, best, _) = solved(3.0, 1.0, 2.0, 1.0)
     second, last = told.starts[1], told.starts[3]
     assert last == second
-    assert told.curves[1] == Curve(second["F_C"] / FULL, pytest.approx(1e-2), pytest.approx(second["C"] / FULL))
+    assert told.curves[1] == Curve(
+        second["F_C"] / FULL, pytest.approx(1e-2), pytest.approx(second["C"] / FULL)
+    )
     assert best.number == 2  # the round that followed was no better
 
 
@@ -195,7 +226,11 @@ def test_held_out_rows_fit_neither_the_shape_nor_the_parameters(monkeypatch):
 
     class Told(StribeckElements):
         def solve(self, report):
-            return SimpleNamespace(parameters=SimpleNamespace(component=view)), best, SimpleNamespace(solution=of_rows)
+            return (
+                SimpleNamespace(parameters=SimpleNamespace(component=view)),
+                best,
+                SimpleNamespace(solution=of_rows),
+            )
 
         def problem(self, view):
             return SimpleNamespace(residual=lambda values: (view, values))
@@ -205,7 +240,9 @@ def test_held_out_rows_fit_neither_the_shape_nor_the_parameters(monkeypatch):
         return SimpleNamespace(values={"F_C": 21.0})
 
     monkeypatch.setattr(stribeck_element_models, "StribeckElements", Told)
-    estimation = estimate_stribeck_elements(SimpleNamespace(search=lambda problem: SimpleNamespace(refit=refit)), None, None)
+    estimation = estimate_stribeck_elements(
+        SimpleNamespace(search=lambda problem: SimpleNamespace(refit=refit)), None, None
+    )
     assert estimation.residual_without(rows) == ("shape of the rows", {"F_C": 21.0})
     assert asked[0] is rows
     assert asked[1] == (best.values, rows)

@@ -52,11 +52,26 @@ def forces(motion, cause):
         "direction": 1.5 * v / np.max(np.abs(v)) * side,
         "ripple": 0.1 * LEVEL * np.sin(2.0 * np.pi * motion.position / 0.01 + 1.0),
         "position": 0.1 * LEVEL * motion.position / np.ptp(motion.position) * side,
-        "lag": -0.4 * LEVEL * motion.acceleration / np.max(np.abs(motion.acceleration)) * np.exp(-speed / 0.1),
+        "lag": -0.4
+        * LEVEL
+        * motion.acceleration
+        / np.max(np.abs(motion.acceleration))
+        * np.exp(-speed / 0.1),
     }[cause]
 
 
-def result_of(motion, force, model="coulomb_viscous", *, seed=0, share=0.02, step=1e-7, axis=STATED, kind="translational", **settings):
+def result_of(
+    motion,
+    force,
+    model="coulomb_viscous",
+    *,
+    seed=0,
+    share=0.02,
+    step=1e-7,
+    axis=STATED,
+    kind="translational",
+    **settings,
+):
     log = log_of(motion, with_scatter(motion, force, seed, share), step=step, kind=kind)
     return identify(log, model, axis=axis, blocks=0, draws=0, settings=settings)
 
@@ -72,11 +87,20 @@ def rippling(motion):
 
 
 def causes_in(fit):
-    return next((diagnostic.numbers["causes"] for diagnostic in fit.diagnostics if diagnostic.code == "structure"), ())
+    return next(
+        (
+            diagnostic.numbers["causes"]
+            for diagnostic in fit.diagnostics
+            if diagnostic.code == "structure"
+        ),
+        (),
+    )
 
 
 def about(fit, cause):
-    return next(diagnostic for diagnostic in fit.diagnostics if diagnostic.code == f"missing_{cause}")
+    return next(
+        diagnostic for diagnostic in fit.diagnostics if diagnostic.code == f"missing_{cause}"
+    )
 
 
 @pytest.mark.fast_cases(1)
@@ -101,22 +125,39 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("cause", "compared"),
-    [("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"), ("lag", "gms")],
+    [
+        ("speed", "stribeck_free"),
+        ("direction", "coulomb_viscous+asymmetry"),
+        ("ripple", "coulomb_viscous+periodic"),
+        ("lag", "gms"),
+    ],
 )
 def test_a_compared_model_is_not_suggested(motion, cause, compared):
     result = result_of(motion, forces(motion, cause), f"coulomb_viscous,{compared}", same_error=1e3)
     assert [fit.name for fit in result.fits] == ["coulomb_viscous", compared]
     named = about(result.best, cause)
     assert (named.numbers["model"], named.numbers["compared"]) == ("", compared)
-    assert message(named).endswith(f". bristle also compared `{compared}`, but its error is no smaller")
+    assert message(named).endswith(
+        f". bristle also compared `{compared}`, but its error is no smaller"
+    )
 
 
-@pytest.mark.parametrize(("least", "severity", "level"), [(0.5, "note", "usable"), (None, "warning", "with_care")])
-def test_a_negligible_force_makes_parameters_effective_without_a_warning(motion, least, severity, level):
-    fit = fit_of(motion, forces(motion, "position"), **({} if least is None else {"missing_force": least}))
+@pytest.mark.parametrize(
+    ("least", "severity", "level"), [(0.5, "note", "usable"), (None, "warning", "with_care")]
+)
+def test_a_negligible_force_makes_parameters_effective_without_a_warning(
+    motion, least, severity, level
+):
+    fit = fit_of(
+        motion, forces(motion, "position"), **({} if least is None else {"missing_force": least})
+    )
     assert causes_in(fit) == ("position",)
     assert "F_C" in fit.effective
-    assert {diagnostic.severity for diagnostic in fit.diagnostics if diagnostic.code in ("structure", "missing_position")} == {severity}
+    assert {
+        diagnostic.severity
+        for diagnostic in fit.diagnostics
+        if diagnostic.code in ("structure", "missing_position")
+    } == {severity}
     assert judged(fit, Settings()).level == level
 
 
@@ -143,16 +184,27 @@ def test_a_ripple_that_turns_with_the_motion_is_one_of_friction(motion):
 
 @pytest.mark.parametrize(
     ("lead", "line", "of_lead"),
-    [(None, '`turn = "motor"` and `harmonics = [1, 2]`', True), (0.03, '`turn = "screw"` and `harmonics = [3, 6]`', False)],
+    [
+        (None, '`turn = "motor"` and `harmonics = [1, 2]`', True),
+        (0.03, '`turn = "screw"` and `harmonics = [3, 6]`', False),
+    ],
 )
 def test_cogging_is_named_as_in_the_axis_file(motion, lead, line, of_lead):
     overtone = 0.05 * LEVEL * np.cos(4.0 * np.pi * motion.position / 0.01)
-    told = about(fit_of(motion, forces(motion, "ripple") + overtone, share=0.0, axis=replace(STATED, pitch=lead)), "ripple")
+    told = about(
+        fit_of(
+            motion, forces(motion, "ripple") + overtone, share=0.0, axis=replace(STATED, pitch=lead)
+        ),
+        "ripple",
+    )
     assert (told.numbers["pulls"], told.numbers["model"]) == ("alike", "coulomb_viscous+periodic")
     assert told.numbers["period"] == pytest.approx(0.01, rel=2e-3)
     assert line in message(told)
     assert "[[cogging]]" in message(told)
-    assert (re.search(r'`lead = "(10|9\.9\d+|10\.0\d*) mm"` under `\[transmission\]`', message(told)) is not None) is of_lead
+    assert (
+        re.search(r'`lead = "(10|9\.9\d+|10\.0\d*) mm"` under `\[transmission\]`', message(told))
+        is not None
+    ) is of_lead
 
 
 WEIGHT = 30.0  # [N*m], that a link pulls with at most
@@ -164,11 +216,15 @@ def swinging(duration=20.0):
 
 def test_gravity_of_a_link_is_preferred_and_named_as_in_the_axis_file():
     motion = swinging()
-    fit = fit_of(motion, WEIGHT * np.sin(motion.position - 0.4), share=0.0, step=1e-6, kind="rotational")
+    fit = fit_of(
+        motion, WEIGHT * np.sin(motion.position - 0.4), share=0.0, step=1e-6, kind="rotational"
+    )
     assert causes_in(fit)[0] == "gravity"
     assert about(fit, "gravity").numbers["amplitude"] == pytest.approx(WEIGHT, rel=0.02)
     assert '`gravity = "link"` under `[plant]`' in message(about(fit, "gravity"))
-    assert not {"missing_position", "missing_ripple"}.intersection(diagnostic.code for diagnostic in fit.diagnostics)
+    assert not {"missing_position", "missing_ripple"}.intersection(
+        diagnostic.code for diagnostic in fit.diagnostics
+    )
 
 
 @pytest.mark.parametrize(
@@ -176,7 +232,10 @@ def test_gravity_of_a_link_is_preferred_and_named_as_in_the_axis_file():
     [
         ("rotational", lambda q: WEIGHT * q),
         ("rotational", lambda q: WEIGHT * q**2),
-        ("translational", lambda q: LEVEL * np.sin(q)),  # an axis that moves along a line has no link
+        (
+            "translational",
+            lambda q: LEVEL * np.sin(q),
+        ),  # an axis that moves along a line has no link
     ],
 )
 def test_another_force_of_the_position_is_not_taken_for_gravity_of_a_link(kind, force):
@@ -204,7 +263,9 @@ def knocking(motion, size):
     changes, pulses = turns_of_force(motion), np.zeros(motion.time.size)
     pulses[changes] = np.random.default_rng(3).choice([-size, size], changes.size)
     after = np.arange(0.0, 0.05, motion.time[1] - motion.time[0])
-    return np.convolve(pulses, np.exp(-after / 0.012) * np.sin(2.0 * np.pi * 45.0 * after))[: pulses.size]
+    return np.convolve(pulses, np.exp(-after / 0.012) * np.sin(2.0 * np.pi * 45.0 * after))[
+        : pulses.size
+    ]
 
 
 def jolted(motion):
@@ -215,7 +276,9 @@ def jolted(motion):
 
 def with_noise_of_slow_motion(motion):
     slow = np.abs(motion.velocity) < 0.03 * np.max(np.abs(motion.velocity))
-    return 0.3 * forces(motion, "ripple") + np.where(slow, 20.0, 0.0) * np.random.default_rng(5).standard_normal(slow.size)
+    return 0.3 * forces(motion, "ripple") + np.where(slow, 20.0, 0.0) * np.random.default_rng(
+        5
+    ).standard_normal(slow.size)
 
 
 def around_reversals(motion):
@@ -229,8 +292,15 @@ def around_reversals(motion):
 @pytest.mark.parametrize(
     ("force", "changes", "causes"),
     [
-        pytest.param(lambda motion: 0.3 * forces(motion, "ripple"), {"share": 0.06}, ("ripple",), id="ripple below scatter of the level"),
-        pytest.param(with_noise_of_slow_motion, {}, ("ripple",), id="ripple with noise of slow motion"),
+        pytest.param(
+            lambda motion: 0.3 * forces(motion, "ripple"),
+            {"share": 0.06},
+            ("ripple",),
+            id="ripple below scatter of the level",
+        ),
+        pytest.param(
+            with_noise_of_slow_motion, {}, ("ripple",), id="ripple with noise of slow motion"
+        ),
         pytest.param(
             lambda motion: 2.0 * forces(motion, "position") + 0.2 * forces(motion, "ripple"),
             {},
@@ -239,13 +309,36 @@ def around_reversals(motion):
         ),
         pytest.param(around_reversals, {}, ("presliding",), id="around reversals"),
         pytest.param(
-            lambda motion: 0.3 * forces(motion, "ripple"), {"step": 1e-5, "missing_evidence": 0.5}, (), id="slow force below its threshold"
+            lambda motion: 0.3 * forces(motion, "ripple"),
+            {"step": 1e-5, "missing_evidence": 0.5},
+            (),
+            id="slow force below its threshold",
         ),
-        pytest.param(lambda motion: lagging(motion, 0.0), {"model": "stribeck"}, (), id="fall that does not lag"),
-        pytest.param(lambda motion: np.roll(knocking(motion, 6.0), 150), {}, (), id="knocks away from the changes of sides"),
-        pytest.param(lambda motion: knocking(motion, 6.0), {"missing_evidence": 50.0}, (), id="knocks below the threshold"),
+        pytest.param(
+            lambda motion: lagging(motion, 0.0),
+            {"model": "stribeck"},
+            (),
+            id="fall that does not lag",
+        ),
+        pytest.param(
+            lambda motion: np.roll(knocking(motion, 6.0), 150),
+            {},
+            (),
+            id="knocks away from the changes of sides",
+        ),
+        pytest.param(
+            lambda motion: knocking(motion, 6.0),
+            {"missing_evidence": 50.0},
+            (),
+            id="knocks below the threshold",
+        ),
         pytest.param(jolted, {}, (), id="one jolt is no play"),
-        pytest.param(lambda motion: forces(motion, "ripple"), {"model": "coulomb_viscous+periodic"}, (), id="the named model has it"),
+        pytest.param(
+            lambda motion: forces(motion, "ripple"),
+            {"model": "coulomb_viscous+periodic"},
+            (),
+            id="the named model has it",
+        ),
     ],
 )
 def test_a_force_has_its_causes_and_no_other(motion, force, changes, causes):
@@ -261,7 +354,10 @@ def test_a_right_structure_with_a_scattering_level_has_no_missing_force(motion, 
 
 def test_a_force_only_in_the_fitted_half_cycles_does_not_count():
     motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
-    fits = [fit_of(motion, forces(motion, "nothing"), seed=seed, missing_evidence=0.0) for seed in range(3)]
+    fits = [
+        fit_of(motion, forces(motion, "nothing"), seed=seed, missing_evidence=0.0)
+        for seed in range(3)
+    ]
     assert not any(map(causes_in, fits))
 
 
@@ -273,7 +369,9 @@ def test_thresholds_decide_the_diagnostics(motion, cause):
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("refused", [False, True])
-def test_all_models_include_slots_suggested_by_the_residual_that_can_be_fitted(monkeypatch, refused):
+def test_all_models_include_slots_suggested_by_the_residual_that_can_be_fitted(
+    monkeypatch, refused
+):
     motion = sines(8.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     request = IDENTIFYING.request
     fit, suggested = fits.fit, {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
@@ -314,7 +412,9 @@ def test_a_force_hidden_by_noise_of_single_rows_is_reported(motion, cause, size)
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_noise_of_single_rows_is_not_a_force(motion, seed):
-    assert causes_in(fit_of(motion, forces(motion, "nothing"), step=1e-5, seed=seed, axis=None)) == ()
+    assert (
+        causes_in(fit_of(motion, forces(motion, "nothing"), step=1e-5, seed=seed, axis=None)) == ()
+    )
 
 
 def test_friction_that_lags_behind_the_speed_is_reported(motion):
@@ -329,8 +429,13 @@ def test_a_drive_that_knocks_from_flank_to_flank_has_play_and_all_shocks_count(m
     told = about(fit, "play")
     assert told.numbers["ratio"] > 3.0
     assert "play" in message(told)
-    monkeypatch.setattr("bristle.identification.play.MOST_OF_ONE", np.inf)  # no single one dominates
-    assert about(fit_of(motion, knocking(motion, 6.0)), "play").numbers["ratio"] == told.numbers["ratio"]
+    monkeypatch.setattr(
+        "bristle.identification.play.MOST_OF_ONE", np.inf
+    )  # no single one dominates
+    assert (
+        about(fit_of(motion, knocking(motion, 6.0)), "play").numbers["ratio"]
+        == told.numbers["ratio"]
+    )
 
 
 def rows_of(columns, residual, cycles=40, narrow=20.0):
@@ -380,7 +485,9 @@ def test_an_effect_over_a_half_cycle_counts_once_for_each():
     for column in generator.standard_normal((40, 100)):
         rows = rows_of(np.ones((2000, 1)), level[:, 0] + 0.1 * generator.standard_normal(2000))
         weighed = Weighed(rows, np.ones(2000), np.zeros(40), rows.cycles.index % 10)
-        chance.append(_no_chance(weighed, np.ones((2000, 1)), np.repeat(column[:40], 50)[:, None], 0.95))
+        chance.append(
+            _no_chance(weighed, np.ones((2000, 1)), np.repeat(column[:40], 50)[:, None], 0.95)
+        )
     assert np.mean(chance) < 0.15
     assert _no_chance(weighed, np.ones((2000, 1)), level[:, :1], 0.95)
 
@@ -403,17 +510,31 @@ def elements(*shares_and_ways):
     ("model", "share"),
     [
         (elements((0.75, 1e-5), (0.25, 0.5)), 0.25),
-        (elements((0.9, 5e-3), (0.1, 2.0)), 0.05),  # the force of an element that would slip after two strokes
+        (
+            elements((0.9, 5e-3), (0.1, 2.0)),
+            0.05,
+        ),  # the force of an element that would slip after two strokes
         (elements((0.2, 1e-5), (0.8, 0.3)), 0.8),
         (elements((0.995, 1e-5), (0.005, 0.5)), 0.0),
         (elements((0.5, 1e-4), (0.5, 8e-3)), 0.0),
         (elements((0.05, 5e-3), (0.35, 0.05), (0.6, 0.3)), 0.0),  # strokes of a few distances
         (elements((0.4, 5e-3), (0.35, 0.05), (0.25, 0.3)), 0.0),  # without a gap
         (
-            slotted(friction.gms, asymmetry=False)(F_C=18.0, F_S=22.0, v_S=6e-3, C=50.0, k_i=[1e6, 22.0], nu_i=[0.75, 0.25], offset=50.0),
+            slotted(friction.gms, asymmetry=False)(
+                F_C=18.0,
+                F_S=22.0,
+                v_S=6e-3,
+                C=50.0,
+                k_i=[1e6, 22.0],
+                nu_i=[0.75, 0.25],
+                offset=50.0,
+            ),
             0.25,
         ),
-        *((friction.reformed_dahl(s=22.0 / (0.5 * way), f_p=22.0), 0.0) for way in (1e-3, 1e-2, 0.1)),
+        *(
+            (friction.reformed_dahl(s=22.0 / (0.5 * way), f_p=22.0), 0.0)
+            for way in (1e-3, 1e-2, 0.1)
+        ),
         *((friction.dahl(sigma_0=22.0 / (0.5 * way), F_C=22.0), 0.0) for way in (1e-3, 0.018, 0.2)),
         (friction.coulomb_viscous(F_C=22.0, F_v=40.0), 0.0),
         (friction.maxwell_slip(F_C=1e-12, k_i=[1.0], nu_i=[1.0]), 0.0),
@@ -424,28 +545,40 @@ def test_only_a_long_element_beside_a_contact_may_be_a_spring(model, share):
 
 
 @pytest.mark.parametrize(("way", "share"), [(0.5, 0.25), (1e-5, 0.0)])
-def test_the_interval_of_friction_like_a_spring_reaches_down_to_friction_without_it(rippling, way, share):
+def test_the_interval_of_friction_like_a_spring_reaches_down_to_friction_without_it(
+    rippling, way, share
+):
     estimate = rippling.best.parameters["F_C"]
     fit = replace(rippling.best, friction=elements((0.75, 1e-5), (0.25, way)), diagnostics=())
     fit = with_friction_alone(with_spring_named(fit, 0.5), 0.5)
     low, high = estimate.ends
-    assert fit.parameters["F_C"].ends == pytest.approx((min(low, (1.0 - share) * estimate.value), high), rel=0.02)
-    assert [(item.code, item.numbers["percent"], "F_C" in fit.effective) for item in fit.diagnostics] == [
-        ("like_a_spring", pytest.approx(100.0 * share, rel=0.06), True)
-    ] * bool(share)
+    assert fit.parameters["F_C"].ends == pytest.approx(
+        (min(low, (1.0 - share) * estimate.value), high), rel=0.02
+    )
+    assert [
+        (item.code, item.numbers["percent"], "F_C" in fit.effective) for item in fit.diagnostics
+    ] == [("like_a_spring", pytest.approx(100.0 * share, rel=0.06), True)] * bool(share)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["maxwell_slip", "gms"])
 def test_friction_with_an_untold_spring_is_never_usable(model):
-    pulled, axis = sines(12.0, amplitudes=(0.2, 0.05), frequencies=(0.31, 0.83), phases=(0, 1)), Axis(seeks_delay=False, resolution=1e-7)
+    pulled, axis = (
+        sines(12.0, amplitudes=(0.2, 0.05), frequencies=(0.31, 0.83), phases=(0, 1)),
+        Axis(seeks_delay=False, resolution=1e-7),
+    )
     effort = sliding_effort(pulled, M=34.6, F_C=0.0, F_v=40.0) + 31.0 * pulled.position
     effort += force_along(friction.dahl(F_C=22.0, sigma_0=4e6), pulled.velocity, 1e-3)
-    first = identify(log_of(pulled, effort, step=1e-7), model, axis=axis, draws=0, settings={"lines_gain": 1.0}).best
+    first = identify(
+        log_of(pulled, effort, step=1e-7), model, axis=axis, draws=0, settings={"lines_gain": 1.0}
+    ).best
     low, high = first.parameters["F_C"].ends
     assert low < 22.2 < 28.0 < high
     assert "F_C" in first.effective
-    assert "friction may include the force of a spring, a cable or gravity" in judged(first, Settings()).reasons
+    assert (
+        "friction may include the force of a spring, a cable or gravity"
+        in judged(first, Settings()).reasons
+    )
     second = identify(log_of(pulled, effort, step=1e-7), model, axis=axis, draws=0).best
     assert second.parameters["F_C"].value == pytest.approx(22.0, rel=0.01)
     assert "like_a_spring" not in [item.code for item in second.diagnostics]

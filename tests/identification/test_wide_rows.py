@@ -109,7 +109,9 @@ def test_a_single_sine_is_fully_springy_about_any_position(rows):
     springy = rows_of(sliding_effort(sine, noise=0.0), sine)
     assert springy.springiness(20.0) > 0.98
     moved = sine._replace(position=sine.position + 5.0)
-    assert rows_of(sliding_effort(sine, noise=0.0), moved).springiness(20.0) == pytest.approx(springy.springiness(20.0), abs=0.01)
+    assert rows_of(sliding_effort(sine, noise=0.0), moved).springiness(20.0) == pytest.approx(
+        springy.springiness(20.0), abs=0.01
+    )
     assert rows.springiness(20.0) < 0.8
 
 
@@ -120,7 +122,9 @@ def test_known_harmonics_and_gravity_of_an_axis_are_columns(rows):
     turning = log_of(MOTION, EFFORT, kind="rotational")
     arm = wide_rows([turning], [Axis(kind="rotational", gravity=True)])
     assert arm.stretches[0].columns.shape[0] == count + 2
-    ahead = MOTION._replace(position=MOTION.position + 0.6 * MOTION.time, velocity=MOTION.velocity + 0.6)
+    ahead = MOTION._replace(
+        position=MOTION.position + 0.6 * MOTION.time, velocity=MOTION.velocity + 0.6
+    )
     one_way = rows_of(12.0 * ahead.acceleration + 8.0, ahead)
     assert one_way.stretches[0].columns.shape[0] < count
 
@@ -139,8 +143,12 @@ def test_rows_have_weight_from_a_twentieth_of_the_top_speed_and_full_from_three(
     (stretch,) = rows.stretches
     share = np.abs(MOTION.velocity) / np.quantile(np.abs(MOTION.velocity), 0.995)
     assert np.all(stretch.weight[share < 0.045] == 0.0)
-    assert np.max(stretch.weight[(share > 0.095) & (share < 0.105)]) == pytest.approx(0.5, abs=0.1)  # half way
-    assert np.max(stretch.weight[(share > 0.12) & (share < 0.13)]) == pytest.approx(0.844, abs=0.08)  # of a smooth rise
+    assert np.max(stretch.weight[(share > 0.095) & (share < 0.105)]) == pytest.approx(
+        0.5, abs=0.1
+    )  # half way
+    assert np.max(stretch.weight[(share > 0.12) & (share < 0.13)]) == pytest.approx(
+        0.844, abs=0.08
+    )  # of a smooth rise
     assert np.median(stretch.weight[share > 0.16]) == pytest.approx(1.0)
     assert np.max(stretch.weight) == pytest.approx(1.0)
     assert np.all(stretch.weight[(MOTION.time < 0.49) | (MOTION.time > 12.0 - 0.49)] == 0.0)
@@ -148,15 +156,21 @@ def test_rows_have_weight_from_a_twentieth_of_the_top_speed_and_full_from_three(
 
 def test_bias_of_the_inertia_by_noise_is_as_predicted(rows):
     noise = 1e-5 * np.random.default_rng(1).standard_normal(MOTION.time.size)
-    noisy = rows_of(motion=MOTION._replace(position=MOTION.position + noise)).fit(60.0, 0.0, free=(False, False))
-    assert noisy.bias == pytest.approx(rows.fit(60.0, 0.0, free=(False, False)).theta[0] - noisy.theta[0], rel=0.3)
+    noisy = rows_of(motion=MOTION._replace(position=MOTION.position + noise)).fit(
+        60.0, 0.0, free=(False, False)
+    )
+    assert noisy.bias == pytest.approx(
+        rows.fit(60.0, 0.0, free=(False, False)).theta[0] - noisy.theta[0], rel=0.3
+    )
 
 
 @pytest.mark.parametrize("side", [1.0, np.sign(MOTION.velocity)])
 def test_waves_of_force_and_friction_in_the_residual_are_columns_and_noise_is_not(side):
     noise = 0.2 * np.random.default_rng(2).standard_normal(EFFORT.size)
     for size, shown in ((0.0, False), (3.0, True)):
-        found = rows_of(EFFORT + noise + size * side * np.sin(2.0 * np.pi * MOTION.position / 0.004))
+        found = rows_of(
+            EFFORT + noise + size * side * np.sin(2.0 * np.pi * MOTION.position / 0.004)
+        )
         before = found.stretches[0].columns.shape[0]
         found.find_waves(0.0)
         assert (found.stretches[0].columns.shape[0] > before) is shown

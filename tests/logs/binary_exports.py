@@ -77,7 +77,9 @@ def _stamp(us: int) -> dict[str, object]:
     return {"stamp": {"sec": ns // 10**9, "nanosec": ns % 10**9}, "frame_id": ""}
 
 
-def mcap_ros(name: str, kind: str, definition: str, messages: Callable[..., dict[str, dict]], late: int = 0) -> Write:
+def mcap_ros(
+    name: str, kind: str, definition: str, messages: Callable[..., dict[str, dict]], late: int = 0
+) -> Write:
     """A writer of the messages of each sample by topic, received so many nanoseconds after their stamps."""
 
     def write(folder: Path, m: Motion) -> Path:
@@ -89,7 +91,11 @@ def mcap_ros(name: str, kind: str, definition: str, messages: Callable[..., dict
                 for topic, content in messages(*sample).items():
                     message = {"header": _stamp(us)} | content
                     writer.write_message(
-                        topic=topic, schema=schema, log_time=START + 1000 * int(us) + late, publish_time=0, message=message
+                        topic=topic,
+                        schema=schema,
+                        log_time=START + 1000 * int(us) + late,
+                        publish_time=0,
+                        message=message,
                     )
             writer.finish()
         return folder / name
@@ -98,7 +104,12 @@ def mcap_ros(name: str, kind: str, definition: str, messages: Callable[..., dict
 
 
 def of_joints(position: float, effort: float) -> dict[str, dict]:
-    state = {"name": ["rail", "lift"], "position": [position, 0.0], "velocity": [], "effort": [effort, 0.0]}
+    state = {
+        "name": ["rail", "lift"],
+        "position": [position, 0.0],
+        "velocity": [],
+        "effort": [effort, 0.0],
+    }
     return {"/joint_states": state}
 
 
@@ -112,7 +123,9 @@ def mcap_json(folder: Path, m: Motion) -> Path:
         schema = writer.register_schema(name="axis", encoding="jsonschema", data=b"{}")
         channel = writer.register_channel(topic="axis", message_encoding="json", schema_id=schema)
         for us, position, effort in zip(m.time_us, x, f, strict=True):
-            content = json.dumps({"position_mm": position, "force_nm": 0.0, "force": effort}).encode()
+            content = json.dumps(
+                {"position_mm": position, "force_nm": 0.0, "force": effort}
+            ).encode()
             stamp = START + 1000 * int(us)
             writer.add_message(channel_id=channel, log_time=stamp, publish_time=stamp, data=content)
         writer.finish()
@@ -126,13 +139,21 @@ def matlab_structure(folder: Path, m: Motion) -> Path:
 
 
 def matlab_matrix(folder: Path, m: Motion) -> Path:
-    scipy.io.savemat(folder / "matrix.mat", {"data": np.column_stack(_numbers(m))}, do_compression=True)
+    scipy.io.savemat(
+        folder / "matrix.mat", {"data": np.column_stack(_numbers(m))}, do_compression=True
+    )
     return folder / "matrix.mat"
 
 
 def matlab_73(folder: Path, m: Motion) -> Path:
     file = hdf5(
-        "new.mat", lambda t, x, f: {"run/t": (t[None], {}), "run/Lage": (x[None], {}), "run/Kraft": (f[None], {})}, userblock_size=512
+        "new.mat",
+        lambda t, x, f: {
+            "run/t": (t[None], {}),
+            "run/Lage": (x[None], {}),
+            "run/Kraft": (f[None], {}),
+        },
+        userblock_size=512,
     )
     path = file(folder, m)
     path.write_bytes(b"MATLAB 7.3 MAT-file" + path.read_bytes()[19:])
@@ -153,12 +174,19 @@ def hdf5(name: str, content: Callable[..., dict[str, tuple]], **options: int) ->
     return write
 
 
-def _tdms(path: Path, group: str, *segments: list[tuple[str, np.ndarray, dict[str, object]]]) -> Path:
+def _tdms(
+    path: Path, group: str, *segments: list[tuple[str, np.ndarray, dict[str, object]]]
+) -> Path:
     """Write channels with their properties, a piece of each in each segment."""
     nptdms = pytest.importorskip("nptdms")
     with nptdms.TdmsWriter(str(path)) as writer:
         for channels in segments:
-            writer.write_segment([nptdms.RootObject({"Operator": "lab"}), *(nptdms.ChannelObject(group, *channel) for channel in channels)])
+            writer.write_segment(
+                [
+                    nptdms.RootObject({"Operator": "lab"}),
+                    *(nptdms.ChannelObject(group, *channel) for channel in channels),
+                ]
+            )
     return path
 
 
@@ -167,7 +195,10 @@ def tdms_two_rates(folder: Path, m: Motion) -> Path:
     return _tdms(
         folder / "rates.tdms",
         "axis",
-        [("Position", x, {"wf_increment": 1e-3, "unit_string": "mm"}), ("Force", f[::2], {"wf_increment": 2e-3, "unit_string": "N"})],
+        [
+            ("Position", x, {"wf_increment": 1e-3, "unit_string": "mm"}),
+            ("Force", f[::2], {"wf_increment": 2e-3, "unit_string": "N"}),
+        ],
     )
 
 
@@ -191,7 +222,10 @@ def tdms_own_time(folder: Path, m: Motion) -> Path:
         folder / "pieces.tdms",
         "Messung",
         *(
-            [(name, values[part], {"unit_string": unit}) for name, unit, values in (("Zeit", "s", t), ("Weg", "mm", x), ("Kraft", "N", f))]
+            [
+                (name, values[part], {"unit_string": unit})
+                for name, unit, values in (("Zeit", "s", t), ("Weg", "mm", x), ("Kraft", "N", f))
+            ]
             for part in np.array_split(np.arange(t.size), 7)
         ),
     )
@@ -210,9 +244,17 @@ BINARY = {
     "MF4, one group": Export(mf4("one.mf4", "4.10", 0, one_group)),
     "MF4, two rates": Export(mf4("two.mf4", "4.11", 2, two_rates), exact=False),
     "MF4, converted": Export(mf4("converted.dat", "4.10", 1, converted)),
-    "MCAP, joints": Export(mcap_ros("joints.mcap", "sensor_msgs/msg/JointState", JOINT_STATE, of_joints, 7777), UNIT | FORCE),
+    "MCAP, joints": Export(
+        mcap_ros("joints.mcap", "sensor_msgs/msg/JointState", JOINT_STATE, of_joints, 7777),
+        UNIT | FORCE,
+    ),
     "MCAP, topics": Export(
-        mcap_ros("topics.mcap", "bench_msgs/msg/Stamped", FLOAT, lambda x, f: {"/axis/position": {"data": x}, "/axis/force": {"data": f}}),
+        mcap_ros(
+            "topics.mcap",
+            "bench_msgs/msg/Stamped",
+            FLOAT,
+            lambda x, f: {"/axis/position": {"data": x}, "/axis/force": {"data": f}},
+        ),
         UNIT | FORCE,
     ),
     "MCAP, JSON": Export(mcap_json, FORCE),
@@ -225,7 +267,11 @@ BINARY = {
     "HDF5": Export(
         hdf5(
             "messung.h5",
-            lambda t, x, f: {"Messung/Zeit": (t, {"unit": "s"}), "Messung/Weg": (x, {"unit": "mm"}), "Messung/Kraft": (f, {"unit": "N"})},
+            lambda t, x, f: {
+                "Messung/Zeit": (t, {"unit": "s"}),
+                "Messung/Weg": (x, {"unit": "mm"}),
+                "Messung/Kraft": (f, {"unit": "N"}),
+            },
         )
     ),
     "HDF5, records": Export(hdf5_records),

@@ -40,7 +40,9 @@ def here(monkeypatch):
             with damage_refused(request.source):
                 return resolve_name(reader)(data, request)
         finally:
-            if "nptdms.log" in sys.modules:  # where each read collects remarks as if it were the only one
+            if (
+                "nptdms.log" in sys.modules
+            ):  # where each read collects remarks as if it were the only one
                 sys.modules["nptdms.log"].log_manager.console_handler.filters.clear()
 
     monkeypatch.setattr(apart, "read_apart", read_here)
@@ -76,13 +78,23 @@ def write_mat(path: Path, recording: dict[str, np.ndarray], *, compressed: bool 
     return path
 
 
-def write_tdms(path: Path, recording: dict[str, np.ndarray], units: dict[str, str] | None = None) -> Path:
+def write_tdms(
+    path: Path, recording: dict[str, np.ndarray], units: dict[str, str] | None = None
+) -> Path:
     nptdms = pytest.importorskip("nptdms")
     with nptdms.TdmsWriter(path) as writer:
-        for half in (slice(0, COUNT // 2), slice(COUNT // 2, None)):  # two segments, as a stream has many
+        for half in (
+            slice(0, COUNT // 2),
+            slice(COUNT // 2, None),
+        ):  # two segments, as a stream has many
             writer.write_segment(
                 [
-                    nptdms.ChannelObject("axis", name, values[half], {"unit_string": units[name]} if units and name in units else {})
+                    nptdms.ChannelObject(
+                        "axis",
+                        name,
+                        values[half],
+                        {"unit_string": units[name]} if units and name in units else {},
+                    )
                     for name, values in recording.items()
                 ]
             )
@@ -109,7 +121,14 @@ def write_parquet(path: Path, recording: dict[str, np.ndarray]) -> Path:
     return path
 
 
-WRITERS = {"csv": write_csv, "mat": write_mat, "tdms": write_tdms, "h5": write_hdf5, "npz": write_npz, "parquet": write_parquet}
+WRITERS = {
+    "csv": write_csv,
+    "mat": write_mat,
+    "tdms": write_tdms,
+    "h5": write_hdf5,
+    "npz": write_npz,
+    "parquet": write_parquet,
+}
 
 
 @pytest.fixture(params=sorted(WRITERS))

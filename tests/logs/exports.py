@@ -50,7 +50,10 @@ def motion(seconds: float = 4.0) -> Motion:
 
 def decimals(values: np.ndarray, places: int = 3) -> list[str]:
     """Whole numbers of units of the last place, written out."""
-    return [f"{'-' if value < 0 else ''}{abs(value) // 10**places}.{abs(value) % 10**places:0{places}d}" for value in values.tolist()]
+    return [
+        f"{'-' if value < 0 else ''}{abs(value) // 10**places}.{abs(value) % 10**places:0{places}d}"
+        for value in values.tolist()
+    ]
 
 
 def packed(values: list, step: int, start: int = 0) -> list:
@@ -70,7 +73,9 @@ def cells(m: Motion) -> Iterator[dict[str, object]]:
         "v": decimals(m.velocity_um_s),
         "f": decimals(m.torque * round(RATED)),
     }
-    columns |= {f"c{name}": [cell.replace(".", ",") for cell in column] for name, column in columns.items()}
+    columns |= {
+        f"c{name}": [cell.replace(".", ",") for cell in column] for name, column in columns.items()
+    }
     columns |= {
         "torque": m.torque.tolist(),
         "whole_ms": (m.time_us // 1000).tolist(),
@@ -84,7 +89,10 @@ def cells(m: Motion) -> Iterator[dict[str, object]]:
         "f_quarter": packed(columns["f"], 4),
         "tick_half": packed(ticks, 2, 4),
         "torque_half": packed(m.torque.tolist(), 2, 4),
-        "f_changed": [f if f != before else NOTHING_YET for before, f in zip([None, *columns["f"]], columns["f"], strict=False)],
+        "f_changed": [
+            f if f != before else NOTHING_YET
+            for before, f in zip([None, *columns["f"]], columns["f"], strict=False)
+        ],
     }
     return (dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True))
 
@@ -102,8 +110,14 @@ class Text(NamedTuple):
     def __call__(self, folder: Path, m: Motion) -> Path:
         head = [line.format(count=m.time_us.size) for line in self.head]
         rows = cycle([self.rows] if isinstance(self.rows, str) else self.rows)
-        lines = [*head, *(row.format_map(cell) for row, cell in zip(rows, cells(m), strict=False)), *self.foot]
-        return _written(folder / self.name, "".join(line + self.end for line in lines), self.encoding)
+        lines = [
+            *head,
+            *(row.format_map(cell) for row, cell in zip(rows, cells(m), strict=False)),
+            *self.foot,
+        ]
+        return _written(
+            folder / self.name, "".join(line + self.end for line in lines), self.encoding
+        )
 
 
 def _written(path: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -138,7 +152,10 @@ def scope(delimiter: str, *channels: tuple[str, str, str, str, str]) -> list[str
         ("Starttime of export", "133860042720000000", "Friday, 14. March 2025", "09:31:12.000"),
         ("Endtime of export", "133860043119990000", "Friday, 14. March 2025", "09:31:52.000"),
     )
-    lines = [delimiter.join(f"{key}{delimiter}{value}" for value in values) for key, values in keys.items()]
+    lines = [
+        delimiter.join(f"{key}{delimiter}{value}" for value in values)
+        for key, values in keys.items()
+    ]
     return [*map(delimiter.join, facts), "", "", *lines, ""]
 
 
@@ -153,7 +170,10 @@ def records(folder: Path, m: Motion) -> Path:
         }
         for cell in cells(m)
     ]
-    return _written(folder / "records.json", json.dumps({"mass": 0.2, "motor": "hls", "nested": {"kp": 30}, "entries": entries}))
+    return _written(
+        folder / "records.json",
+        json.dumps({"mass": 0.2, "motor": "hls", "nested": {"kp": 30}, "entries": entries}),
+    )
 
 
 def columns(folder: Path, m: Motion) -> Path:
@@ -163,12 +183,17 @@ def columns(folder: Path, m: Motion) -> Path:
         "Lage": [float(cell["x"]) for cell in cells(m)],
         "Kraft": [float(cell["f"]) for cell in cells(m)],
     }
-    return _written(folder / "columns.json", json.dumps(data, indent=1, ensure_ascii=False), "utf-8-sig")
+    return _written(
+        folder / "columns.json", json.dumps(data, indent=1, ensure_ascii=False), "utf-8-sig"
+    )
 
 
 def json_lines(folder: Path, m: Motion) -> Path:
     rows = (
-        {"time": cell["date"].isoformat() + "+00:00", "axis": {"pos_mm": float(cell["x"]), "torque_permille": cell["torque"]}}
+        {
+            "time": cell["date"].isoformat() + "+00:00",
+            "axis": {"pos_mm": float(cell["x"]), "torque_permille": cell["torque"]},
+        }
         for cell in cells(m)
     )
     return _written(folder / "lines.jsonl", "".join(json.dumps(row) + "\n" for row in rows))
@@ -206,7 +231,11 @@ EXPORTS = {
     "twincat, rates": Export(
         Text(
             "scope_rates.csv",
-            scope(";", ("ActTorque", "INT16", "2", "Axis 1.ActTorque", "(None)"), ("ActPos", "REAL64", "1", "Axis 1.ActPos", "mm")),
+            scope(
+                ";",
+                ("ActTorque", "INT16", "2", "Axis 1.ActTorque", "(None)"),
+                ("ActPos", "REAL64", "1", "Axis 1.ActPos", "mm"),
+            ),
             "{tick_half};{torque_half};{tick};{x}",
             foot=("EOF",),
         ),
@@ -214,7 +243,13 @@ EXPORTS = {
         exact=False,
     ),
     "twincat, names": Export(
-        Text("scope_names.txt", ["Name\tIstposition\tName\tIstmoment"], "{ms}\t{x}\t{ms}\t{torque}", encoding="utf-16", end="\r\n"),
+        Text(
+            "scope_names.txt",
+            ["Name\tIstposition\tName\tIstmoment"],
+            "{ms}\t{x}\t{ms}\t{torque}",
+            encoding="utf-16",
+            end="\r\n",
+        ),
         UNIT | RATED_FORCE,
     ),
     # A single column of time for all channels of one sample time.
@@ -239,7 +274,15 @@ EXPORTS = {
     "twincat, no times": Export(
         Text(
             "scope_no_times.csv",
-            ["Name\tScope", "", "Name\tActPos\tActTorque", "Data-Type\tREAL64\tINT16", "SampleTime[ms]\t1\t1", "Unit\tmm\t(None)", ""],
+            [
+                "Name\tScope",
+                "",
+                "Name\tActPos\tActTorque",
+                "Data-Type\tREAL64\tINT16",
+                "SampleTime[ms]\t1\t1",
+                "Unit\tmm\t(None)",
+                "",
+            ],
             "{cx}\t{torque}",
             end="\r\n",
         ),
@@ -247,7 +290,13 @@ EXPORTS = {
     ),
     # Names above the times, nothing above the values.
     "twincat, bare names": Export(
-        Text("scope_bare.csv", ["ActPos\t\tActTorque\t"], "{whole_ms}\t{cx}\t{whole_ms}\t{torque}", end="\r\n"), UNIT | RATED_FORCE
+        Text(
+            "scope_bare.csv",
+            ["ActPos\t\tActTorque\t"],
+            "{whole_ms}\t{cx}\t{whole_ms}\t{torque}",
+            end="\r\n",
+        ),
+        UNIT | RATED_FORCE,
     ),
     "drive, German": Export(
         Text(
@@ -269,7 +318,12 @@ EXPORTS = {
     "drive, no time": Export(
         Text(
             "recorder.csv",
-            ["Device,AKD-P00606", "Sample time [ms],1", f"Rated force,{RATED:.0f} N", "PL.FB (mm),PL.CMD (mm),Force (N)"],
+            [
+                "Device,AKD-P00606",
+                "Sample time [ms],1",
+                f"Rated force,{RATED:.0f} N",
+                "PL.FB (mm),PL.CMD (mm),Force (N)",
+            ],
             "{x},{r},{f}",
             encoding="utf-8-sig",
         )
@@ -277,7 +331,11 @@ EXPORTS = {
     "drive, units row": Export(
         Text(
             "units_row.txt",
-            ["Trace of axis Y", "Time\tPosition actual value\tPosition demand value\tForce actual", "s\tmm\tmm\tN"],
+            [
+                "Trace of axis Y",
+                "Time\tPosition actual value\tPosition demand value\tForce actual",
+                "s\tmm\tmm\tN",
+            ],
             "{t}\t{x}\t{r}\t{f}",
             encoding="utf-16",
             end="\r\n",
@@ -396,11 +454,29 @@ EXPORTS = {
         )
     ),
     # Decimal commas between commas, each cell in quotation marks.
-    "quoted": Export(Text("quoted.csv", ['"Zeit [s]","Weg [mm]","Kraft [N]"'], '"{ct}","{cx}","{cf}"')),
+    "quoted": Export(
+        Text("quoted.csv", ['"Zeit [s]","Weg [mm]","Kraft [N]"'], '"{ct}","{cx}","{cf}"')
+    ),
     # Times in ns since 1970, which a number of double precision cannot hold.
-    "long ago": Export(Text("ctrlx.csv", ["sep=;", "timestamp;axs/X/actual/position [mm];axs/X/actual/force [N]"], "{ns};{x};{f}")),
-    "pairs": Export(Text("pairs.csv", ["time_pos;pos [mm];time_force;force [N]"], "{t};{x};{t_quarter};{f_quarter}"), exact=False),
-    "sparse": Export(Text("sparse.csv", ["timestamp,position_mm,force_N"], ("{t},{x},{f}", *4 * ["{t},{x},"])), exact=False),
+    "long ago": Export(
+        Text(
+            "ctrlx.csv",
+            ["sep=;", "timestamp;axs/X/actual/position [mm];axs/X/actual/force [N]"],
+            "{ns};{x};{f}",
+        )
+    ),
+    "pairs": Export(
+        Text(
+            "pairs.csv",
+            ["time_pos;pos [mm];time_force;force [N]"],
+            "{t};{x};{t_quarter};{f_quarter}",
+        ),
+        exact=False,
+    ),
+    "sparse": Export(
+        Text("sparse.csv", ["timestamp,position_mm,force_N"], ("{t},{x},{f}", *4 * ["{t},{x},"])),
+        exact=False,
+    ),
     "records": Export(records, UNIT | FORCE),
     "columns": Export(columns),
     "lines": Export(json_lines, RATED_FORCE),
@@ -451,13 +527,22 @@ EXPORTS = {
     ),
     # Columns named by their addresses, commas between them.
     "SINUMERIK, text": Export(
-        Text("trace.csv", [f"time [s],{ENCODER.format(';')},/DriveVsa/Force r80 [u1; 1]"], "{t},{x},{f}"), UNIT | FORCE
+        Text(
+            "trace.csv",
+            [f"time [s],{ENCODER.format(';')},/DriveVsa/Force r80 [u1; 1]"],
+            "{t},{x},{f}",
+        ),
+        UNIT | FORCE,
     ),
     # A plus before each address, no time but the interval above, German numbers.
     "SINUMERIK, text without time": Export(
         Text(
             "trace.csv",
-            ["SINUMERIK Operate", "Sampling time [ms];1", f"+{ENCODER.format(',')};+/DriveVsa/Force r80 [u1, 1]"],
+            [
+                "SINUMERIK Operate",
+                "Sampling time [ms];1",
+                f"+{ENCODER.format(',')};+/DriveVsa/Force r80 [u1, 1]",
+            ],
             "{cx};{cf}",
             encoding="cp1252",
             end="\r\n",
@@ -466,16 +551,28 @@ EXPORTS = {
     ),
     # A signal of the drive at half the rate, empty in between, in quotes.
     "SINUMERIK, text, slow": Export(
-        Text("trace.csv", [f'"Time [s]";"{ENCODER.format(",")}";"/DriveVsa/Force r80 [u1, 1]"'], ("{t};{x};{f}", "{t};{x};")),
+        Text(
+            "trace.csv",
+            [f'"Time [s]";"{ENCODER.format(",")}";"/DriveVsa/Force r80 [u1, 1]"'],
+            ("{t};{x};{f}", "{t};{x};"),
+        ),
         UNIT | FORCE,
         exact=False,
     ),
     "EPICS, dates": Export(
-        Text("archive.txt", [], "XF:01-Mtr:X:Pos-RBV {date:%Y-%m-%d %H:%M:%S.%f} {x}\nXF:01-Mtr:X:Force-I {date:%Y-%m-%d %H:%M:%S.%f} {f}"),
+        Text(
+            "archive.txt",
+            [],
+            "XF:01-Mtr:X:Pos-RBV {date:%Y-%m-%d %H:%M:%S.%f} {x}\nXF:01-Mtr:X:Force-I {date:%Y-%m-%d %H:%M:%S.%f} {f}",
+        ),
         UNIT | FORCE,
     ),
     "EPICS, seconds": Export(
-        Text("archive.csv", ["# name, seconds, value, severity"], "axis:position,{t},{x},NO_ALARM\naxis:force,{t},{f},NO_ALARM"),
+        Text(
+            "archive.csv",
+            ["# name, seconds, value, severity"],
+            "axis:position,{t},{x},NO_ALARM\naxis:force,{t},{f},NO_ALARM",
+        ),
         UNIT | FORCE,
     ),
     # All samples of one channel, and then those of the other.

@@ -72,7 +72,9 @@ def test_time_runs_along_the_longer_side_of_a_matrix(read, write, matrix):
 
 
 def test_arrays_of_one_number_are_constants_and_texts_are_left_out():
-    table = read_npz(npz(t=TIME, x=X, rated=np.array(2.5), words=np.array(["a", "b"])), request_of())
+    table = read_npz(
+        npz(t=TIME, x=X, rated=np.array(2.5), words=np.array(["a", "b"])), request_of()
+    )
     assert (list(table.columns), table.constants) == (["t", "x"], {"rated": 2.5})
     assert "bristle ignores words, because it holds no column of numbers" in table.notes
     table = read_mat(mat(t=TIME, rated=2.5, axis={"x": X}, cube=np.zeros((3, 4, 5))), request_of())
@@ -140,14 +142,22 @@ def test_columns_of_parquet_are_numbers_with_gaps_and_seconds_from_the_first_sta
     columns = {
         "at": (pyarrow.array([1_000, 1_500, 4_000], pyarrow.timestamp("ms")), [0.0, 0.5, 3.0]),
         "day": (pyarrow.array([2_000, 3_000, 5_000], pyarrow.time32("ms")), [2.0, 3.0, 5.0]),
-        "clock": (pyarrow.array([2_000_000, 3_000_000, 5_000_000], pyarrow.time64("us")), [2.0, 3.0, 5.0]),
+        "clock": (
+            pyarrow.array([2_000_000, 3_000_000, 5_000_000], pyarrow.time64("us")),
+            [2.0, 3.0, 5.0],
+        ),
         "lasts": (pyarrow.array([2_000, 3_000, 5_000], pyarrow.duration("ms")), [2.0, 3.0, 5.0]),
         "count": (pyarrow.array([1, None, 3]), [1.0, np.nan, 3.0]),
         "exact": (pyarrow.array(exact, pyarrow.decimal128(5, 2)), [0.25, np.nan, -1.5]),
         "on": (pyarrow.array([True, False, True]), [1.0, 0.0, 1.0]),
     }
-    arrays = {name: array for name, (array, _) in columns.items()} | {"word": pyarrow.array(["a", "b", "c"])}
-    fields = [pyarrow.field(name, array.type, metadata={"unit": "mm"} if name == "count" else None) for name, array in arrays.items()]
+    arrays = {name: array for name, (array, _) in columns.items()} | {
+        "word": pyarrow.array(["a", "b", "c"])
+    }
+    fields = [
+        pyarrow.field(name, array.type, metadata={"unit": "mm"} if name == "count" else None)
+        for name, array in arrays.items()
+    ]
     data = parquet(pyarrow.table(arrays, schema=pyarrow.schema(fields)))
     table = read_parquet(data, request_of())
     for name, (_, values) in columns.items():

@@ -20,7 +20,10 @@ COLUMNS = {"position": Column("q", "", "m"), "effort": Column("u", "", "N")}
 
 def recorded(columns, axis=None, of_file=None, **stated):
     """The log of a table with these columns; each channel has the column of its own name unless an axis says more."""
-    axis = axis or Axis(columns={name: column for name, column in COLUMNS.items() if column.name in columns}, **stated)
+    axis = axis or Axis(
+        columns={name: column for name, column in COLUMNS.items() if column.name in columns},
+        **stated,
+    )
     return record_of(Table(columns, {}, names=tuple(columns), sample_time=of_file), axis)
 
 
@@ -29,9 +32,16 @@ STATED = "the log states a sample time of 0.01 s, but the axis file gives 0.02 s
 
 @pytest.mark.parametrize(
     ("of_axis", "of_file", "expected", "notes"),
-    [(None, DT, DT, ()), (DT, None, DT, ()), (1.009 * DT, DT, 1.009 * DT, ()), (2.0 * DT, DT, 2.0 * DT, (STATED,))],
+    [
+        (None, DT, DT, ()),
+        (DT, None, DT, ()),
+        (1.009 * DT, DT, 1.009 * DT, ()),
+        (2.0 * DT, DT, 2.0 * DT, (STATED,)),
+    ],
 )
-def test_without_a_time_column_the_sample_time_of_the_axis_file_outranks_that_of_the_log(of_axis, of_file, expected, notes):
+def test_without_a_time_column_the_sample_time_of_the_axis_file_outranks_that_of_the_log(
+    of_axis, of_file, expected, notes
+):
     log = recorded({"q": POSITION, "u": EFFORT}, of_file=of_file, sample_time=of_axis)
     assert (log.sample_time, log.time.column) == (pytest.approx(expected), "")
     assert log.time.values[:3] == pytest.approx([0.0, expected, 2.0 * expected])
@@ -49,9 +59,15 @@ def by_speed(stamps=TIME, speed=SPEED, *, reference=None, **stated):
 
 def test_a_position_that_was_not_recorded_is_the_integral_of_the_speed():
     log = by_speed()
-    assert log.position.values == pytest.approx(np.sin(2.0 * TIME), abs=2e-4)  # trapezoids of steps of 0.01 s
+    assert log.position.values == pytest.approx(
+        np.sin(2.0 * TIME), abs=2e-4
+    )  # trapezoids of steps of 0.01 s
     assert log.position.values[1] == pytest.approx(0.5 * DT * (SPEED[0] + SPEED[1]))
-    assert (log.position.unit, log.position.column, log.position.step) == ("m", "v", pytest.approx(log.velocity.step * DT))
+    assert (log.position.unit, log.position.column, log.position.step) == (
+        "m",
+        "v",
+        pytest.approx(log.velocity.step * DT),
+    )
     assert (
         "the log has no position: bristle integrates the velocity in column v from position 0. The true start is unknown, "
         "and an offset of the velocity makes the position drift. Results that depend on position are meaningless"
@@ -75,8 +91,14 @@ def test_an_integrated_position_continues_after_a_gap():
     ("stated", "named"),
     [
         ({"kind": "rotational", "gravity": True}, "on position (gravity) are meaningless"),
-        ({"kind": "rotational", "cogging": (Cogging("motor", 6.28, (6,)),)}, "on position (cogging) are meaningless"),
-        ({"kind": "rotational", "gravity": True, "cogging": (Cogging("motor", 6.28, (6,)),)}, "on position (gravity and cogging) are"),
+        (
+            {"kind": "rotational", "cogging": (Cogging("motor", 6.28, (6,)),)},
+            "on position (cogging) are meaningless",
+        ),
+        (
+            {"kind": "rotational", "gravity": True, "cogging": (Cogging("motor", 6.28, (6,)),)},
+            "on position (gravity and cogging) are",
+        ),
         ({"kind": "rotational"}, "on position are meaningless"),
     ],
 )
@@ -86,14 +108,18 @@ def test_terms_of_the_position_are_meaningless_without_a_position(stated, named)
     assert named in log.notes[-1]
 
 
-@pytest.mark.parametrize(("limit", "is_doubted"), [(1.0, True), (1.9, True), (1.96, False), (None, False)])
+@pytest.mark.parametrize(
+    ("limit", "is_doubted"), [(1.0, True), (1.9, True), (1.96, False), (None, False)]
+)
 def test_a_unit_is_doubted_where_the_axis_moves_faster_than_its_limit_and_noise(limit, is_doubted):
     log = recorded({"q": POSITION, "u": EFFORT}, of_file=DT, velocity_limit=limit)
     # Over 20 samples the fastest speed of this sine is 1.98 m/s, and two hundredths beyond a limit are noise.
     assert any("faster than its limit of" in note for note in log.notes) is is_doubted
 
 
-@pytest.mark.parametrize(("jitter", "late", "is_told"), [(0.05, 0.0, False), (0.05, 0.3, True), (0.2, 0.0, True)])
+@pytest.mark.parametrize(
+    ("jitter", "late", "is_told"), [(0.05, 0.0, False), (0.05, 0.3, True), (0.2, 0.0, True)]
+)
 def test_jitter_above_a_tenth_of_the_sample_time_is_a_warning(jitter, late, is_told):
     noise = np.random.default_rng(1).uniform(-jitter, jitter, COUNT)
     noise[200] += late
@@ -105,21 +131,48 @@ def test_jitter_above_a_tenth_of_the_sample_time_is_a_warning(jitter, late, is_t
     assert bool(reported) is is_told
     for numbers in reported:
         assert numbers["sample_time"] == pytest.approx(DT, rel=1e-3)
-        assert 0.0 < numbers["percent"] <= numbers["largest"] == pytest.approx(100.0 * np.max(np.abs(noise)), rel=0.2)
+        assert (
+            0.0
+            < numbers["percent"]
+            <= numbers["largest"]
+            == pytest.approx(100.0 * np.max(np.abs(noise)), rel=0.2)
+        )
         assert 0.005 < numbers["position_error"] < 0.05  # of its noise
         assert numbers["effort_error"] < 0.4 * numbers["position_error"]
 
 
 def test_all_channels_of_a_log_and_its_segments_are_cut_to_a_span():
-    extra = {"load": Column("n", "", "N"), "time": Column("t", "", "s"), "reference": Column("q", "", "m")}
+    extra = {
+        "load": Column("n", "", "N"),
+        "time": Column("t", "", "s"),
+        "reference": Column("q", "", "m"),
+    }
     stamps = TIME + np.where(np.arange(COUNT) >= 250, 1.0, 0.0)
-    values = {"t": stamps, "q": POSITION, "u": EFFORT, "n": 1.0 + POSITION, "p": EFFORT, "k": POSITION}
-    axis = Axis(columns=COLUMNS | extra, injected=(Injected("p", 2.0),), regressors=(KnownColumn("k", "k"),))
+    values = {
+        "t": stamps,
+        "q": POSITION,
+        "u": EFFORT,
+        "n": 1.0 + POSITION,
+        "p": EFFORT,
+        "k": POSITION,
+    }
+    axis = Axis(
+        columns=COLUMNS | extra, injected=(Injected("p", 2.0),), regressors=(KnownColumn("k", "k"),)
+    )
     log = recorded(values, axis)
     part = within(log, (1.0, 4.0))  # samples 100 to 300, for the second segment begins at 3.5 s
     assert [(segment.start, segment.stop) for segment in part.segments] == [(0, 150), (150, 200)]
     whole, kept = (
-        [*item.injected, *item.regressors, item.time, item.position, item.effort, item.reference, item.load] for item in (log, part)
+        [
+            *item.injected,
+            *item.regressors,
+            item.time,
+            item.position,
+            item.effort,
+            item.reference,
+            item.load,
+        ]
+        for item in (log, part)
     )
     np.testing.assert_array_equal(kept, [channel[100:300] for channel in whole])
     assert part.notes == (*log.notes, "bristle uses only the samples from 1 to 4 s")

@@ -13,7 +13,13 @@ from bristle.logs.readers import read_table
 COUNT = 60
 T = np.arange(COUNT) / 1000
 X = np.round(np.sin(20 * T), 6)
-PARAMETERS = [("Mass", "12.5 kg"), ("Lead", "10"), ("Operator", "Smith"), ("Filter", ""), ("Rated torque", "2.4 Nm")]
+PARAMETERS = [
+    ("Mass", "12.5 kg"),
+    ("Lead", "10"),
+    ("Operator", "Smith"),
+    ("Filter", ""),
+    ("Rated torque", "2.4 Nm"),
+]
 
 
 def log(beside, header="time,position,,Parameter,Value", *, filled=True, units=""):
@@ -33,7 +39,11 @@ def test_a_table_next_to_the_first_rows_loses_no_row_silently(count, filled, hea
     if dialect == "semicolon":
         text = text.replace(",", ";").replace(".", ",")
     elif dialect != "comma":
-        text = text.replace("12.5 kg", "12.5").replace("Rated torque", "Torque").replace("2.4 Nm", "2.4")
+        text = (
+            text.replace("12.5 kg", "12.5")
+            .replace("Rated torque", "Torque")
+            .replace("2.4 Nm", "2.4")
+        )
         text = text.replace(",", "\t") if dialect == "tab" else text.replace(",", " ")
     with suppress(InputError):
         table = read_table(text.encode())
@@ -54,7 +64,9 @@ def test_columns_of_numbers_may_end_early():
     cells = early + [",,"] * (COUNT - len(early))
     rows = [f"{t:.3f},{x:.6f}{more}" for t, x, more in zip(T, X, cells, strict=True)]
     table = read_table("\n".join(["time,position,temperature,note", *rows, ""]).encode())
-    np.testing.assert_array_equal(table.columns["temperature"], [*(np.arange(30) + 0.5), *[np.nan] * 30])
+    np.testing.assert_array_equal(
+        table.columns["temperature"], [*(np.arange(30) + 0.5), *[np.nan] * 30]
+    )
     np.testing.assert_array_equal(table.columns["position"], X)
 
 

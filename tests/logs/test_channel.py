@@ -25,7 +25,10 @@ APART = np.array([0.0, 1.0, 31.0, 62.0, 93.0])
 @pytest.mark.parametrize(
     ("call", "step"),
     [
-        *((lambda offset=offset: clear_step(offset + 0.1 * STEPS), pytest.approx(0.1, rel=1e-9)) for offset in (0.0, 0.03, -40.07)),
+        *(
+            (lambda offset=offset: clear_step(offset + 0.1 * STEPS), pytest.approx(0.1, rel=1e-9))
+            for offset in (0.0, 0.03, -40.07)
+        ),
         (lambda: clear_step(np.append(0.03 + 0.1 * STEPS, np.nan)), pytest.approx(0.1, rel=1e-9)),
         (lambda: clear_step(np.array([0.0, 1.0, 2.0, 3.4])), 0.0),
         (lambda: clear_step(np.ones(6)), 0.0),
@@ -82,7 +85,9 @@ def test_parts_of_a_file_overlap_where_columns_and_times_do(part, overlaps):
 )
 def test_a_log_is_called_as_its_origin_or_else_as_its_file(passed, name):
     log = log_data(**passed)
-    assert str(log).splitlines()[0] == "Log of 5 samples, 2.5 s at 2 Hz, translational" + (f", from {name}" if name else "")
+    assert str(log).splitlines()[0] == "Log of 5 samples, 2.5 s at 2 Hz, translational" + (
+        f", from {name}" if name else ""
+    )
     assert not name or log.to_dict()["source"] == name
 
 
@@ -94,10 +99,21 @@ def test_gaps_are_counted_by_the_segments_between_them():
 
 def test_known_inputs_add_up_and_further_signals_surround_the_axis():
     pushed = (Channel(np.ones(5), "N", "a"), Channel(np.arange(5.0), "N", "b"))
-    log = log_data(injected=pushed, load=Channel(np.full(5, 2.0), "1", "w"), further={"pressure": Channel(np.ones(5), "Pa", "p")})
+    log = log_data(
+        injected=pushed,
+        load=Channel(np.full(5, 2.0), "1", "w"),
+        further={"pressure": Channel(np.ones(5), "Pa", "p")},
+    )
     assert np.array_equal(log.injected_effort, [1.0, 2.0, 3.0, 4.0, 5.0])
     assert np.array_equal(log_data().injected_effort, np.zeros(5))
     assert set(log.surroundings) == {"load", "pressure"}
-    assert [name for name, _ in log.channels()] == ["time", "position", "load", "pressure", "injected.a", "injected.b"]
+    assert [name for name, _ in log.channels()] == [
+        "time",
+        "position",
+        "load",
+        "pressure",
+        "injected.a",
+        "injected.b",
+    ]
     with pytest.raises(InputError, match="has more or fewer samples than time"):
         log_data(effort=Channel(np.ones(4), "N", "u"))

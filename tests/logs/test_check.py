@@ -49,11 +49,15 @@ def codes(log, axis=None):
     return [result.code for result in checked(log, axis)]
 
 
-@pytest.mark.parametrize("seed", [*SEEDS, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3, 4, 5))])
+@pytest.mark.parametrize(
+    "seed", [*SEEDS, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3, 4, 5))]
+)
 @pytest.mark.parametrize("mass", [None, MASS])
 def test_a_correct_log_has_no_contradiction(seed, mass):
     run = Run(seed)
-    assert [code for code in codes(run.log(velocity=run.v), Axis(mass=mass)) if code != "motion_repeats"] == []
+    assert [
+        code for code in codes(run.log(velocity=run.v), Axis(mass=mass)) if code != "motion_repeats"
+    ] == []
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -76,14 +80,21 @@ def test_presliding_of_the_right_sign_is_no_reversed_effort(seed, reach):
     log = Log(time=t, position=np.round(x, 9), effort=effort, sample_time=DT)
     assert set(codes(log)) & {"sign_reversed", "never_slides"} == {"never_slides"}
     assert "sign_reversed" in codes(replace(log, effort=-effort))
-    assert "never_slides" not in {finding.code for finding in checked_together([(log, None), (Run(seed).log(), None)])}
+    assert "never_slides" not in {
+        finding.code for finding in checked_together([(log, None), (Run(seed).log(), None)])
+    }
 
 
 def pulled(force, seed):
     """Return a log of two sines of a few micrometres that takes a force over the position, and its noise."""
     rng, t = np.random.default_rng(seed), DT * np.arange(12_000)
     x = 1.8e-6 * np.sin(2.0 * np.pi * 0.7 * t) + 0.8e-6 * np.sin(2.0 * np.pi * 2.3 * t)
-    return Log(time=t, position=np.round(x, 9), effort=force(x) + rng.normal(0.0, 0.01, t.size), sample_time=DT)
+    return Log(
+        time=t,
+        position=np.round(x, 9),
+        effort=force(x) + rng.normal(0.0, 0.01, t.size),
+        sample_time=DT,
+    )
 
 
 def elements(x, reach=6e-6, level=8.0, count=14):
@@ -99,7 +110,11 @@ def elements(x, reach=6e-6, level=8.0, count=14):
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("reach", [5e-6, 6e-6])
 def test_the_build_up_distance_identifies_wide_loops_before_sliding(seed, reach):
-    (result,) = [item for item in checked(pulled(lambda x: elements(x, reach), seed)) if item.code == "never_slides"]
+    (result,) = [
+        item
+        for item in checked(pulled(lambda x: elements(x, reach), seed))
+        if item.code == "never_slides"
+    ]
     assert result.numbers["percent"] > 30.0  # as wide as that of an axis that slides
 
 
@@ -110,7 +125,11 @@ def test_an_axis_that_slides_against_a_spring_does_not_count_as_stuck(seed, leve
         speed = np.gradient(x)
         return level * np.tanh(speed / 1e-10) * (1.0 + np.exp(-((speed / 3e-9) ** 2)))
 
-    for friction in (lambda x: level * np.sign(np.gradient(x)), lambda x: elements(x, 6e-8, level), falling):
+    for friction in (
+        lambda x: level * np.sign(np.gradient(x)),
+        lambda x: elements(x, 6e-8, level),
+        falling,
+    ):
         log = pulled(lambda x, friction=friction: 1.6e6 * x + friction(x), seed)
         assert "never_slides" not in codes(log)
 
@@ -132,7 +151,11 @@ def test_an_effort_that_is_cut_off_below_its_noise(seed, noise):
     pure = run.mass * run.a + run.level * np.tanh(run.v / 1e-4) + DRAG * run.v
     top = 0.6 * np.max(np.abs(pure))
     scatter = noise * top * np.random.default_rng(seed).standard_normal(COUNT)
-    (result,) = [item for item in checked(run.log(effort=np.clip(pure, -top, top) + scatter)) if item.code == "clipped"]
+    (result,) = [
+        item
+        for item in checked(run.log(effort=np.clip(pure, -top, top) + scatter))
+        if item.code == "clipped"
+    ]
     assert abs(result.numbers["level"]) == pytest.approx(top, rel=0.02)
     # Where the effort is at its limit, and a few samples before and behind.
     cut = np.count_nonzero(np.abs(pure) > top)
@@ -151,7 +174,9 @@ def test_an_effort_that_stays_at_its_extreme_is_not_cut_off_where_the_motion_tak
         v[k + 1] = v[k] + DT * (u[k] - LEVEL * np.tanh(v[k] / 1e-3) - DRAG * v[k]) / MASS
     noise = 0.3 * np.random.default_rng(seed).standard_normal(COUNT)
     assert np.mean(np.abs(u) == limit) > 0.05
-    assert "clipped" not in codes(Log(time=t, position=np.cumsum(v) * DT, effort=u + noise, sample_time=DT))
+    assert "clipped" not in codes(
+        Log(time=t, position=np.cumsum(v) * DT, effort=u + noise, sample_time=DT)
+    )
     # Slow moves without a load: friction at the highest speed is the largest effort.
     slow = Run(seed, (0.02, 0.1, 0.3), mass=0.3)
     assert "clipped" not in codes(slow.log(effort=slow.effort() - 5.0))
@@ -163,16 +188,28 @@ def test_rows_that_are_lost_and_the_rest_stamped_again(seed, count):
     run = Run(seed)
     start = int(np.argmax(run.v > 0.85)) + 100
     kept = np.r_[0:start, start + count : COUNT]
-    log = Log(time=run.t[: kept.size], position=np.round(run.x, 7)[kept], effort=run.effort()[kept], sample_time=DT)
+    log = Log(
+        time=run.t[: kept.size],
+        position=np.round(run.x, 7)[kept],
+        effort=run.effort()[kept],
+        sample_time=DT,
+    )
     (result,) = [item for item in checked(log) if item.code == "rows_lost"]
     assert result.numbers["time"] == pytest.approx((start - 1) * DT)
-    assert result.numbers["step"] == pytest.approx(run.x[start + count] - run.x[start - 1], rel=1e-3)
+    assert result.numbers["step"] == pytest.approx(
+        run.x[start + count] - run.x[start - 1], rel=1e-3
+    )
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
 def test_stamps_that_no_axis_is_sampled_at(factor):
     run = Run(0)
-    log = Log(time=factor * run.t, position=np.round(run.x, 7), effort=run.effort(), sample_time=factor * DT)
+    log = Log(
+        time=factor * run.t,
+        position=np.round(run.x, 7),
+        effort=run.effort(),
+        sample_time=factor * DT,
+    )
     (result,) = [item for item in checked(log) if item.code == "unit_suspect"]
     assert "speed" not in result.numbers
     assert result.numbers["sample_time"] == pytest.approx(factor * DT)
@@ -180,7 +217,12 @@ def test_stamps_that_no_axis_is_sampled_at(factor):
 
 @pytest.mark.parametrize(
     ("kind", "factor", "told"),
-    [("translational", 1e3, True), ("translational", 10.0, False), ("rotational", 1e3, False), ("rotational", 1e4, True)],
+    [
+        ("translational", 1e3, True),
+        ("translational", 10.0, False),
+        ("rotational", 1e3, False),
+        ("rotational", 1e4, True),
+    ],
 )
 def test_speeds_that_no_axis_has(kind, factor, told):
     run = Run(0)
@@ -213,7 +255,9 @@ def test_a_slow_filter_of_the_effort_is_no_other_mass(seed, lag):
     slow = lfilter([1.0 - keep], [1.0, -keep], effort, zi=[keep * effort[0]])[0]
     log = Run(seed).log(effort=slow)
     assert "mass_contradicts" not in codes(log, Axis(mass=MASS))
-    (result,) = [item for item in checked(log, Axis(mass=2.0 * MASS)) if item.code == "mass_contradicts"]
+    (result,) = [
+        item for item in checked(log, Axis(mass=2.0 * MASS)) if item.code == "mass_contradicts"
+    ]
     assert result.numbers["found"] == pytest.approx(MASS, rel=0.03)
 
 

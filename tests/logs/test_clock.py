@@ -4,7 +4,15 @@ import numpy as np
 import pytest
 
 from bristle.core.errors import InputError
-from bristle.logs.clock import EVERY, Order, clock_of, median_step, order_of, samples_between, without_repeats
+from bristle.logs.clock import (
+    EVERY,
+    Order,
+    clock_of,
+    median_step,
+    order_of,
+    samples_between,
+    without_repeats,
+)
 
 EVEN = 0.01 * np.arange(200)
 REPEATED = "1 time stamp repeats the previous time stamp: bristle interpolates between the neighbouring time stamps"
@@ -17,7 +25,10 @@ def grid_of(stamps, **passed):
 @pytest.mark.parametrize(
     ("stamps", "step"),
     [
-        (EVEN + 2e-3 * np.random.default_rng(1).standard_normal(200), pytest.approx(0.01, rel=0.03)),
+        (
+            EVEN + 2e-3 * np.random.default_rng(1).standard_normal(200),
+            pytest.approx(0.01, rel=0.03),
+        ),
         (np.round(0.0013 * np.arange(2000), 3), pytest.approx(0.0013, rel=0.05)),
         (np.array([0.0, 0.5]), 0.5),
         (np.append(EVEN, 100.0), pytest.approx(0.01)),
@@ -75,15 +86,27 @@ def test_a_clock_that_falls_back_began_anew_or_had_a_row_out_of_order(stamps, no
     ("call", "words"),
     [
         (lambda: order_of(np.full(9, 3.0), "log"), "does not advance: all its values are 3 s"),
-        (lambda: order_of(np.random.default_rng(1).permutation(EVEN), "log"), r"is not in order: \d+ of its 199 steps go backward"),
-        (lambda: order_of(with_exchanged(*range(0, 104, 2)), "log"), "is not in order"),  # more than a quarter
+        (
+            lambda: order_of(np.random.default_rng(1).permutation(EVEN), "log"),
+            r"is not in order: \d+ of its 199 steps go backward",
+        ),
+        (
+            lambda: order_of(with_exchanged(*range(0, 104, 2)), "log"),
+            "is not in order",
+        ),  # more than a quarter
         (lambda: order_of(np.tile(EVEN[:40], 52), "log"), "is not in order: 51 of its"),
         (
             lambda: without_repeats(Order(EVERY, np.repeat(np.arange(4.0), 3)), None, 5, "log"),
             "has only 4 different time stamps in 12 rows",
         ),
-        (lambda: grid_of(EVEN, delay=1.95), r"has fewer than 10 evenly spaced samples in sequence after a shift by the delay of 1\.95 s"),
-        (lambda: grid_of(EVEN, sample_time=0.0102), r"has a time step of 0\.01 s, unlike sample_time in the axis file"),
+        (
+            lambda: grid_of(EVEN, delay=1.95),
+            r"has fewer than 10 evenly spaced samples in sequence after a shift by the delay of 1\.95 s",
+        ),
+        (
+            lambda: grid_of(EVEN, sample_time=0.0102),
+            r"has a time step of 0\.01 s, unlike sample_time in the axis file",
+        ),
         (lambda: grid_of(1e-11 * EVEN), "Correct the unit of the time column"),
         (lambda: grid_of(1e12 * EVEN), "Correct the unit of the time column"),
     ],
@@ -99,7 +122,9 @@ def test_a_restarted_clock_adds_a_pause_of_ten_samples():
     steps = np.diff(order.stamps)
     assert steps[[199, 299]] == pytest.approx(0.1)
     assert np.delete(steps, [199, 299]) == pytest.approx(0.01)
-    assert order.notes == ("the clock restarts at row 200, 300: bristle reads the log as 3 consecutive recordings",)
+    assert order.notes == (
+        "the clock restarts at row 200, 300: bristle reads the log as 3 consecutive recordings",
+    )
     assert len(grid_of(twice).segments) == 3
 
 
@@ -152,7 +177,10 @@ def test_more_rows_that_were_lost_are_a_gap():
     assert (counts[79], notes) == (1.0, [])
     clock = grid_of(stamps)
     assert clock.segments == (slice(0, 80), slice(80, 196))
-    assert "1 gap in the time stamps (after 0.79 s): bristle splits the log into 2 segments" in clock.notes
+    assert (
+        "1 gap in the time stamps (after 0.79 s): bristle splits the log into 2 segments"
+        in clock.notes
+    )
     assert clock.time[80] == pytest.approx(0.84)
     short = np.delete(EVEN, [*range(80, 90), *range(95, 110)])
     clock = grid_of(short)
@@ -168,7 +196,10 @@ def test_a_late_row_moves_itself_alone_and_a_pause_of_no_whole_sample_is_a_gap()
     assert np.flatnonzero(samples_between(paused, 0.01)[0]).tolist() == [99]
 
 
-@pytest.mark.parametrize(("delay", "first", "count"), [(0.0, 0.0, 200), (0.03, 0.0, 197), (-0.03, 0.03, 197), (0.025, 0.0, 197)])
+@pytest.mark.parametrize(
+    ("delay", "first", "count"),
+    [(0.0, 0.0, 200), (0.03, 0.0, 197), (-0.03, 0.03, 197), (0.025, 0.0, 197)],
+)
 def test_the_grid_lies_where_an_effort_that_is_late_was_recorded_too(delay, first, count):
     clock = grid_of(EVEN, delay=delay)
     assert clock.time.size == count
@@ -212,10 +243,20 @@ def test_rows_are_bridged_where_a_tenth_is_missing_at_most(lost, is_bridged):
     assert np.count_nonzero(gaps) == (0 if is_bridged else lost)
 
 
-@pytest.mark.parametrize(("sample_times", "kept"), [((1e-3, 2e-3), 2e-3), ((1e-3, 1e-2, 1e-3), 1e-2), ((1e-2, 1e-3), 1e-2)])
-def test_a_sample_time_that_changes_is_told_and_the_grid_is_that_of_the_longest_part(sample_times, kept):
+@pytest.mark.parametrize(
+    ("sample_times", "kept"),
+    [((1e-3, 2e-3), 2e-3), ((1e-3, 1e-2, 1e-3), 1e-2), ((1e-2, 1e-3), 1e-2)],
+)
+def test_a_sample_time_that_changes_is_told_and_the_grid_is_that_of_the_longest_part(
+    sample_times, kept
+):
     stamps = np.cumsum(np.repeat(sample_times, 400))
     clock = clock_of(stamps, "log.csv")
     assert (clock.sample_time, len(clock.segments)) == (pytest.approx(kept), 1)
-    assert f"the sample time changes ({sample_times[0]:g} s until {stamps[399]:.6g} s, {sample_times[1]:g} s until" in clock.notes[0]
-    np.testing.assert_allclose(clock.sampled(np.sin(9.0 * stamps)), np.sin(9.0 * clock.time), atol=2e-3)
+    assert (
+        f"the sample time changes ({sample_times[0]:g} s until {stamps[399]:.6g} s, {sample_times[1]:g} s until"
+        in clock.notes[0]
+    )
+    np.testing.assert_allclose(
+        clock.sampled(np.sin(9.0 * stamps)), np.sin(9.0 * clock.time), atol=2e-3
+    )

@@ -69,7 +69,10 @@ def test_any_table_of_columns_is_a_log(make):
 
 
 def test_it_is_the_log_that_a_file_of_the_same_columns_is(tmp_path):
-    rows = "\n".join(",".join(map(repr, row)) for row in zip(*(DATA[item].tolist() for item in DATA), strict=True))
+    rows = "\n".join(
+        ",".join(map(repr, row))
+        for row in zip(*(DATA[item].tolist() for item in DATA), strict=True)
+    )
     (tmp_path / "log.csv").write_text(",".join(DATA) + "\n" + rows + "\n")
     names = {name: Column(name, "", "") for name in DATA}
     from_file = br.read_log(tmp_path / "log.csv", Axis(columns=names))
@@ -78,7 +81,9 @@ def test_it_is_the_log_that_a_file_of_the_same_columns_is(tmp_path):
 
 
 def test_only_needed_columns_are_read_and_the_others_are_listed():
-    log = Log.from_columns({"t": T, "x": DATA["position"], "Force": DATA["effort"], "v": T, "note": ["a"] * COUNT})
+    log = Log.from_columns(
+        {"t": T, "x": DATA["position"], "Force": DATA["effort"], "v": T, "note": ["a"] * COUNT}
+    )
     assert (log.effort.values.tolist(), log.velocity) == (DATA["effort"].tolist(), None)
     assert log.notes == (
         "bristle uses column t as the time",
@@ -107,7 +112,9 @@ def test_the_kind_of_axis_is_given_or_follows_from_the_unit():
     frame.attrs["units"] = {"position": "deg", "effort": "mN*m"}
     log = Log.from_columns(frame)
     assert log.kind == "rotational"
-    assert np.allclose([log.position, log.effort], [np.deg2rad(DATA["position"]), 1e-3 * DATA["effort"]])
+    assert np.allclose(
+        [log.position, log.effort], [np.deg2rad(DATA["position"]), 1e-3 * DATA["effort"]]
+    )
 
 
 def test_quantities_with_units_are_converted():
@@ -126,12 +133,18 @@ def test_a_log_without_time_takes_a_sample_time():
 
 
 def test_an_axis_assigns_the_columns():
-    axis = Axis(columns={"time": Column("t", "ms", "s"), "position": Column("q", "mm", "m", scale=-1.0)})
+    axis = Axis(
+        columns={"time": Column("t", "ms", "s"), "position": Column("q", "mm", "m", scale=-1.0)}
+    )
     log = Log.from_columns({"t": 1e3 * T, "q": 1e3 * DATA["position"], "effort": T}, axis=axis)
     assert (np.allclose(log.position, -DATA["position"]), log.effort) == (True, None)
     # One that names no columns, but says what it is, leaves them to their names.
-    assert Log.from_columns(DATA, axis=Axis(kind="rotational", resolution=1e-6)).effort.unit == "N*m"
-    with pytest.raises(InputError, match=r"kind: differs from the kind of the axis; found 'translational'"):
+    assert (
+        Log.from_columns(DATA, axis=Axis(kind="rotational", resolution=1e-6)).effort.unit == "N*m"
+    )
+    with pytest.raises(
+        InputError, match=r"kind: differs from the kind of the axis; found 'translational'"
+    ):
         Log.from_columns(DATA, axis=Axis(kind="rotational"), kind="translational")
 
 
@@ -144,16 +157,34 @@ class Evil:
 
 NAN = np.where(np.arange(COUNT) == 7, np.nan, DATA["position"])
 BAD = {
-    "no table": (5, r"columns: is not a table of columns; found 5\. Give a data frame or a dictionary"),
+    "no table": (
+        5,
+        r"columns: is not a table of columns; found 5\. Give a data frame or a dictionary",
+    ),
     "an array": (T, "columns: is not a table of columns"),
     "no columns": ({}, "columns: has no position column"),
-    "a typing error": ({"time": T, "postion": T}, r"found 'time, postion', allowed names: time, position.*mean 'position'\?"),
+    "a typing error": (
+        {"time": T, "postion": T},
+        r"found 'time, postion', allowed names: time, position.*mean 'position'\?",
+    ),
     "text": (DATA | {"position": ["a"] * COUNT}, r"column 'position': holds no numbers; found 'a'"),
-    "an odd one": (DATA | {"effort": [*[1.0] * 9, None, "x"]}, r"column 'effort': has no number at sample 10"),
-    "NaN": (DATA | {"position": NAN}, r"column 'position': has NaN \(not a number\) in 1 sample, the first at sample 7 \(t = 0.014 s\)"),
-    "two dimensions": (DATA | {"effort": np.outer(T, T)}, r"column 'effort': must be 1-D; found 'an array of shape"),
+    "an odd one": (
+        DATA | {"effort": [*[1.0] * 9, None, "x"]},
+        r"column 'effort': has no number at sample 10",
+    ),
+    "NaN": (
+        DATA | {"position": NAN},
+        r"column 'position': has NaN \(not a number\) in 1 sample, the first at sample 7 \(t = 0.014 s\)",
+    ),
+    "two dimensions": (
+        DATA | {"effort": np.outer(T, T)},
+        r"column 'effort': must be 1-D; found 'an array of shape",
+    ),
     "lengths": (DATA | {"effort": T[:300]}, r"different numbers of samples \(.*effort: 300"),
-    "no order": (DATA | {"time": np.random.default_rng(0).permutation(T)}, "column 'time': is not in order"),
+    "no order": (
+        DATA | {"time": np.random.default_rng(0).permutation(T)},
+        "column 'time': is not in order",
+    ),
     "constant": (DATA | {"effort": np.ones(COUNT)}, r"column 'effort': is constant \(1 N\)"),
     "short": ({name: item[:50] for name, item in DATA.items()}, "is too short"),
     "masked": (DATA | {"effort": np.ma.masked_equal(T, 0.0)}, "column 'effort': has masked values"),
@@ -197,7 +228,10 @@ def test_a_log_survives_the_round_trip_through_a_table(log, way):
         pytest.importorskip("pandas" if way == "to_dataframe" else "xarray")
     table = log.to_dict()["signals"] if way == "signals" else getattr(log, way)()
     again = Log.from_columns(table, kind=log.kind if way == "signals" else None)
-    first, second = ([(name, item.unit, item.values.tolist()) for name, item in of.channels()] for of in (log, again))
+    first, second = (
+        [(name, item.unit, item.values.tolist()) for name, item in of.channels()]
+        for of in (log, again)
+    )
     assert (again.kind, second) == (log.kind, first)
 
 
@@ -225,14 +259,21 @@ def test_a_channel_is_an_array_to_numpy():
     values = DATA["position"]
     assert np.asarray(channel) is channel.values
     assert np.array(channel) is not channel.values
-    assert [np.asarray(channel, dtype=dtype).dtype for dtype in (None, np.float32)] == [float, np.float32]
+    assert [np.asarray(channel, dtype=dtype).dtype for dtype in (None, np.float32)] == [
+        float,
+        np.float32,
+    ]
     assert np.array_equal(np.gradient(channel, 2e-3), np.gradient(values, 2e-3))
 
 
 def test_a_channel_supports_len_slices_and_arithmetic():
     channel, values = Channel(DATA["position"], "m", "q"), DATA["position"]
     assert list(channel) == values.tolist()
-    assert (len(channel), channel[3], channel[::2].tolist()) == (COUNT, values[3], values[::2].tolist())
+    assert (len(channel), channel[3], channel[::2].tolist()) == (
+        COUNT,
+        values[3],
+        values[::2].tolist(),
+    )
     for result, expected in (
         (channel * 1e3, values * 1e3),
         (1.0 - channel, 1.0 - values),
@@ -256,7 +297,9 @@ def test_a_channel_prints_in_a_line_and_works_as_an_array():
     channel = Channel(DATA["position"], "m", "q")
     assert repr(channel) == f"Channel({COUNT} samples, −10.000 to 10.000 mm, column 'q')"
     model = br.friction.coulomb(F_C=2.0)
-    assert np.array_equal(br.response(model, channel, 2e-3), br.response(model, DATA["position"], 2e-3))
+    assert np.array_equal(
+        br.response(model, channel, 2e-3), br.response(model, DATA["position"], 2e-3)
+    )
 
 
 def test_a_log_has_its_channels_as_fields_and_samples():

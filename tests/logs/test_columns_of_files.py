@@ -21,7 +21,9 @@ def axis(**columns):
 def test_a_column_may_be_called_by_its_number(tmp_path):
     bare = EXPORTS["no header"].write(tmp_path, MOTION)
     named = EXPORTS["units behind strokes"].write(tmp_path, MOTION)
-    by_number = axis(time={"column": 1, "unit": "s"}, position={"column": 2, "unit": "mm"}, effort=3)
+    by_number = axis(
+        time={"column": 1, "unit": "s"}, position={"column": 2, "unit": "mm"}, effort=3
+    )
     logs = [read_log(path, by_number) for path in (bare, named)]
     assert [log.position.column for log in logs] == ["column_2", "x/mm"]
     first, second = ([log.time, log.position, log.effort] for log in logs)
@@ -32,7 +34,9 @@ def test_a_column_may_be_called_by_its_number(tmp_path):
 
 @pytest.mark.parametrize("header", ["zeit;weg;kraft;puls;last\n", ""])
 def test_a_known_input_and_a_known_column_may_be_called_by_their_numbers(header):
-    rows = [f"{k / 1000};{np.sin(k / 50):.6f};{np.cos(k / 50):.6f};{k % 7};{k % 5}" for k in range(300)]
+    rows = [
+        f"{k / 1000};{np.sin(k / 50):.6f};{np.cos(k / 50):.6f};{k % 7};{k % 5}" for k in range(300)
+    ]
     described = axis_from(
         {
             "schema": 1,
@@ -70,9 +74,15 @@ def test_a_number_counts_the_columns_of_a_text_with_several_times():
 def test_a_time_that_need_not_be_named_may_be(tmp_path):
     path = EXPORTS["twincat, full"].write(tmp_path, MOTION)
     position = {"column": "ActPos", "unit": "mm"}
-    without, named = (read_log(path, axis(position=position, **more)) for more in ({}, {"time": {"column": "Zeit"}}))
+    without, named = (
+        read_log(path, axis(position=position, **more))
+        for more in ({}, {"time": {"column": "Zeit"}})
+    )
     np.testing.assert_array_equal(without.time.values, named.time.values)
-    assert [any("bristle ignores columns.time" in note for note in log.notes) for log in (without, named)] == [False, True]
+    assert [
+        any("bristle ignores columns.time" in note for note in log.notes)
+        for log in (without, named)
+    ] == [False, True]
 
 
 @pytest.mark.parametrize(
@@ -89,9 +99,17 @@ def test_a_unit_in_a_name_that_its_numbers_contradict_is_reported(tmp_path, head
     rows = [f"{k / 1000},{80 * np.sin(k / 50):.6f},{1600 * np.cos(k / 50):.6f}" for k in range(300)]
     path.write_text("\n".join([f"t,q,{header}", *rows]) + "\n")
     velocity = {"column": header.split(" [")[0]} | ({"unit": unit} if unit else {})
-    described = axis(time={"column": "t", "unit": "s"}, position={"column": "q", "unit": "mm"}, velocity=velocity)
-    result = [item for item in checked(read_log(path, described), described) if item.code == "unit_contradicts"]
-    assert [(item.numbers["called"], item.numbers["declared"]) for item in result] == ([told] if told else [])
+    described = axis(
+        time={"column": "t", "unit": "s"}, position={"column": "q", "unit": "mm"}, velocity=velocity
+    )
+    result = [
+        item
+        for item in checked(read_log(path, described), described)
+        if item.code == "unit_contradicts"
+    ]
+    assert [(item.numbers["called"], item.numbers["declared"]) for item in result] == (
+        [told] if told else []
+    )
 
 
 def test_a_file_of_one_long_line_is_read(tmp_path):
@@ -101,7 +119,11 @@ def test_a_file_of_one_long_line_is_read(tmp_path):
 
 
 def test_dates_of_an_archive_are_read_for_the_signals_that_are_asked_for_only():
-    rows = [f"{name} 2026-02-{day:02d} 09:00:{k:02d} {k}" for k in range(20) for name, day in (("asked", 1), ("other", 30 if k else 1))]
+    rows = [
+        f"{name} 2026-02-{day:02d} 09:00:{k:02d} {k}"
+        for k in range(20)
+        for name, day in (("asked", 1), ("other", 30 if k else 1))
+    ]
     table = read_table("\n".join([*rows, ""]).encode(), choice=columns_named(["asked"]))
     np.testing.assert_array_equal(table.columns["time"], np.arange(20.0))
     assert table.names == ("time", "asked", "other")

@@ -36,7 +36,16 @@ def rows(delimiter=",", form="{:.4f}", comma=False):
 
 @pytest.mark.parametrize(
     ("delimiter", "comma"),
-    [(",", False), (";", False), (";", True), ("\t", False), ("\t", True), (" ", False), ("   ", True), (", ", False)],
+    [
+        (",", False),
+        (";", False),
+        (";", True),
+        ("\t", False),
+        ("\t", True),
+        (" ", False),
+        ("   ", True),
+        (", ", False),
+    ],
 )
 @pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
 def test_every_dialect_holds_the_same_numbers(delimiter, comma, newline):
@@ -79,7 +88,8 @@ def test_headers_and_preambles(preamble, names):
 
 
 LABVIEW = (
-    "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\nChannels\t1\t\nSamples\t30\t\nDelta_X\t0.500000\t\n"
+    "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\n"
+    "Channels\t1\t\nSamples\t30\t\nDelta_X\t0.500000\t\n"
 )
 
 
@@ -87,10 +97,20 @@ LABVIEW = (
     ("text", "names", "units"),
     [
         ("time;travel\ns;mm\n" + rows(";"), ["time", "travel"], {"time": "s", "travel": "mm"}),
-        ("# time [s]  actual (um)\n" + rows("  "), ["time", "actual"], {"time": "s", "actual": "um"}),  # where blanks separate
-        ("t;x\n" + rows(";").replace("\n", ";\n"), ["t", "x"], {}),  # a delimiter at the end of each row
         (
-            LABVIEW + "X0\t0.0E+0\t\n***End_of_Header***\t\t\nX_Value\tForce\tComment\n" + rows("\t").replace("\n", "\t\n"),
+            "# time [s]  actual (um)\n" + rows("  "),
+            ["time", "actual"],
+            {"time": "s", "actual": "um"},
+        ),  # where blanks separate
+        (
+            "t;x\n" + rows(";").replace("\n", ";\n"),
+            ["t", "x"],
+            {},
+        ),  # a delimiter at the end of each row
+        (
+            LABVIEW
+            + "X0\t0.0E+0\t\n***End_of_Header***\t\t\nX_Value\tForce\tComment\n"
+            + rows("\t").replace("\n", "\t\n"),
             ["X_Value", "Force"],
             {},
         ),
@@ -112,7 +132,9 @@ def test_comments_and_blank_lines_between_rows_are_skipped():
 def test_rows_of_empty_cells_are_blank_lines_and_a_remark_may_follow_a_row(delimiter):
     lines = rows(delimiter).split("\n")
     empty = 3 * delimiter
-    lines = [line.replace(delimiter, f"{delimiter}0{delimiter}7{delimiter}", 1) for line in lines if line]
+    lines = [
+        line.replace(delimiter, f"{delimiter}0{delimiter}7{delimiter}", 1) for line in lines if line
+    ]
     lines[0] += " # begun"
     for at in (0, 5, 20):
         lines.insert(at, empty)
@@ -125,10 +147,14 @@ def test_numbers_of_fortran_and_of_old_windows_are_read_correctly():
     cells = ["1.5D-3", "-2.5d+01", "1.#QNAN", "-1.#IND", "1.#INF", "-1.#INF00", "3E2", "NaN"]
     text = "t,x\n" + "".join(f"{k},{cell}\n" for k, cell in enumerate(cells))
     result = read_csv(text.encode(), HERE).columns["x"]
-    np.testing.assert_array_equal(result, [1.5e-3, -25.0, np.nan, np.nan, np.inf, -np.inf, 300.0, np.nan])
+    np.testing.assert_array_equal(
+        result, [1.5e-3, -25.0, np.nan, np.nan, np.inf, -np.inf, 300.0, np.nan]
+    )
 
 
-@pytest.mark.parametrize("cell", ["2#3", "1.5#", "\u0661\u0662", "1_000", "0x1F", "--1", "1.5.2", "1e5e5"])
+@pytest.mark.parametrize(
+    "cell", ["2#3", "1.5#", "\u0661\u0662", "1_000", "0x1F", "--1", "1.5.2", "1e5e5"]
+)
 def test_a_cell_that_is_no_number_is_named_and_never_read_by_half(cell):
     text = "t,x\n" + "".join(f"{k},{cell if k == 25 else k}\n" for k in range(30))
     with pytest.raises(InputError, match=r"line 27, column 'x': is not a number") as caught:
@@ -137,7 +163,10 @@ def test_a_cell_that_is_no_number_is_named_and_never_read_by_half(cell):
 
 
 @pytest.mark.parametrize("line", [2, 5, 29])
-@pytest.mark.parametrize(("cell", "said"), [("abc", "is not a number"), ("", "is empty"), ("1,5", "has 3 cells"), ("0.1.2", "is not a")])
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [("abc", "is not a number"), ("", "is empty"), ("1,5", "has 3 cells"), ("0.1.2", "is not a")],
+)
 def test_a_bad_cell_is_named_with_line_and_column(line, cell, said):
     lines = ("t,x\n" + rows()).split("\n")
     lines[line] = lines[line].split(",")[0] + f",{cell}"
@@ -158,18 +187,25 @@ def test_a_bad_cell_is_named_with_line_and_column(line, cell, said):
 def test_a_column_of_malformed_numbers_is_refused_on_request(cell, said):
     text = "t,x\n" + "".join(f"{t},{cell}\n" for t in T)
     error = read_csv(text.encode(), HERE).missing("x", "position")
-    assert str(error).startswith(f"log.csv: line 2, column 'x': {said}, but the axis needs the column as the position; found")
+    assert str(error).startswith(
+        f"log.csv: line 2, column 'x': {said}, but the axis needs the column as the position; found"
+    )
     assert (error.value, bool(error.mend)) == (cell.strip('"'), True)
 
 
 QUOTED = ("t,x\n" + rows()).replace("\n4.0000,-1.0690\n", '\n4.0000,"1.234,5"\n')
-STATES = "t,x,state\n" + "".join(f"{t},{x},{s}\n" for t, x, s in zip(T, X, ["0"] * 4 + ["OK"] * 26, strict=True))
+STATES = "t,x,state\n" + "".join(
+    f"{t},{x},{s}\n" for t, x, s in zip(T, X, ["0"] * 4 + ["OK"] * 26, strict=True)
+)
 
 
 @pytest.mark.parametrize(
     ("data", "words"),
     [
-        *((text.encode(), "holds no rows of numbers") for text in ("", "no numbers\nat all\n", "t,x\n", "t,x\n1,2\n", "1,2\n")),
+        *(
+            (text.encode(), "holds no rows of numbers")
+            for text in ("", "no numbers\nat all\n", "t,x\n", "t,x\n1,2\n", "1,2\n")
+        ),
         (b"\x01\x02\0\0" * 50, "neither text nor"),
         (QUOTED.encode(), r"line 10, column 'x': is a number with thousands separ"),
         (STATES.encode(), "line 5, column 'state': is a number, but the cells below it are text"),
@@ -226,7 +262,9 @@ def test_the_size_limit_covers_channels_with_separate_times():
         (b"0;na\n\n1;na", (True, True), True),  # no number, and there before
     ],
 )
-def test_a_last_row_without_a_line_break_is_left_out_and_a_cut_row_is_refused(body, numeric, is_whole):
+def test_a_last_row_without_a_line_break_is_left_out_and_a_cut_row_is_refused(
+    body, numeric, is_whole
+):
     layout = Layout(";", False, 4, numeric, ("t", "q"), ("", ""))
     assert _without_open_end(body + b"\n", layout, Path("log.csv"), "utf-8") == (body + b"\n", [])
     if is_whole:
@@ -234,7 +272,10 @@ def test_a_last_row_without_a_line_break_is_left_out_and_a_cut_row_is_refused(bo
         assert kept == body[: body.rindex(b"\n") + 1]
         assert "bristle ignores its last row, which may be incomplete" in note
     else:
-        with pytest.raises(InputError, match=rf"line {5 + body.count(10)}: is incomplete: the file ends within this row"):
+        with pytest.raises(
+            InputError,
+            match=rf"line {5 + body.count(10)}: is incomplete: the file ends within this row",
+        ):
             _without_open_end(body, layout, Path("log.csv"), "utf-8")
 
 

@@ -18,7 +18,9 @@ def inner(signal, edge=200):
 @pytest.mark.parametrize(("frequency", "gain"), [(1.0, 1.0), (40.0, 0.5), (400.0, 0.0)])
 def test_a_sine_passes_below_the_cutoff_by_half_at_it_and_not_far_above(frequency, gain):
     sine = np.sin(2.0 * np.pi * frequency * TIME + 0.3)
-    assert inner(low_passed(sine, 40.0, DT)) == pytest.approx(gain * inner(sine), abs=2e-4)  # forward and backward: 3 dB twice
+    assert inner(low_passed(sine, 40.0, DT)) == pytest.approx(
+        gain * inner(sine), abs=2e-4
+    )  # forward and backward: 3 dB twice
 
 
 def test_a_constant_passes_unchanged_and_a_ramp_far_from_its_ends():
@@ -39,7 +41,13 @@ def test_a_derivative_is_exact_for_a_polynomial_of_the_fourth_order():
 
 @pytest.mark.parametrize("samples", [0.0, 0.4, 12.0, 12.7, -0.6, -31.2])
 def test_between_its_samples_a_signal_is_smooth_and_beyond_its_ends_it_stays(samples):
-    signal = np.stack([np.sin(5.0 * TIME), 2.0 * TIME, np.cumsum(np.random.default_rng(5).standard_normal(TIME.size))])
+    signal = np.stack(
+        [
+            np.sin(5.0 * TIME),
+            2.0 * TIME,
+            np.cumsum(np.random.default_rng(5).standard_normal(TIME.size)),
+        ]
+    )
     instants = TIME + samples * DT
     moved, expected = ahead(signal, samples), CubicSpline(TIME, signal, axis=-1)(instants)
     assert inner(moved, 80) == pytest.approx(inner(expected, 80), abs=1e-10)
@@ -62,7 +70,9 @@ def test_a_lag_makes_a_sine_smaller_and_its_delay_is_taken_out(frequency):
 def test_a_constant_and_a_ramp_pass_a_lag_without_its_delay():
     for lag in (3e-3, -3e-3):
         assert through_filter(np.full(300, 4.0), lag, DT) == pytest.approx(4.0)
-        assert inner(through_filter(5.0 * TIME[:600], lag, DT), 50) == pytest.approx(inner(5.0 * TIME[:600], 50), abs=1e-6)
+        assert inner(through_filter(5.0 * TIME[:600], lag, DT), 50) == pytest.approx(
+            inner(5.0 * TIME[:600], 50), abs=1e-6
+        )
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 9])

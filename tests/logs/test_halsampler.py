@@ -21,7 +21,10 @@ X, F = 20.0 * np.sin(9.0 * T), 8.0 * np.sign(np.cos(9.0 * T)) + 0.3 * np.sin(40.
 AXIS = {
     "schema": 1,
     "kind": "translational",
-    "columns": {"position": {"column": "column_1", "unit": "mm"}, "effort": {"column": "column_2", "unit": "N"}},
+    "columns": {
+        "position": {"column": "column_1", "unit": "mm"},
+        "effort": {"column": "column_2", "unit": "N"},
+    },
 }
 TIMED = AXIS | {"timing": {"sample_time": "1 ms"}}
 
@@ -30,7 +33,10 @@ def text_of(*columns, tagged=False, kept=None):
     """Return what halsampler prints: six decimals for numbers, none for integers, a blank behind each."""
     rows = []
     for k in range(COUNT) if kept is None else kept:
-        cells = [f"{column[k]}" if np.issubdtype(column.dtype, np.integer) else f"{column[k]:f}" for column in columns]
+        cells = [
+            f"{column[k]}" if np.issubdtype(column.dtype, np.integer) else f"{column[k]:f}"
+            for column in columns
+        ]
         rows.append(" ".join([*([str(k)] if tagged else []), *cells, ""]))
     return "\n".join([*rows, ""])
 
@@ -47,7 +53,9 @@ def test_a_recorded_file_has_the_names_of_the_signals():
         assert "bristle names the columns by the signals in axis_x.hal" in table.notes
         # A first-order lag behind a sine of 5 Hz.
         command, position = table.columns["x-pos-cmd"], table.columns["x-pos-fb"]
-        assert position[1:] == pytest.approx(position[:-1] + 0.3 * (command[1:] - position[:-1]), abs=3e-6)
+        assert position[1:] == pytest.approx(
+            position[:-1] + 0.3 * (command[1:] - position[:-1]), abs=3e-6
+        )
 
 
 def test_the_sample_time_is_that_of_the_axis_file_and_never_invented(tmp_path):
@@ -55,10 +63,16 @@ def test_the_sample_time_is_that_of_the_axis_file_and_never_invented(tmp_path):
     log = read_log(tmp_path / "log.txt", axis_from(TIMED))
     assert log.sample_time == 1e-3
     assert log.position.values == pytest.approx(1e-3 * X, abs=1e-9)
-    with pytest.raises(InputError, match=r"no column of time and no sample time.*sample_time = .1 ms. under \[timing\]"):
+    with pytest.raises(
+        InputError,
+        match=r"no column of time and no sample time.*sample_time = .1 ms. under \[timing\]",
+    ):
         read_log(tmp_path / "log.txt", axis_from(AXIS))
     tagged = text_of(X, F, tagged=True)
-    as_time = AXIS["columns"] | {"time": {"column": "column_1", "unit": "s"}, "position": {"column": "column_2", "unit": "mm"}}
+    as_time = AXIS["columns"] | {
+        "time": {"column": "column_1", "unit": "s"},
+        "position": {"column": "column_2", "unit": "mm"},
+    }
     with pytest.raises(InputError, match=r"counts the rows and is no time.*sample_time = .1 ms."):
         read_log(tagged.encode(), axis_from(AXIS | {"columns": as_time}))
 
@@ -69,7 +83,10 @@ def test_the_sample_time_is_that_of_the_axis_file_and_never_invented(tmp_path):
 def test_columns_are_numbered_without_a_hal_file(tagged, begin, end):
     table = read_table((begin + text_of(X, F, COUNTER, tagged=tagged)).replace("\n", end).encode())
     first = 2 if tagged else 1
-    assert (table.format, list(table.columns)) == ("halsampler", [f"column_{first}", f"column_{first + 1}"])
+    assert (table.format, list(table.columns)) == (
+        "halsampler",
+        [f"column_{first}", f"column_{first + 1}"],
+    )
     assert table.columns[f"column_{first}"] == pytest.approx(X, abs=1e-6)
     assert any("no sample is lost" in note for note in table.notes)
 
@@ -79,7 +96,11 @@ def without(*lost):
     return [k for k in range(COUNT) if k not in lost]
 
 
-ONE, MANY, BACK = without(120), without(*range(120, 137)), [*range(COUNT // 2), *range(COUNT // 2 - 4, COUNT)]
+ONE, MANY, BACK = (
+    without(120),
+    without(*range(120, 137)),
+    [*range(COUNT // 2), *range(COUNT // 2 - 4, COUNT)],
+)
 
 
 @pytest.mark.parametrize(("tagged", "kind"), [(True, int), (False, int), (False, float)])
@@ -105,12 +126,18 @@ ROWS = PLAIN.splitlines(keepends=True)
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        (RECORDED / "late.txt", r"late\.txt: line 16, column_3: lost 234 samples in 1 place\. Record again with a larger depth"),
+        (
+            RECORDED / "late.txt",
+            r"late\.txt: line 16, column_3: lost 234 samples in 1 place\. Record again with a larger depth",
+        ),
         (
             "".join([*ROWS[:100], "overrun\n", *ROWS[100:]]).encode(),
             "line 101: lost samples before this line, an unknown number; found 'overrun'",
         ),
-        ("".join([*ROWS[:250], "1.000000 \n", *ROWS[250:]]).encode(), r"line 251: is not a row of halsampler; found '1\.000000 '"),
+        (
+            "".join([*ROWS[:250], "1.000000 \n", *ROWS[250:]]).encode(),
+            r"line 251: is not a row of halsampler; found '1\.000000 '",
+        ),
     ],
 )
 def test_an_overrun_and_a_damaged_row_are_refused_with_their_line(given, words):
@@ -142,12 +169,22 @@ def test_a_truncated_last_row_is_left_out_with_a_note():
 
 def test_a_grid_of_six_decimals_in_metres_is_reported():
     notes = read_table(text_of(1e-3 * X, F).encode()).notes
-    assert [note for note in notes if re.match(r"column_1 has a grid of 1e-06.*1 um, too coarse for pre-sliding", note)]
+    assert [
+        note
+        for note in notes
+        if re.match(r"column_1 has a grid of 1e-06.*1 um, too coarse for pre-sliding", note)
+    ]
     assert not any("grid" in note for note in read_table(PLAIN.encode()).notes)
 
 
 @pytest.mark.parametrize(
-    "text", [PLAIN.replace(" \n", "\n"), PLAIN.replace(" ", ","), "t x \n" + PLAIN, re.sub(r"(\.\d{5})\d", r"\1", PLAIN)]
+    "text",
+    [
+        PLAIN.replace(" \n", "\n"),
+        PLAIN.replace(" ", ","),
+        "t x \n" + PLAIN,
+        re.sub(r"(\.\d{5})\d", r"\1", PLAIN),
+    ],
 )
 def test_other_text_is_left_to_the_reader_of_text(text):
     assert format_of(text.encode(), ".txt").name == "csv"
@@ -161,7 +198,10 @@ def test_nets_and_links_of_pins_are_read():
         "loadrt sampler depth=4096,100 cfg=fff,ub\n# net wrong => sampler.0.pin.2\nnet pos-cmd joint.0.motor-pos-cmd => sampler.0.pin.0\n"
         "net pos-fb \\\n  <= axis.0.position sampler.0.pin.1 other.in # why\nlinkps sampler.1.pin.0 rows\nlinksp ready sampler.1.pin.1\n"
     )
-    assert signals_of(text) == {0: (3, {0: "pos-cmd", 1: "pos-fb"}), 1: (2, {0: "rows", 1: "ready"})}
+    assert signals_of(text) == {
+        0: (3, {0: "pos-cmd", 1: "pos-fb"}),
+        1: (2, {0: "rows", 1: "ready"}),
+    }
 
 
 FIRST = "net pos => sampler.0.pin.0\nnet effort => sampler.0.pin.1\n"
@@ -174,7 +214,10 @@ OTHER = "net other => sampler.0.pin.0\n"
         ({"a.hal": FIRST}, ["pos", "effort"]),
         ({"a.hal": FIRST, "b.hal": OTHER}, ["column_1", "column_2"]),
         ({"a.hal": FIRST, "run.hal": OTHER}, ["other", "column_2"]),
-        ({"a.hal": FIRST, "run.hal": "loadrt sampler cfg=fff\nnet third => sampler.0.pin.2\n"}, ["column_1", "column_2"]),
+        (
+            {"a.hal": FIRST, "run.hal": "loadrt sampler cfg=fff\nnet third => sampler.0.pin.2\n"},
+            ["column_1", "column_2"],
+        ),
     ],
 )
 def test_the_hal_file_of_the_same_name_wins_and_different_ones_name_nothing(tmp_path, files, names):
@@ -182,7 +225,10 @@ def test_the_hal_file_of_the_same_name_wins_and_different_ones_name_nothing(tmp_
         (tmp_path / name).write_text(text, encoding="ascii")
     table = read_table(tmp_path / "run.txt")
     assert list(table.columns) == names
-    assert ("samplers in a.hal, b.hal have different signals: bristle numbers the columns" in table.notes) is ("b.hal" in files)
+    assert (
+        "samplers in a.hal, b.hal have different signals: bristle numbers the columns"
+        in table.notes
+    ) is ("b.hal" in files)
 
 
 def test_an_upload_with_the_name_of_a_file_is_not_named_by_its_folder(tmp_path):
@@ -196,7 +242,10 @@ def test_an_upload_with_the_name_of_a_file_is_not_named_by_its_folder(tmp_path):
 def test_signals_of_a_hal_file_are_names_of_the_axis_file(tmp_path):
     for name in ("axis_x.hal", "tagged.txt"):
         shutil.copy(RECORDED / name, tmp_path)
-    columns = {"position": {"column": "x-pos-fb", "unit": "mm"}, "effort": {"column": "x-effort", "unit": "N"}}
+    columns = {
+        "position": {"column": "x-pos-fb", "unit": "mm"},
+        "effort": {"column": "x-effort", "unit": "N"},
+    }
     log = read_log(tmp_path / "tagged.txt", axis_from(TIMED | {"columns": columns}))
     assert log.position.values[:2] == pytest.approx([23.558e-6, 63.584e-6])
     assert log.sample_time == 1e-3

@@ -73,7 +73,10 @@ def virtual(secret):
 )
 def test_numbers_in_other_files_are_refused(tmp_path, here, secret, make):
     path = h5(tmp_path / "log.h5", data_set("t", data=np.arange(500.0)), make(secret))
-    with pytest.raises(InputError, match=r"(the numbers of .* are in other files|a link to another file, but bristle reads)"):
+    with pytest.raises(
+        InputError,
+        match=r"(the numbers of .* are in other files|a link to another file, but bristle reads)",
+    ):
         read_table(path)
 
 
@@ -92,7 +95,9 @@ def test_links_in_the_file_itself_are_left_alone_and_circles_end(tmp_path, here)
 
 
 def npy(shape: tuple[int, ...], descr: str = "<f8", data: bytes = b"") -> bytes:
-    head = repr({"descr": descr, "fortran_order": False, "shape": shape}).encode().ljust(117) + b"\n"
+    head = (
+        repr({"descr": descr, "fortran_order": False, "shape": shape}).encode().ljust(117) + b"\n"
+    )
     return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head + data
 
 
@@ -123,8 +128,14 @@ def mat_bomb(size: int) -> bytes:
 def mat_of_cells(depth: int) -> bytes:
     """A cell with a name that holds a cell, and so on."""
     cell = struct.pack("<IIII", 6, 8, 1, 0) + struct.pack("<IIii", 5, 8, 1, 1)
-    inner, named = cell + struct.pack("<II", 1, 0), cell + struct.pack("<II", 1, 1) + b"a" + bytes(7)
-    body = b"".join(struct.pack("<II", 14, len(inner) * (level + 1) + 8 * level) + inner for level in range(depth - 2, -1, -1))
+    inner, named = (
+        cell + struct.pack("<II", 1, 0),
+        cell + struct.pack("<II", 1, 1) + b"a" + bytes(7),
+    )
+    body = b"".join(
+        struct.pack("<II", 14, len(inner) * (level + 1) + 8 * level) + inner
+        for level in range(depth - 2, -1, -1)
+    )
     return MAT + struct.pack("<II", 14, len(named) + len(body)) + named + body
 
 
@@ -134,7 +145,9 @@ BOMBS = {
     "an npy of long numbers": lambda: npy((10,), "V2000000000"),
     "an npy of a negative size": lambda: npy((-1,)),
     "an npz that unpacks to much": lambda: zipped({"x.npy": npy((50_000,), data=bytes(400_000))}),
-    "an npz of many that unpack to much": lambda: zipped({f"x{k}.npy": npy((9000,), data=bytes(72_000)) for k in range(9)}),
+    "an npz of many that unpack to much": lambda: zipped(
+        {f"x{k}.npy": npy((9000,), data=bytes(72_000)) for k in range(9)}
+    ),
     "an npz in an npz": lambda: zipped({"x.npy": zipped({"x.npy": npy((5,), data=bytes(40))})}),
     "a parquet of runs": lambda: parquet_of(60_000),
     "a parquet of many columns": lambda: parquet_of(2_000, 20),
@@ -159,7 +172,11 @@ def test_a_data_set_that_announces_more_than_fits_is_not_read(tmp_path, here):
 
 
 def test_the_limit_applies_to_the_columns_read(tmp_path, here):
-    path = h5(tmp_path / "log.h5", data_set("t", data=np.arange(500.0)), data_set("video", (10**9,), "u1", chunks=(10**6,)))
+    path = h5(
+        tmp_path / "log.h5",
+        data_set("t", data=np.arange(500.0)),
+        data_set("video", (10**9,), "u1", chunks=(10**6,)),
+    )
     assert set(read_table(path, choice=columns_named(["t"])).columns) == {"t"}
     assert read_table(path, choice=NONE).has("video")
     with pytest.raises(InputError, match="more than the limit"):
@@ -179,7 +196,9 @@ def test_only_the_columns_of_the_axis_are_read_and_all_are_known(tmp_path, recor
 
 @pytest.mark.parametrize("kind", sorted(WRITERS))
 def test_a_missing_column_is_reported_with_the_present_ones(tmp_path, here, recording, axis, kind):
-    path = WRITERS[kind](tmp_path / f"log.{kind}", {"pos" if k == "q" else k: v for k, v in recording.items()})
+    path = WRITERS[kind](
+        tmp_path / f"log.{kind}", {"pos" if k == "q" else k: v for k, v in recording.items()}
+    )
     with pytest.raises(InputError, match=r"has no column 'q'.*allowed .*pos"):
         read_log(path, axis)
 
@@ -213,7 +232,9 @@ def with_reader(monkeypatch, tmp_path, body: str) -> Path:
         ("import time\ntime.sleep(60)", "takes too long"),
     ],
 )
-def test_a_reader_that_loops_crashes_or_takes_all_memory_is_a_damaged_file(monkeypatch, tmp_path, body, words):
+def test_a_reader_that_loops_crashes_or_takes_all_memory_is_a_damaged_file(
+    monkeypatch, tmp_path, body, words
+):
     monkeypatch.setattr(apart, "SECONDS", 1.0)
     monkeypatch.setattr(apart, "PATIENCE", 4.0 if "while" in body else 2.0)
     path = with_reader(monkeypatch, tmp_path, body)
@@ -228,12 +249,18 @@ def test_a_reader_that_loops_crashes_or_takes_all_memory_is_a_damaged_file(monke
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
 def test_a_looping_reader_does_not_outlive_its_caller(monkeypatch, tmp_path, number):
-    path = with_reader(monkeypatch, tmp_path, "import os\nopen('pid', 'w').write(str(os.getpid()))\nwhile True: pass")
+    path = with_reader(
+        monkeypatch,
+        tmp_path,
+        "import os\nopen('pid', 'w').write(str(os.getpid()))\nwhile True: pass",
+    )
     code = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
     code += "from bristle.logs import apart; apart.SECONDS = 3.0\n"
     code += "import sys; from bristle.cli.main import main; sys.exit(main(['log', 'log.h5', '--out', 'run']))"
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
-    process = subprocess.Popen([sys.executable, "-c", code], cwd=path.parent, env=environment, stderr=subprocess.PIPE)
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], cwd=path.parent, env=environment, stderr=subprocess.PIPE
+    )
     until = time.monotonic() + 30.0
     while not (tmp_path / "pid").exists() or not (tmp_path / "pid").read_text():
         assert time.monotonic() < until
@@ -257,7 +284,9 @@ def is_running(number: int) -> bool:
         return False
 
 
-def test_a_plugin_that_a_file_asks_for_is_not_loaded_and_the_current_folder_is_not_searched(tmp_path, monkeypatch):
+def test_a_plugin_that_a_file_asks_for_is_not_loaded_and_the_current_folder_is_not_searched(
+    tmp_path, monkeypatch
+):
     assert apart.ENVIRONMENT["HDF5_PLUGIN_PRELOAD"] == "::"
     path = h5(tmp_path / "log.h5", data_set("t", data=np.arange(50.0)))
     (tmp_path / "json.py").write_text("open('ran', 'w')\n")
@@ -276,7 +305,9 @@ def test_an_encrypted_archive_is_refused_without_names_of_library_objects(tmp_pa
     data[6] |= 1
     data[data.find(b"PK\1\2") + 8] |= 1
     path.write_bytes(data)
-    with pytest.raises(InputError, match="is truncated or damaged, or in an unsupported format") as caught:
+    with pytest.raises(
+        InputError, match="is truncated or damaged, or in an unsupported format"
+    ) as caught:
         read_table(path)
     assert "<" not in str(caught.value)
 
@@ -295,11 +326,15 @@ def test_an_encrypted_archive_is_refused_without_names_of_library_objects(tmp_pa
 )
 def test_flipped_bytes_give_a_table_or_a_message(tmp_path, recording, kind, count, first):
     small = {name: values[:40] for name, values in recording.items()}
-    data = WRITERS[kind](tmp_path / f"log.{kind}", recording if kind == "tdms" else small).read_bytes()
+    data = WRITERS[kind](
+        tmp_path / f"log.{kind}", recording if kind == "tdms" else small
+    ).read_bytes()
     chance = np.random.default_rng(7)
     for _ in range(count):
         flipped = bytearray(data)
-        for at in chance.integers(first, len(data) if first == 0 else min(len(data), 2000), chance.integers(1, 4)):
+        for at in chance.integers(
+            first, len(data) if first == 0 else min(len(data), 2000), chance.integers(1, 4)
+        ):
             flipped[at] ^= 1 << chance.integers(8)
         try:
             read_table(io.BytesIO(flipped), size_limit=50_000_000)
@@ -322,32 +357,58 @@ def test_odd_types_are_left_out_with_a_note(tmp_path):
         "empty": h5py.Empty(float),
     }
     numbers = (data_set(name, data=np.arange(50.0)) for name in ("t", "q"))
-    table = read_table(h5(tmp_path / "log.h5", *numbers, *(data_set(name, data=values) for name, values in odd.items()), units))
+    table = read_table(
+        h5(
+            tmp_path / "log.h5",
+            *numbers,
+            *(data_set(name, data=values) for name, values in odd.items()),
+            units,
+        )
+    )
     assert (sorted(table.columns), table.units) == (["q", "t"], {"t": "s"})
     assert "bristle ignores the unit of q, because it is not text" in table.notes
-    assert {note.split()[2].strip(",") for note in table.notes if "holds no column" in note} == set(odd)
+    assert {note.split()[2].strip(",") for note in table.notes if "holds no column" in note} == set(
+        odd
+    )
 
 
 def test_a_sample_time_that_is_text_is_ignored_with_a_note(tmp_path, here):
     nptdms = pytest.importorskip("nptdms")
     with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
         for name, step in (("x", "1 ms"), ("y", float("nan")), ("z", -1.0)):
-            writer.write_segment([nptdms.ChannelObject("a", name, np.arange(20.0), {"wf_increment": step})])
+            writer.write_segment(
+                [nptdms.ChannelObject("a", name, np.arange(20.0), {"wf_increment": step})]
+            )
     table = read_table(tmp_path / "log.tdms")
-    assert (table.sample_time, sum("the sample time of channel" in note for note in table.notes)) == (None, 3)
+    assert (
+        table.sample_time,
+        sum("the sample time of channel" in note for note in table.notes),
+    ) == (None, 3)
 
 
 def test_opaque_objects_of_matlab_are_no_columns(tmp_path):
-    scipy.io.savemat(tmp_path / "log.mat", {"t": np.arange(5.0), "cells": np.array([[1, "a"], ["b", 2]], dtype=object)})
+    scipy.io.savemat(
+        tmp_path / "log.mat",
+        {"t": np.arange(5.0), "cells": np.array([[1, "a"], ["b", 2]], dtype=object)},
+    )
     assert set(read_table(tmp_path / "log.mat").columns) == {"t"}
 
 
 def test_two_columns_of_the_same_name_are_noted(tmp_path, here):
     table = read_table(b"t,q,q,q_2\n" + b"1,2,3,4\n" * 3)
-    assert {name: values[0] for name, values in table.columns.items()} == {"t": 1, "q": 2, "q_3": 3, "q_2": 4}
-    assert table.notes == ("columns 2 and 3 are called 'q': bristle takes the first one by this name, and the other one by 'q_3'",)
+    assert {name: values[0] for name, values in table.columns.items()} == {
+        "t": 1,
+        "q": 2,
+        "q_3": 3,
+        "q_2": 4,
+    }
+    assert table.notes == (
+        "columns 2 and 3 are called 'q': bristle takes the first one by this name, and the other one by 'q_3'",
+    )
     pyarrow, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
-    parquet.write_table(pyarrow.table([[1.0, 2.0], [3.0, 4.0]], names=["q", "q"]), tmp_path / "log.parquet")
+    parquet.write_table(
+        pyarrow.table([[1.0, 2.0], [3.0, 4.0]], names=["q", "q"]), tmp_path / "log.parquet"
+    )
     table = read_table(tmp_path / "log.parquet")
     assert {name: values[0] for name, values in table.columns.items()} == {"q": 1.0, "q_2": 3.0}
     assert "bristle takes the first one by this name" in table.notes[0]

@@ -26,7 +26,10 @@ def test_a_large_count_of_an_encoder_is_no_time(tmp_path, first):
 
 
 def test_a_count_since_long_ago_is_a_time(tmp_path):
-    records = [{"time": 1_790_000_000_000_000 + 1000 * k, "position": 0.1 * k, "effort": 1.0 + k} for k in range(200)]
+    records = [
+        {"time": 1_790_000_000_000_000 + 1000 * k, "position": 0.1 * k, "effort": 1.0 + k}
+        for k in range(200)
+    ]
     table = table_of(tmp_path, records)
     np.testing.assert_allclose(table.columns["time"], 1e-3 * np.arange(200), atol=1e-12)
 
@@ -41,9 +44,16 @@ def test_a_file_whose_every_record_has_another_name_is_refused_at_once(tmp_path)
 def test_a_data_frame_not_stored_as_records_is_refused_with_advice(tmp_path, count, orient):
     t, q = [1e-3 * k for k in range(count)], [0.1 * k for k in range(count)]
     frame = {
-        "split": {"columns": ["t", "q"], "index": list(range(count)), "data": [list(row) for row in zip(t, q, strict=True)]},
+        "split": {
+            "columns": ["t", "q"],
+            "index": list(range(count)),
+            "data": [list(row) for row in zip(t, q, strict=True)],
+        },
         "index": {str(k): {"t": t[k], "q": q[k]} for k in range(count)},
-        "columns": {"t": dict(zip(map(str, range(count)), t, strict=True)), "q": dict(zip(map(str, range(count)), q, strict=True))},
+        "columns": {
+            "t": dict(zip(map(str, range(count)), t, strict=True)),
+            "q": dict(zip(map(str, range(count)), q, strict=True)),
+        },
     }
     with pytest.raises(InputError, match='orient="records"'):
         table_of(tmp_path, frame[orient])
@@ -68,7 +78,11 @@ ROWS = [{"t": 0.001 * k, "q": 1.5 + k, "about": {"u": k}} for k in range(6)]
 
 def test_records_columns_and_signals_are_the_same_table():
     columns = {"t": [row["t"] for row in ROWS], "q": [row["q"] for row in ROWS]}
-    signals = [{"name": name, "values": values, "unit": "mm"} for name, values in columns.items() if name == "q"]
+    signals = [
+        {"name": name, "values": values, "unit": "mm"}
+        for name, values in columns.items()
+        if name == "q"
+    ]
     for content in (ROWS, columns, {"log": columns}, {"log": ROWS, "rated": 2.5, "device": "A"}):
         table = read_text(content)
         assert table.columns["q"].tolist() == columns["q"]
@@ -100,7 +114,10 @@ def test_the_last_line_of_a_recording_may_be_cut():
 def test_records_without_a_value_give_a_channel_with_a_lower_rate():
     table = read_text([{"t": k, "q": k} | ({"u": 10 * k} if k % 2 else {}) for k in range(6)])
     assert table.columns["u"].tolist() == [10.0, 30.0, 50.0]
-    assert (table.columns[table.stamps["u"]].tolist(), table.columns["q"].size) == ([1.0, 3.0, 5.0], 6)
+    assert (table.columns[table.stamps["u"]].tolist(), table.columns["q"].size) == (
+        [1.0, 3.0, 5.0],
+        6,
+    )
 
 
 def test_dates_and_counts_are_seconds_from_the_first():
@@ -109,11 +126,16 @@ def test_dates_and_counts_are_seconds_from_the_first():
     assert table.columns[table.stamps["q"]].tolist() == [0.0, 0.5, 2.0]
     for first, per_second in ((17 * 10**14, 1e6), (17 * 10**16, 1e7), (17 * 10**17, 1e9)):
         table = read_text({"time": [first, first + 5, first + 10], "q": [1, 2, 3]})
-        assert table.columns[table.stamps["q"]] == pytest.approx([0.0, 5.0 / per_second, 10.0 / per_second])
+        assert table.columns[table.stamps["q"]] == pytest.approx(
+            [0.0, 5.0 / per_second, 10.0 / per_second]
+        )
 
 
 def test_texts_of_numbers_are_numbers_and_other_texts_are_ignored_with_a_note():
     texts = read_text({"t": [0.0, 1.0], "q": ["1.5", "2.5"], "word": ["a", "b"]})
-    assert (texts.columns["q"].tolist(), texts.notes) == ([1.5, 2.5], ("bristle ignores columns of text: word",))
+    assert (texts.columns["q"].tolist(), texts.notes) == (
+        [1.5, 2.5],
+        ("bristle ignores columns of text: word",),
+    )
     with pytest.raises(InputError, match="holds no column of numbers"):
         read_text({"a": ["x", "y"], "b": ["z", "w"]})

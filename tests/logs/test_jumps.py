@@ -15,8 +15,16 @@ from bristle.report.messages import message
 def told_of(tmp_path, axis, q, kept=slice(None)):
     path = tmp_path / "log.csv"
     t, noise = TIME[kept], np.random.default_rng(1).normal(size=q.size)
-    path.write_text(csv_text({"t": t, "q": q, "r": 0.1 * np.sin(t), "u": np.sign(np.gradient(MOTION))[kept] + noise}))
-    return [message(result) for result in checked(read_log(path, axis), axis) if result.code == "rows_lost"]
+    path.write_text(
+        csv_text(
+            {"t": t, "q": q, "r": 0.1 * np.sin(t), "u": np.sign(np.gradient(MOTION))[kept] + noise}
+        )
+    )
+    return [
+        message(result)
+        for result in checked(read_log(path, axis), axis)
+        if result.code == "rows_lost"
+    ]
 
 
 @pytest.mark.parametrize("step", [0.0, 1e-6, 5e-5])
@@ -31,8 +39,14 @@ def test_motion_is_no_jump(values, step):
     ("position", "words"),
     [
         # A counter that wraps.
-        ((MOTION + 0.03) % 0.1, r"jumps by up to (100|99\.9\S*) mm.*first after t = .*\(number of jumps: .*counter wrapped"),
-        (np.where(np.arange(TIME.size) < 4321, MOTION, MOTION + 0.5), r"first after t = 4.32 s \(number of jumps: 1\)"),
+        (
+            (MOTION + 0.03) % 0.1,
+            r"jumps by up to (100|99\.9\S*) mm.*first after t = .*\(number of jumps: .*counter wrapped",
+        ),
+        (
+            np.where(np.arange(TIME.size) < 4321, MOTION, MOTION + 0.5),
+            r"first after t = 4.32 s \(number of jumps: 1\)",
+        ),
     ],
 )
 def test_the_place_and_size_of_jumps_are_reported(tmp_path, axis, position, words):

@@ -15,7 +15,13 @@ POSITION = 0.05 * np.sin(2 * np.pi * 1.1 * TIME) + 0.02 * np.sin(2 * np.pi * 2.3
 VELOCITY, ACCELERATION = np.gradient(POSITION, TIME), np.gradient(np.gradient(POSITION, TIME), TIME)
 PRESSURE = 3e5 + 1e5 * np.sin(2 * np.pi * 0.7 * TIME)  # [Pa]
 TENSION = np.cos(2 * np.pi * 1.7 * TIME)
-EFFORT = 12.0 * ACCELERATION + 8.0 * np.sign(VELOCITY) + 30.0 * VELOCITY + 2e-5 * PRESSURE + 4.0 * TENSION
+EFFORT = (
+    12.0 * ACCELERATION
+    + 8.0 * np.sign(VELOCITY)
+    + 30.0 * VELOCITY
+    + 2e-5 * PRESSURE
+    + 4.0 * TENSION
+)
 AXIS = """
 schema = 1
 kind = "translational"
@@ -27,7 +33,9 @@ effort = { column = "u", unit = "N" }
 
 
 def written(place, head, *columns):
-    np.savetxt(place, np.stack(columns, axis=1), delimiter=",", header=head, comments="", fmt="%.12g")
+    np.savetxt(
+        place, np.stack(columns, axis=1), delimiter=",", header=head, comments="", fmt="%.12g"
+    )
     return place
 
 
@@ -40,7 +48,9 @@ def log(tmp_path):
 def second(tmp_path):
     """A table at another rate, that begins before the log and ends after it."""
     times = np.arange(-0.01, 2.01, 0.004)
-    return written(tmp_path / "belt.csv", "t [ms],belt tension", 1e3 * times, np.cos(2 * np.pi * 1.7 * times))
+    return written(
+        tmp_path / "belt.csv", "t [ms],belt tension", 1e3 * times, np.cos(2 * np.pi * 1.7 * times)
+    )
 
 
 def axis_file(folder, *entries):
@@ -49,19 +59,29 @@ def axis_file(folder, *entries):
 
 
 def fitted(log, axis):
-    fit = identify(read_log(log, axis), "coulomb_viscous", axis=axis, method="inverse_dynamics", draws=0).fits[0]
+    fit = identify(
+        read_log(log, axis), "coulomb_viscous", axis=axis, method="inverse_dynamics", draws=0
+    ).fits[0]
     return {name: estimate.value for name, estimate in fit.parameters.items()}, fit.error_percent
 
 
 def test_a_coefficient_refers_to_the_unit_of_the_axis_file(tmp_path, log, second):
-    axis = axis_file(tmp_path, 'column = "p"\nunit = "bar"', 'column = "belt tension"\nfile = "belt.csv"')
+    axis = axis_file(
+        tmp_path, 'column = "p"\nunit = "bar"', 'column = "belt tension"\nfile = "belt.csv"'
+    )
     values, error = fitted(log, axis)
-    assert (values["known_p"], values["known_belt_tension"]) == pytest.approx((2.0, 4.0), rel=0.01)  # 2 N for 1 bar
+    assert (values["known_p"], values["known_belt_tension"]) == pytest.approx(
+        (2.0, 4.0), rel=0.01
+    )  # 2 N for 1 bar
     assert error < 3.0
 
 
-@pytest.mark.parametrize(("coefficient", "held", "is_right"), [('"0.004 kN"', 4.0, True), ("-4.0", -4.0, False)])
-def test_a_given_coefficient_is_held_and_explains_its_part(tmp_path, log, second, coefficient, held, is_right):
+@pytest.mark.parametrize(
+    ("coefficient", "held", "is_right"), [('"0.004 kN"', 4.0, True), ("-4.0", -4.0, False)]
+)
+def test_a_given_coefficient_is_held_and_explains_its_part(
+    tmp_path, log, second, coefficient, held, is_right
+):
     entries = (
         'column = "p"\nunit = "bar"\ncoefficient = "2 N"',
         f'column = "belt tension"\nfile = "belt.csv"\ncoefficient = {coefficient}',
@@ -81,19 +101,28 @@ def test_a_table_of_the_results_names_the_second_table_by_its_full_path(tmp_path
 
 def test_a_log_without_times_uses_its_sample_time(tmp_path, second):
     written(tmp_path / "timeless.csv", "x,u", POSITION, EFFORT)
-    text = AXIS.replace('time = { column = "t", unit = "s" }\n', "") + '[timing]\nsample_time = "1 ms"\n'
-    (tmp_path / "timeless.toml").write_text(text + '[[known]]\ncolumn = "belt tension"\nfile = "belt.csv"\n')
+    text = (
+        AXIS.replace('time = { column = "t", unit = "s" }\n', "")
+        + '[timing]\nsample_time = "1 ms"\n'
+    )
+    (tmp_path / "timeless.toml").write_text(
+        text + '[[known]]\ncolumn = "belt tension"\nfile = "belt.csv"\n'
+    )
     recorded = read_log(tmp_path / "timeless.csv", read_axis(tmp_path / "timeless.toml"))
     assert recorded.regressors[0].values == pytest.approx(TENSION, abs=1e-3)
 
 
-def test_a_second_table_may_end_a_rounded_sample_before_the_log_and_must_cover_its_span(tmp_path, log, second):
+def test_a_second_table_may_end_a_rounded_sample_before_the_log_and_must_cover_its_span(
+    tmp_path, log, second
+):
     rounded = np.minimum(TIME, TIME[-1] - 4e-4)
     written(tmp_path / "belt.csv", "t,belt tension", rounded, TENSION)
     axis = axis_file(tmp_path, 'column = "belt tension"\nfile = "belt.csv"')
     assert read_log(log, axis).regressors[0].values == pytest.approx(TENSION, abs=1e-2)
     written(tmp_path / "belt.csv", "t,belt tension", TIME[:-500], TENSION[:-500])
-    (tmp_path / "axis.toml").write_text((tmp_path / "axis.toml").read_text() + '[log]\nspan = ["0 s", "1 s"]\n')
+    (tmp_path / "axis.toml").write_text(
+        (tmp_path / "axis.toml").read_text() + '[log]\nspan = ["0 s", "1 s"]\n'
+    )
     assert read_log(log, read_axis(tmp_path / "axis.toml")).time.values[-1] < 1.0
 
 
@@ -102,7 +131,10 @@ def test_a_second_table_may_end_a_rounded_sample_before_the_log_and_must_cover_i
     [
         ('column = "belt"\nfile = "belt.csv"', r"has no column 'belt'"),
         ('column = "belt tension"\nfile = "short.csv"', r"ends within the log"),
-        ('column = "belt tension"\nfile = "timeless.csv"', r"needs a column of time in both tables"),
+        (
+            'column = "belt tension"\nfile = "timeless.csv"',
+            r"needs a column of time in both tables",
+        ),
         ('column = "p"\nunit = "barr"', "is not a unit"),
     ],
 )

@@ -47,7 +47,9 @@ def test_a_line_is_exact_for_columns_that_make_the_effort():
 def test_errors_of_a_line_are_those_of_white_noise():
     rng = np.random.default_rng(2)
     column = rng.standard_normal((6000, 1))
-    lines = [Line.through(column, column[:, 0] + 2.0 * rng.standard_normal(6000)) for _ in range(20)]
+    lines = [
+        Line.through(column, column[:, 0] + 2.0 * rng.standard_normal(6000)) for _ in range(20)
+    ]
     expected = 2.0 / np.sqrt(6000)
     assert np.mean([line.last[1] for line in lines]) == pytest.approx(expected, rel=0.2)
     assert np.std([line.last[0] for line in lines]) == pytest.approx(expected, rel=0.5)
@@ -97,14 +99,20 @@ def test_the_step_across_a_gap_shows_a_lost_row():
     kept = np.delete(x, [700, 2600])
     lost = lost_in(log_along(kept, 0.0 * kept), 1e-7, 4.0)
     assert lost.tolist() == [699, 2598]
-    assert [lost_in(log_along(whole, 0.0 * whole), 1e-7, 4.0).size for whole in (x, kept[:100])] == [0, 0]
+    assert [
+        lost_in(log_along(whole, 0.0 * whole), 1e-7, 4.0).size for whole in (x, kept[:100])
+    ] == [0, 0]
 
 
 def test_an_effort_below_the_need_of_the_motion_piles_up():
     time = DT * np.arange(12_000)
     x = 0.05 * np.sin(2.0 * np.pi * time) + 0.02 * np.sin(2.0 * np.pi * 2.3 * time)
     acceleration = np.gradient(np.gradient(x, DT), DT)
-    requested = 3.0 * acceleration + np.sign(np.gradient(x)) + 0.01 * np.random.default_rng(4).standard_normal(x.size)
+    requested = (
+        3.0 * acceleration
+        + np.sign(np.gradient(x))
+        + 0.01 * np.random.default_rng(4).standard_normal(x.size)
+    )
     level = 0.6 * float(np.max(requested))
     log = log_along(x, np.minimum(requested, level))
     cut = piled_up(log, rows_of(log, 1e-7), 1e-7, 10, 4.0)
@@ -112,7 +120,9 @@ def test_an_effort_below_the_need_of_the_motion_piles_up():
     assert requested[cut.first] > 0.9 * level
     assert cut.samples == pytest.approx(np.count_nonzero(requested > level), rel=0.3)
     below = log_along(x, np.maximum(requested, -level))
-    assert piled_up(below, rows_of(below, 1e-7), 1e-7, 10, 4.0).level == pytest.approx(-level, rel=0.03)
+    assert piled_up(below, rows_of(below, 1e-7), 1e-7, 10, 4.0).level == pytest.approx(
+        -level, rel=0.03
+    )
     whole = log_along(x, requested)
     assert piled_up(whole, rows_of(whole, 1e-7), 1e-7, 10, 4.0) is None
 

@@ -26,4 +26,6 @@ from bristle.logs.listing import recorded_at
     ],
 )
 def test_a_name_has_a_single_date(names, expected):
-    assert recorded_at(*names) == (None if expected is None else datetime(*expected, tzinfo=UTC).timestamp())
+    assert recorded_at(*names) == (
+        None if expected is None else datetime(*expected, tzinfo=UTC).timestamp()
+    )

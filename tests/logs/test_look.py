@@ -18,7 +18,12 @@ RNG = np.random.default_rng(1)
 
 
 def effort_of(mass=12.0, level=8.0, viscous=30.0, noise=0.05, **more):
-    return mass * MOTION.acceleration + level * SIDE + viscous * MOTION.velocity + noise * RNG.standard_normal(SIDE.size)
+    return (
+        mass * MOTION.acceleration
+        + level * SIDE
+        + viscous * MOTION.velocity
+        + noise * RNG.standard_normal(SIDE.size)
+    )
 
 
 def look_at(effort=None, axis=None, motion=MOTION, settings=DEFAULT, velocity=None):
@@ -29,7 +34,10 @@ def look_at(effort=None, axis=None, motion=MOTION, settings=DEFAULT, velocity=No
 
 def codes(effort=None, axis=None, velocity=None, **settings):
     look = look_at(effort, velocity=velocity)
-    return {remark.code: remark.numbers for remark in checked(look.log, axis, CheckThresholds(**settings))}
+    return {
+        remark.code: remark.numbers
+        for remark in checked(look.log, axis, CheckThresholds(**settings))
+    }
 
 
 @pytest.mark.parametrize(
@@ -49,7 +57,10 @@ def test_a_known_mass_that_contradicts_the_log_is_reported(known, effort, found)
 
 def test_a_contradicting_mass_is_named_with_the_gear_of_its_ratio():
     result = codes(axis=Axis(mass=24.0))
-    assert (result["mass_contradicts"]["known"], result["mass_contradicts"]["ratio"]) == (24.0, pytest.approx(2.0, rel=0.02))
+    assert (result["mass_contradicts"]["known"], result["mass_contradicts"]["ratio"]) == (
+        24.0,
+        pytest.approx(2.0, rel=0.02),
+    )
     assert result["gear_suspect"]["gear"] == "2"
 
 
@@ -59,12 +70,18 @@ def test_changes_of_friction_are_measured_over_time_and_position():
     assert {place: share * level for place, share in shares.items()} == {
         -2: pytest.approx(4.0, rel=0.1)
     }  # from its first value to its last
-    level, shares = look_at(effort_of() - 2.0 * SIDE * MOTION.position / np.max(np.abs(MOTION.position))).changes
-    assert {place: share * level for place, share in shares.items()} == {-1: pytest.approx(-4.0, rel=0.2)}
+    level, shares = look_at(
+        effort_of() - 2.0 * SIDE * MOTION.position / np.max(np.abs(MOTION.position))
+    ).changes
+    assert {place: share * level for place, share in shares.items()} == {
+        -1: pytest.approx(-4.0, rel=0.2)
+    }
     assert look_at().changes[1] == {}
     warmer = codes(effort_of() + 3.0 * SIDE * MOTION.position / np.max(np.abs(MOTION.position)))
     assert warmer["level_over_position"]["percent"] > 0.0
-    assert codes(effort_of() + 2.0 * time * SIDE)["level_drifts"]["percent"] == pytest.approx(100.0 * 4.0 / 8.5, rel=0.2)
+    assert codes(effort_of() + 2.0 * time * SIDE)["level_drifts"]["percent"] == pytest.approx(
+        100.0 * 4.0 / 8.5, rel=0.2
+    )
 
 
 SMOOTH = np.abs(effort_of(level=0.0, noise=0.0))
@@ -90,10 +107,18 @@ V = MOTION.velocity
 
 @pytest.mark.parametrize(
     ("velocity", "scale", "likeness", "delay"),
-    [(1.2 * V, 1.2, 1.0, 0.0), (-V, -1.0, -1.0, 0.0), (np.interp(MOTION.time - 0.01, MOTION.time, V), 1.0, 1.0, 0.01)],
+    [
+        (1.2 * V, 1.2, 1.0, 0.0),
+        (-V, -1.0, -1.0, 0.0),
+        (np.interp(MOTION.time - 0.01, MOTION.time, V), 1.0, 1.0, 0.01),
+    ],
 )
-def test_a_recorded_velocity_is_compared_in_scale_likeness_and_delay(velocity, scale, likeness, delay):
-    assert look_at(velocity=velocity).velocity == pytest.approx((scale, likeness, delay), rel=0.1, abs=1e-3)
+def test_a_recorded_velocity_is_compared_in_scale_likeness_and_delay(
+    velocity, scale, likeness, delay
+):
+    assert look_at(velocity=velocity).velocity == pytest.approx(
+        (scale, likeness, delay), rel=0.1, abs=1e-3
+    )
     assert look_at(velocity=V).velocity is None
 
 
@@ -103,7 +128,10 @@ def test_another_signal_is_unlike_the_velocity():
 
 def test_a_velocity_of_another_unit_is_named_with_the_gear_of_its_ratio():
     result = codes(velocity=60.0 * V)
-    assert (result["velocity_contradicts"]["ratio"], result["gear_suspect"]["gear"]) == (pytest.approx(60.0, rel=0.02), "60")
+    assert (result["velocity_contradicts"]["ratio"], result["gear_suspect"]["gear"]) == (
+        pytest.approx(60.0, rel=0.02),
+        "60",
+    )
 
 
 TRUE = effort_of(noise=0.01)
@@ -119,13 +147,18 @@ COMMANDED = 1.15 * TOP * np.arctanh(TRUE / (1.15 * TOP))
         (TRUE - 0.35 * TOP * (TRUE / TOP) ** 3, 0.2),
         (COMMANDED, -0.2),  # the command of a drive no longer acts
         (effort_of(noise=5.0), None),  # noise of the effort itself
-        (COMMANDED + 5.0 * np.sin(2.0 * np.pi * 2.7 * MOTION.time), None),  # most of what is left over is another force
+        (
+            COMMANDED + 5.0 * np.sin(2.0 * np.pi * 2.7 * MOTION.time),
+            None,
+        ),  # most of what is left over is another force
     ],
 )
 def test_a_saturating_channel_reads_its_largest_value_wrong_by_a_fifth(effort, bend):
     found = look_at(effort).bend
     assert found is None if bend is None else found / bend > 1.0
-    assert codes(effort).get("saturates", {}).get("percent") == (found and pytest.approx(100.0 * found))
+    assert codes(effort).get("saturates", {}).get("percent") == (
+        found and pytest.approx(100.0 * found)
+    )
 
 
 STILL, LATER = effort_of(noise=0.02), MOTION.time > 5.0
@@ -136,7 +169,10 @@ GROWN = 0.6 * 12.0 * MOTION.acceleration + 0.1 * (8.0 * SIDE + 30.0 * MOTION.vel
 def test_a_step_of_the_scale_has_its_time_and_is_no_drift_of_the_level(change):
     stepped = codes(np.where(LATER, 1.0 + change, 1.0) * STILL)
     numbers = stepped["scale_steps"]
-    assert (numbers["time"], numbers["percent"]) == (pytest.approx(5.0, abs=0.5), pytest.approx(100.0 * change, rel=0.25))
+    assert (numbers["time"], numbers["percent"]) == (
+        pytest.approx(5.0, abs=0.5),
+        pytest.approx(100.0 * change, rel=0.25),
+    )
     assert "level_drifts" not in stepped
 
 
@@ -145,7 +181,10 @@ def test_a_step_of_the_scale_has_its_time_and_is_no_drift_of_the_level(change):
     [
         (STILL, False),
         (STILL + np.where(LATER, 2.0, 0.0) * SIDE, True),  # friction alone
-        (STILL + np.where(LATER, GROWN, 0.0), None),  # a load: inertia and friction grow, but not alike
+        (
+            STILL + np.where(LATER, GROWN, 0.0),
+            None,
+        ),  # a load: inertia and friction grow, but not alike
     ],
 )
 def test_a_change_of_friction_or_of_a_load_is_no_step_of_the_scale(effort, drifts):
@@ -166,12 +205,18 @@ def high_passed(effort, cutoff):
         (high_passed(STILL, 0.4), 0.4, False),
         (STILL, None, False),
         (-STILL, None, True),
-        (high_passed(effort_of(noise=1e-3), 0.003), None, False),  # clear, and little beside friction
+        (
+            high_passed(effort_of(noise=1e-3), 0.003),
+            None,
+            False,
+        ),  # clear, and little beside friction
     ],
 )
 def test_a_high_passed_effort_has_its_cutoff_and_is_not_reversed(effort, cutoff, is_reversed):
     result = codes(effort)
-    assert result.get("high_passed", {}).get("cutoff") == (cutoff and pytest.approx(cutoff, rel=0.35))
+    assert result.get("high_passed", {}).get("cutoff") == (
+        cutoff and pytest.approx(cutoff, rel=0.35)
+    )
     assert ("sign_reversed" in result) is is_reversed
 
 
@@ -210,7 +255,12 @@ TRIANGLE = MOTION._replace(position=0.05 * np.abs(((MOTION.time / 0.8) % 2.0) - 
     ("motion", "effort", "code", "numbers"),
     [
         (AHEAD, 8.0 + 0.0 * SIDE, "one_direction", {"percent": 0.0, "direction": "forward"}),
-        (AHEAD._replace(position=-AHEAD.position), 0.0 * SIDE, "one_direction", {"percent": 0.0, "direction": "backward"}),
+        (
+            AHEAD._replace(position=-AHEAD.position),
+            0.0 * SIDE,
+            "one_direction",
+            {"percent": 0.0, "direction": "backward"},
+        ),
         (TRIANGLE, SIDE, "one_speed", {"slowest": pytest.approx(0.0625, rel=0.02)}),
         (TRIANGLE, SIDE, "motion_repeats", {"every": pytest.approx(1.6, rel=0.02)}),
         (MOTION, effort_of(), "one_speed", None),
@@ -218,7 +268,9 @@ TRIANGLE = MOTION._replace(position=0.05 * np.abs(((MOTION.time / 0.8) % 2.0) - 
     ],
 )
 def test_one_direction_and_one_speed_have_numbers(motion, effort, code, numbers):
-    found = {remark.code: remark.numbers for remark in checked(log_of(motion, effort, step=1e-6))}.get(code)
+    found = {
+        remark.code: remark.numbers for remark in checked(log_of(motion, effort, step=1e-6))
+    }.get(code)
     assert (found if found is None else {name: found[name] for name in numbers or found}) == numbers
 
 
@@ -238,8 +290,12 @@ SLOWER = TRIANGLE._replace(position=0.5 * TRIANGLE.position)
     ],
 )
 def test_a_motion_that_one_log_lacks_may_be_in_another(motions, lacking):
-    found = checked_together([(log_of(motion, SIDE, step=1e-6), Axis(resolution=1e-6)) for motion in motions])
-    assert {"one_direction", "one_speed", "motion_repeats", "below_resolution"} & {finding.code for finding in found} == lacking
+    found = checked_together(
+        [(log_of(motion, SIDE, step=1e-6), Axis(resolution=1e-6)) for motion in motions]
+    )
+    assert {"one_direction", "one_speed", "motion_repeats", "below_resolution"} & {
+        finding.code for finding in found
+    } == lacking
 
 
 def test_thresholds_decide_on_findings():
@@ -255,23 +311,35 @@ def test_a_log_is_parted_before_missing_rows():
     motion = type(MOTION)(*(signal[kept] for signal in MOTION))
     motion = motion._replace(time=1e-3 * np.arange(kept.size))
     log = parted(log_of(motion, np.sign(motion.velocity), step=1e-7))
-    assert [(part.start, part.stop) for part in log.segments] == [(0, 3000), (3000, 5197), (5197, 7994)]
+    assert [(part.start, part.stop) for part in log.segments] == [
+        (0, 3000),
+        (3000, 5197),
+        (5197, 7994),
+    ]
     whole = log_of(MOTION, SIDE, step=1e-7)
     assert parted(whole) is whole
 
 
 @pytest.mark.parametrize(
     ("one", "other", "likeness"),
-    [([1.0, 0.0], [3.0, 0.0], 1.0), ([1.0, 0.0], [1.0, 1.0], pytest.approx(0.5**0.5)), ([0.0, 0.0], [1.0, 1.0], 0.0)],
+    [
+        ([1.0, 0.0], [3.0, 0.0], 1.0),
+        ([1.0, 0.0], [1.0, 1.0], pytest.approx(0.5**0.5)),
+        ([0.0, 0.0], [1.0, 1.0], 0.0),
+    ],
 )
 def test_likeness_is_that_of_two_directions(one, other, likeness):
     assert likeness_of(np.array(one), np.array(other)) == likeness
 
 
 @pytest.mark.parametrize("fall", [0.1, 0.02])
-def test_a_line_bends_with_friction_that_falls_over_a_tenth_or_a_fiftieth_of_the_largest_speed(fall):
+def test_a_line_bends_with_friction_that_falls_over_a_tenth_or_a_fiftieth_of_the_largest_speed(
+    fall,
+):
     drop = SIDE * np.exp(-np.abs(MOTION.velocity) / (fall * np.max(np.abs(MOTION.velocity))))
-    assert 1.0 - look_at(effort_of(noise=0.0) + 20.0 * drop).plain.explained < 2.6e-4  # of the filter; with a fall over 0.2 it is 4e-4
+    assert (
+        1.0 - look_at(effort_of(noise=0.0) + 20.0 * drop).plain.explained < 2.6e-4
+    )  # of the filter; with a fall over 0.2 it is 4e-4
 
 
 @pytest.mark.parametrize("origin", [0.0, 0.3])
@@ -279,11 +347,17 @@ def test_an_effort_proportional_to_position_means_a_stuck_axis_for_any_zero(orig
     moved = MOTION._replace(position=MOTION.position + origin)
 
     def sticking(effort):
-        (result,) = [item.numbers for item in checked(look_at(effort + 1e3 * origin, motion=moved).log) if item.code == "never_slides"]
+        (result,) = [
+            item.numbers
+            for item in checked(look_at(effort + 1e3 * origin, motion=moved).log)
+            if item.code == "never_slides"
+        ]
         return result
 
     stuck = sticking(1e4 * MOTION.position + 20.0 * SIDE)
-    assert stuck["correlation"] == pytest.approx(np.corrcoef(1e4 * MOTION.position + 20.0 * SIDE, MOTION.position)[0, 1], abs=1e-3)
+    assert stuck["correlation"] == pytest.approx(
+        np.corrcoef(1e4 * MOTION.position + 20.0 * SIDE, MOTION.position)[0, 1], abs=1e-3
+    )
     assert stuck["reach"] == pytest.approx(0.5 * np.ptp(MOTION.position), rel=1e-3)
     assert 0.0 < stuck["percent"] < 30.0
     heavy = look_at(effort_of(level=0.5, viscous=0.0) + 1e3 * origin, motion=moved)

@@ -42,16 +42,24 @@ def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share
     clock = result(stamps[keep], place(TIME[keep]))
     assert len(clock.segments) == 1
     assert clock.stamps.size == keep.sum()
-    assert clock.sample_time == pytest.approx(DT, rel=2e-4)  # 1.2e-3 off where such rows were dropped
+    assert clock.sample_time == pytest.approx(
+        DT, rel=2e-4
+    )  # 1.2e-3 off where such rows were dropped
     shifts = np.linspace(-0.5 * DT, 0.5 * DT, 101)
-    error = min(np.sqrt(np.mean((clock.sampled(place(TIME[keep])) - place(clock.time + shift)) ** 2)) for shift in shifts)
+    error = min(
+        np.sqrt(np.mean((clock.sampled(place(TIME[keep])) - place(clock.time + shift)) ** 2))
+        for shift in shifts
+    )
     assert error < 2e-5
 
 
 LATE = DT * np.array([7.7, 7.2, 6.4, 5.7, 4.9, 4.1, 3.3, 2.6, 1.8, 1.0, 0.8, 0.5, 0.2])
 
 
-@pytest.mark.parametrize(("rows", "late"), [([700, 2500, 2501], DT * np.array([0.9, 1.9, 0.95])), (np.arange(5000, 5013), LATE)])
+@pytest.mark.parametrize(
+    ("rows", "late"),
+    [([700, 2500, 2501], DT * np.array([0.9, 1.9, 0.95])), (np.arange(5000, 5013), LATE)],
+)
 def test_late_rows_are_no_lost_rows(rows, late):
     stamps = TIME.copy()
     stamps[rows] += late
@@ -86,6 +94,10 @@ def test_a_time_whose_stamps_repeat_is_the_time_of_a_proposal(tmp_path, equal):
     stamps = t[::equal].repeat(equal)[: t.size]
     path = tmp_path / "host.csv"
     np.savetxt(
-        path, np.column_stack([stamps, place(t), np.sin(3 * t)]), delimiter=",", comments="", header="time [s],position [m],force [N]"
+        path,
+        np.column_stack([stamps, place(t), np.sin(3 * t)]),
+        delimiter=",",
+        comments="",
+        header="time [s],position [m],force [N]",
     )
     assert roles_of(read_table(path)).channels["time"].column == "time"

@@ -60,7 +60,14 @@ def test_a_user_reader_serves_a_command_and_ends_with_it(log, tmp_path):
     assert format_of(log.read_bytes(), ".log").name == "csv"
 
 
-@pytest.mark.parametrize("command", [["identify", "LOG", "--model", "coulomb"], ["predict", "MODEL", "LOG"], ["compare", "LOG", "LOG"]])
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["identify", "LOG", "--model", "coulomb"],
+        ["predict", "MODEL", "LOG"],
+        ["compare", "LOG", "LOG"],
+    ],
+)
 def test_a_user_reader_serves_every_command(tmp_path, capsys, command):
     write_model(tmp_path / "model.toml", inertia(M=95.0), coulomb(F_C=30.0))
     places = {"LOG": str(written(tmp_path, 60)), "MODEL": str(tmp_path / "model.toml")}
@@ -71,11 +78,21 @@ def test_a_user_reader_serves_every_command(tmp_path, capsys, command):
 @pytest.mark.slow
 def test_a_log_of_a_user_reader_is_identified_predicted_and_compared(tmp_path):
     log, results = written(tmp_path, 4000), tmp_path / "results"
-    options = [*custom(tmp_path), "--model", "coulomb_viscous", "--draws", "0", "--out", str(results)]
+    options = [
+        *custom(tmp_path),
+        "--model",
+        "coulomb_viscous",
+        "--draws",
+        "0",
+        "--out",
+        str(results),
+    ]
     assert main(["identify", str(log), *options]) == 0
     assert main(["predict", str(results / "model.toml"), str(log), *custom(tmp_path)]) == 0
     later = log.with_name("later.log")
-    later.write_text(log.read_text() + log.read_text().splitlines()[-1].replace("t_ms=3999", "t_ms=4000") + "\n")
+    later.write_text(
+        log.read_text() + log.read_text().splitlines()[-1].replace("t_ms=3999", "t_ms=4000") + "\n"
+    )
     assert main(["compare", str(log), str(later), *custom(tmp_path)]) in (0, 1)
 
 
@@ -89,13 +106,21 @@ def test_its_columns_have_the_units_of_their_names(log):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("    return {units", "    return 3, {units", "is read by key_value_log, which returned a tuple"),
+        (
+            "    return {units",
+            "    return 3, {units",
+            "is read by key_value_log, which returned a tuple",
+        ),
         (
             'split("=")',
             'split(":")',
             r"the reader of this file stopped with ValueError: dictionary update .* \(own\.py, line \d+\)\. Correct the reader",
         ),
-        ("row[name])", "row['iq_promille'])", r"the reader of this file stopped with KeyError: 'iq_promille' \(own\.py, line 2\d\)"),
+        (
+            "row[name])",
+            "row['iq_promille'])",
+            r"the reader of this file stopped with KeyError: 'iq_promille' \(own\.py, line 2\d\)",
+        ),
     ],
 )
 def test_faults_of_a_user_reader_are_reported(log, tmp_path, old, new, said):
@@ -107,7 +132,10 @@ def test_faults_of_a_user_reader_are_reported(log, tmp_path, old, new, said):
 
 
 def test_a_file_without_a_reader_is_refused():
-    with pytest.raises(InputError, match=r"quadratic_drag\.py: defines no reader of logs\. End the file with FORMAT"):
+    with pytest.raises(
+        InputError,
+        match=r"quadratic_drag\.py: defines no reader of logs\. End the file with FORMAT",
+    ):
         load_reader_file(ROOT / "examples" / "quadratic_drag.py")
 
 

@@ -43,7 +43,11 @@ def stage():
 
 def share_of(kind, begin, end, result):
     """The share of a time that passages of a kind cover."""
-    covered = sum(max(min(item.end, end) - max(item.begin, begin), 0.0) for item in result if item.kind == kind)
+    covered = sum(
+        max(min(item.end, end) - max(item.begin, begin), 0.0)
+        for item in result
+        if item.kind == kind
+    )
     return covered / (end - begin)
 
 
@@ -66,9 +70,13 @@ def test_amplitudes_speeds_and_nesting_are_those_that_were_designed(stage):
     assert loops.depth >= 9  # the decaying loops: ten turning points, each inside the one before
     (chirp,) = (slide for slide in result if slide.kind == "chirp")
     (piece,) = (slide for slide in motion.pieces if slide.name == "chirp")
-    assert chirp.frequencies == pytest.approx((piece.reference.values["f_0"], piece.reference.values["f_1"]), rel=0.2)
+    assert chirp.frequencies == pytest.approx(
+        (piece.reference.values["f_0"], piece.reference.values["f_1"]), rel=0.2
+    )
     slides = [slide for slide in result if slide.kind == "constant_velocity"]
-    assert max(slide.speeds[1] for slide in slides) == pytest.approx(max(slide.speed for slide in motion.pieces), rel=0.05)
+    assert max(slide.speeds[1] for slide in slides) == pytest.approx(
+        max(slide.speed for slide in motion.pieces), rel=0.05
+    )
 
 
 def test_rests_and_passages_share_the_log_between_them(stage):
@@ -83,13 +91,19 @@ def test_a_coarse_encoder_still_shows_the_loops():
     motion, log = designed(STAGE, duration="30 s", purposes="presliding")
     triangles = [k for k, item in enumerate(motion.pieces) if item.name == "triangles"]
     result = passages(log, STAGE)
-    assert share_of("loops", motion.begins[triangles[4]], motion.duration - motion.rest, result) > 0.9
+    assert (
+        share_of("loops", motion.begins[triangles[4]], motion.duration - motion.rest, result) > 0.9
+    )
 
 
 def test_without_effort_the_presliding_distance_separates_loops_and_slides():
     motion, log = designed(STAGE, duration="40 s", purposes="presliding,stribeck")
     result = passages(replace(log, effort=None), STAGE)
-    first = next(begin for piece, begin in zip(motion.pieces, motion.begins, strict=True) if piece.name == "constant velocity")
+    first = next(
+        begin
+        for piece, begin in zip(motion.pieces, motion.begins, strict=True)
+        if piece.name == "constant velocity"
+    )
     assert share_of("constant_velocity", first, motion.duration, result) > 0.8
     assert share_of("loops", 4.0, first, result) > 0.8
 
@@ -97,14 +111,18 @@ def test_without_effort_the_presliding_distance_separates_loops_and_slides():
 def test_a_sine_is_an_oscillation_of_one_frequency():
     t = 1e-3 * np.arange(20_000)
     x = 0.01 * np.sin(2.0 * np.pi * 2.0 * t)
-    (result,) = passages(log_of(Motion(t, x, np.gradient(x, t), 0.0 * t), np.sign(np.gradient(x)), step=1e-6))
+    (result,) = passages(
+        log_of(Motion(t, x, np.gradient(x, t), 0.0 * t), np.sign(np.gradient(x)), step=1e-6)
+    )
     assert (result.kind, result.legs) == ("oscillation", pytest.approx(80, abs=1))
     assert result.frequencies == pytest.approx((2.0, 2.0), rel=0.02)
 
 
 def test_sines_mixed_are_moves():
     motion = sines(20.0)
-    kinds = {passage.kind for passage in passages(log_of(motion, np.sign(motion.velocity), step=1e-6))}
+    kinds = {
+        passage.kind for passage in passages(log_of(motion, np.sign(motion.velocity), step=1e-6))
+    }
     assert "moves" in kinds
     assert not kinds & {"loops", "break_away", "chirp", "oscillation"}
 
@@ -123,7 +141,9 @@ def kinds_of(time, position, effort):
 
 
 PULLS = {
-    "cogging": lambda x: 6.0 * np.sin(2.0 * np.pi * x / 0.024) + 3.0 * np.cos(4.0 * np.pi * x / 0.024),
+    "cogging": lambda x: (
+        6.0 * np.sin(2.0 * np.pi * x / 0.024) + 3.0 * np.cos(4.0 * np.pi * x / 0.024)
+    ),
     "cable": lambda x: 40.0 * x + 60.0 * x**2,
     "gravity": lambda x: 35.0 * np.cos(3.0 * x),
 }
@@ -132,7 +152,11 @@ PULLS = {
 @pytest.mark.parametrize("pull", PULLS)
 @pytest.mark.parametrize("back", [0.6, 0.3])
 def test_a_slide_under_a_force_of_the_place_is_no_loop_before_sliding(pull, back):
-    ways = [(sign * size, speed) for speed in (0.05, 0.2, 0.5) for sign, size in ((1.0, 0.6), (-1.0, back))]
+    ways = [
+        (sign * size, speed)
+        for speed in (0.05, 0.2, 0.5)
+        for sign, size in ((1.0, 0.6), (-1.0, back))
+    ]
     time, position, velocity = there_and_back(*ways, start=-0.3)
     friction = 9.0 * np.tanh(velocity / 1e-4) + 20.0 * velocity
     noise = np.random.default_rng(0).normal(0.0, 0.3, time.size)
@@ -156,7 +180,12 @@ def test_a_spring_does_not_hide_a_loop_before_sliding(spring, back):
 
 def test_moves_at_several_speeds_are_no_oscillation():
     sizes = {2.0: 3.0, 1.0: 1.5, 0.5: 0.7, 0.2: 0.3}
-    ways = [(sign * size, speed) for size, speed in sizes.items() for _ in range(3) for sign in (1.0, -1.0)]
+    ways = [
+        (sign * size, speed)
+        for size, speed in sizes.items()
+        for _ in range(3)
+        for sign in (1.0, -1.0)
+    ]
     time, position, velocity = there_and_back(*ways, *[(1.0, 3.0), (-1.0, 3.0)] * 8)
     kinds, _ = kinds_of(time, position, 5.0 * np.tanh(velocity / 1e-4) + 1.2 * velocity)
     assert kinds == {"constant_velocity"}
@@ -175,7 +204,9 @@ def test_steps_of_the_encoder_are_no_loops_where_stamps_are_uneven():
 
 def test_a_resting_log_has_no_passage():
     t = 1e-3 * np.arange(5000)
-    (result,) = passages(log_of(Motion(t, 0.0 * t, 0.0 * t, 0.0 * t), 0.0 * t), Axis(resolution=1e-6))
+    (result,) = passages(
+        log_of(Motion(t, 0.0 * t, 0.0 * t, 0.0 * t), 0.0 * t), Axis(resolution=1e-6)
+    )
     assert result.kind == "rest"
 
 
@@ -184,7 +215,9 @@ def test_a_rest_with_noise_is_a_rest(noise):
     t = 1e-3 * np.arange(6000)
     x = np.interp(t, [0.0, 2.0, 4.0, 6.0], [0.0, 0.0, 0.1, 0.1])
     x += noise * np.random.default_rng(3).standard_normal(t.size)
-    result = passages(log_of(Motion(t, x, 0.0 * t, 0.0 * t), np.sign(np.gradient(x, t))), Axis(resolution=1e-8))
+    result = passages(
+        log_of(Motion(t, x, 0.0 * t, 0.0 * t), np.sign(np.gradient(x, t))), Axis(resolution=1e-8)
+    )
     assert [item.kind for item in result] == ["rest", "constant_velocity", "rest"]
     assert [item.begin for item in result] == pytest.approx([0.0, 2.0, 4.0], abs=0.02)
 
@@ -223,10 +256,18 @@ def test_the_tribometer_breaks_away_from_rest_again_and_again():
     }
     axis = axis_from({"schema": 1, "kind": "translational", "columns": columns})
     result = passages(read_log(measured("tribometer/test_data_2.txt"), axis), axis)
-    strokes = [stroke for stroke in result if stroke.kind == "break_away" and 12.0 < stroke.begin < 205.0]
+    strokes = [
+        stroke for stroke in result if stroke.kind == "break_away" and 12.0 < stroke.begin < 205.0
+    ]
     assert len(strokes) == pytest.approx(2 * 48, abs=2)
-    assert np.median([stroke.amplitudes[1] for stroke in strokes]) == pytest.approx(0.5 * 229.6e-6, rel=0.02)
-    resting = sum(stroke.end - stroke.begin for stroke in result if stroke.kind == "rest" and 12.0 < stroke.begin < 205.0)
+    assert np.median([stroke.amplitudes[1] for stroke in strokes]) == pytest.approx(
+        0.5 * 229.6e-6, rel=0.02
+    )
+    resting = sum(
+        stroke.end - stroke.begin
+        for stroke in result
+        if stroke.kind == "rest" and 12.0 < stroke.begin < 205.0
+    )
     assert resting / (205.0 - 12.0) == pytest.approx(0.5, abs=0.03)
 
 
@@ -243,7 +284,10 @@ def test_sines_on_a_damper_are_oscillations_of_the_frequency_that_was_set():
             for column in passages_along(time, position, force, graininess(position, None))
             if column.kind == "oscillation" and column.end - column.begin > 0.7 * np.ptp(time)
         ]
-        result[name] = bool(sines) and 0.9 < sines[0].legs / (2.0 * (sines[0].end - sines[0].begin)) / set_to < 1.1
+        result[name] = (
+            bool(sines)
+            and 0.9 < sines[0].legs / (2.0 * (sines[0].end - sines[0].begin)) / set_to < 1.1
+        )
     # Fast strokes of large amplitude are cut by the actuator, and are no sines.
     assert np.mean(list(result.values())) > 0.8, result
 
@@ -263,7 +307,10 @@ def test_sines_on_a_damper_are_oscillations_of_the_frequency_that_was_set():
     ],
 )
 def test_a_contact_remembers_turning_points_that_lie_inside_one_another(turning, depth):
-    assert [nesting([shift + scale * point for point in turning]) for shift, scale in ((0, 1), (0, -1), (7.0, 0.1))] == 3 * [depth]
+    assert [
+        nesting([shift + scale * point for point in turning])
+        for shift, scale in ((0, 1), (0, -1), (7.0, 0.1))
+    ] == 3 * [depth]
 
 
 def slides(*rests):
@@ -274,42 +321,65 @@ def slides(*rests):
     velocity = np.convolve(np.concatenate(parts), np.ones(20) / 20, "same")
     position, time = np.cumsum(velocity) * 1e-3, 1e-3 * np.arange(velocity.size)
     result = passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6)
-    return [item for item in result if item.kind != "rest"], [item for item in result if item.kind == "rest"]
+    return [item for item in result if item.kind != "rest"], [
+        item for item in result if item.kind == "rest"
+    ]
 
 
-@pytest.mark.parametrize(("rest", "parted"), [(0.3, False), (0.45, False), (0.6, True), (2.0, True)])
+@pytest.mark.parametrize(
+    ("rest", "parted"), [(0.3, False), (0.45, False), (0.6, True), (2.0, True)]
+)
 def test_a_rest_of_half_a_second_separates_passages_of_slides(rest, parted):
     outcome, resting = slides(rest, rest)
-    assert [(item.kind, item.legs) for item in outcome] == ([("constant_velocity", 1)] * 3 if parted else [("constant_velocity", 3)])
+    assert [(item.kind, item.legs) for item in outcome] == (
+        [("constant_velocity", 1)] * 3 if parted else [("constant_velocity", 3)]
+    )
     assert len(resting) == (4 if parted else 2)
     for item in outcome:
-        assert (item.speeds, item.amplitudes) == (pytest.approx((0.1, 0.1), rel=1e-3), pytest.approx((0.1, 0.1), rel=0.02))
+        assert (item.speeds, item.amplitudes) == (
+            pytest.approx((0.1, 0.1), rel=1e-3),
+            pytest.approx((0.1, 0.1), rel=0.02),
+        )
         assert (item.levels, item.depth, item.frequencies) == (1, 0, (0.0, 0.0))
-        assert (item.begin, item.end) == pytest.approx((1e-3 * item.samples.start, 1e-3 * (item.samples.stop - 1)))
+        assert (item.begin, item.end) == pytest.approx(
+            (1e-3 * item.samples.start, 1e-3 * (item.samples.stop - 1))
+        )
 
 
 def test_passages_of_a_later_stretch_have_the_samples_of_the_whole_log():
     time, position, velocity = there_and_back((0.2, 0.1), (-0.2, 0.1))
-    early, late = (passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6, start=start) for start in (0, 70))
+    early, late = (
+        passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6, start=start)
+        for start in (0, 70)
+    )
     assert [(item.samples.start - 70, item.samples.stop - 70) for item in late] == [
         (item.samples.start, item.samples.stop) for item in early
     ]
     assert passages_along(time[:1], position[:1], None, 1e-6) == []
 
 
-@pytest.mark.parametrize(("sizes", "levels"), [((0.2, 0.205, 0.2), 1), ((0.2, 0.24, 0.2), 2), ((0.1, 0.2, 0.3), 3)])
+@pytest.mark.parametrize(
+    ("sizes", "levels"), [((0.2, 0.205, 0.2), 1), ((0.2, 0.24, 0.2), 2), ((0.1, 0.2, 0.3), 3)]
+)
 def test_amplitudes_are_of_one_level_within_a_twentieth(sizes, levels):
     ways = [(sign * size, 0.1) for size in sizes for sign in (1.0, -1.0)]
     time, position, velocity = there_and_back(*ways)
-    outcome = [item for item in passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6) if item.kind != "rest"]
+    outcome = [
+        item
+        for item in passages_along(time, position, 5.0 * np.tanh(velocity / 1e-3), 1e-6)
+        if item.kind != "rest"
+    ]
     assert [item.levels for item in outcome] == [levels]
     assert outcome[0].amplitudes == pytest.approx((0.5 * min(sizes), 0.5 * max(sizes)), rel=0.03)
 
 
 @pytest.mark.parametrize(
-    ("distance", "presliding", "kind"), [(0.2, 0.09, "constant_velocity"), (0.2, 0.11, "loops"), (0.2, None, "constant_velocity")]
+    ("distance", "presliding", "kind"),
+    [(0.2, 0.09, "constant_velocity"), (0.2, 0.11, "loops"), (0.2, None, "constant_velocity")],
 )
-def test_without_an_effort_a_leg_slides_beyond_twice_the_presliding_distance(distance, presliding, kind):
+def test_without_an_effort_a_leg_slides_beyond_twice_the_presliding_distance(
+    distance, presliding, kind
+):
     time, position, _ = there_and_back(*3 * [(distance, 0.1), (-distance, 0.1)])
     outcome = passages_along(time, position, None, 1e-6, presliding=presliding)
     assert {item.kind for item in outcome} - {"rest"} == {kind}
@@ -318,7 +388,12 @@ def test_without_an_effort_a_leg_slides_beyond_twice_the_presliding_distance(dis
 def test_data_of_a_passage_are_its_numbers_without_its_samples():
     (item,), _ = slides()
     data = item.as_data()
-    assert (data["kind"], data["legs"], data["speeds"], "samples" in data) == ("constant_velocity", 1, list(item.speeds), False)
+    assert (data["kind"], data["legs"], data["speeds"], "samples" in data) == (
+        "constant_velocity",
+        1,
+        list(item.speeds),
+        False,
+    )
 
 
 def level_between(friction, *, count=90, begin=0.0, place=0.0):
@@ -328,7 +403,16 @@ def level_between(friction, *, count=90, begin=0.0, place=0.0):
     effort = np.concatenate([friction(outward), -friction(1.0 + begin - back)]) + place * x
     stretch = Stretch(1e-3 * np.arange(x.size), x, effort, 1e-6, None, 0)
     ways = (
-        Leg(first, first + count - 1, way, 1.0, slice(first, first + count - 1), 1.0, 1.0, from_rest=False)
+        Leg(
+            first,
+            first + count - 1,
+            way,
+            1.0,
+            slice(first, first + count - 1),
+            1.0,
+            1.0,
+            from_rest=False,
+        )
         for first, way in ((0, 1.0), (count, -1.0))
     )
     return stretch._level_between(*ways)
@@ -338,11 +422,23 @@ def level_between(friction, *, count=90, begin=0.0, place=0.0):
     ("friction", "more", "is_level"),
     [
         (lambda way: 5.0 + 0.0 * way, {}, True),
-        (lambda way: 5.0 + 0.0 * way, {"place": 40.0}, True),  # a force of the place is the same on both ways
+        (
+            lambda way: 5.0 + 0.0 * way,
+            {"place": 40.0},
+            True,
+        ),  # a force of the place is the same on both ways
         (lambda way: -5.0 + 0.0 * way, {}, False),  # it pushes
-        (lambda way: 5.0 * (1.0 - np.exp(-way / 0.3)), {}, False),  # it builds up from the end of each way
+        (
+            lambda way: 5.0 * (1.0 - np.exp(-way / 0.3)),
+            {},
+            False,
+        ),  # it builds up from the end of each way
         (lambda way: 5.0 * (1.0 - np.exp(-way / 0.02)), {}, True),
-        (lambda way: 5.0 + 0.0 * way, {"count": 30}, False),  # two samples between marks are too many for so few
+        (
+            lambda way: 5.0 + 0.0 * way,
+            {"count": 30},
+            False,
+        ),  # two samples between marks are too many for so few
         (lambda way: 5.0 + 0.0 * way, {"begin": 0.55}, True),  # they share four tenths of a way
         (lambda way: 5.0 + 0.0 * way, {"begin": 0.65}, False),
         (lambda way: 5.0 + 4.0 * np.sin(1e4 * way), {"count": 900}, True),

@@ -57,8 +57,15 @@ def test_each_array_is_a_curve(family):
     assert [curve.u.size for curve in result.curves] == [9, 17]
     ends = (*result.curves[1].u[[0, -1]], *result.curves[1].f[[0, -1]], result.full_scale)
     assert ends == pytest.approx((-0.1, 0.1, -1e-4, 1e-4, 1e-4))
-    assert (result.kind, result.start, result.low, result.high) == ("magnetic", "saturated", -0.1, 0.1)
-    assert any("bristle ignores 1 curves with fewer than 5 samples" in note for note in result.notes)
+    assert (result.kind, result.start, result.low, result.high) == (
+        "magnetic",
+        "saturated",
+        -0.1,
+        0.1,
+    )
+    assert any(
+        "bristle ignores 1 curves with fewer than 5 samples" in note for note in result.notes
+    )
     assert len(result.origin.checksum) == 64
 
 
@@ -77,9 +84,13 @@ def test_saturation_lies_where_a_curve_heads_for(family):
 
 
 def test_a_curves_file_is_distinguished_from_an_axis_file(loops, tmp_path):
-    (tmp_path / "of_axis.toml").write_text('schema = 1\nkind = "rotational"\n[columns]\nposition = "q"\n')
+    (tmp_path / "of_axis.toml").write_text(
+        'schema = 1\nkind = "rotational"\n[columns]\nposition = "q"\n'
+    )
     (tmp_path / "family.toml").write_text(FAMILY)
-    assert [describes_curves(tmp_path / name) for name in ("family.toml", "axis.toml", "of_axis.toml")] == [True, True, False]
+    assert [
+        describes_curves(tmp_path / name) for name in ("family.toml", "axis.toml", "of_axis.toml")
+    ] == [True, True, False]
 
 
 @pytest.mark.parametrize(
@@ -101,10 +112,17 @@ def test_a_malformed_curves_file_is_refused(family, was, now, said):
 
 
 @pytest.mark.parametrize(
-    ("value", "message"), [("nan", "not a finite number"), ("1e200", "not a valid measurement"), ("1e308", "not a valid measurement")]
+    ("value", "message"),
+    [
+        ("nan", "not a finite number"),
+        ("1e200", "not a valid measurement"),
+        ("1e308", "not a valid measurement"),
+    ],
 )
 def test_samples_that_are_no_numbers_are_refused(loops, value, message):
-    (loops / "loops.csv").write_text((loops / "loops.csv").read_text().replace("0,-7,", f"0,{value},"))
+    (loops / "loops.csv").write_text(
+        (loops / "loops.csv").read_text().replace("0,-7,", f"0,{value},")
+    )
     with pytest.raises(InputError, match=message):
         read_curves(loops / "loops.csv", loops / "axis.toml")
 
@@ -121,7 +139,9 @@ def test_columns_may_be_called_by_their_numbers(loops, header):
     rows = (loops / "loops.csv").read_text().partition("\n")[2]
     by_name = read_curves(loops / "loops.csv", loops / "axis.toml").curves
     columns = {"input": {"column": 2, "unit": "um"}, "output": 3, "curve": 1}
-    curves = read_curves((header + rows).encode(), {"schema": 1, "kind": "translational", "columns": columns}).curves
+    curves = read_curves(
+        (header + rows).encode(), {"schema": 1, "kind": "translational", "columns": columns}
+    ).curves
     assert len(curves) == len(by_name) == 3
     for item, other in zip(curves, by_name, strict=True):
         np.testing.assert_array_equal([item.u, item.f], [other.u, other.f])

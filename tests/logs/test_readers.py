@@ -18,7 +18,10 @@ def test_every_kind_of_file_holds_the_same_columns(any_file, recording):
     table = read_table(any_file)
     for name, values in recording.items():
         np.testing.assert_allclose(table.columns[name], values, rtol=1e-11, atol=1e-15)
-    assert (table.origin.checksum, table.source) == (hashlib.sha256(any_file.read_bytes()).hexdigest(), any_file)
+    assert (table.origin.checksum, table.source) == (
+        hashlib.sha256(any_file.read_bytes()).hexdigest(),
+        any_file,
+    )
 
 
 def test_the_content_decides_not_the_ending(any_file, recording):
@@ -51,7 +54,9 @@ def test_structures_matrices_and_constants_of_mat_files(tmp_path, compressed):
     scipy.io.savemat(path, content, do_compression=compressed)
     table = read_table(path)
     assert set(table.columns) == {"log.t", "both[0]", "both[1]", "wide[0]", "wide[1]", "count"}
-    np.testing.assert_array_equal([table.columns["both[1]"], table.columns["wide[1]"]], [[1, 3, 5, 7, 9], [5, 6, 7, 8, 9]])
+    np.testing.assert_array_equal(
+        [table.columns["both[1]"], table.columns["wide[1]"]], [[1, 3, 5, 7, 9], [5, 6, 7, 8, 9]]
+    )
     assert table.constants == {"kp": 160.18}
 
 
@@ -66,7 +71,13 @@ def test_a_mat_file_cut_anywhere_is_refused(tmp_path, recording, compressed):
     scipy.io.savemat(whole, recording, do_compression=compressed)
     data = whole.read_bytes()
     ends = _ends_of_variables(data)
-    cuts = set(np.random.default_rng(1).integers(1, len(data), 40).tolist()) | {127, 128, 130, 136, len(data) - 1}
+    cuts = set(np.random.default_rng(1).integers(1, len(data), 40).tolist()) | {
+        127,
+        128,
+        130,
+        136,
+        len(data) - 1,
+    }
     for cut in cuts - ends:
         (tmp_path / "part.mat").write_bytes(data[:cut])
         with pytest.raises(InputError, match=r"truncated|damaged"):
@@ -85,7 +96,12 @@ def _ends_of_variables(data: bytes) -> set[int]:
 @pytest.mark.parametrize("count", [1, pytest.param(15, marks=pytest.mark.slow)])
 def test_a_tdms_file_cut_anywhere_is_refused(tdms, count):
     written, data, first = tdms
-    cuts = set(np.random.default_rng(2).integers(1, len(data), count).tolist()) | {27, 28, first + 3, len(data) - 1}
+    cuts = set(np.random.default_rng(2).integers(1, len(data), count).tolist()) | {
+        27,
+        28,
+        first + 3,
+        len(data) - 1,
+    }
     for cut in cuts - {first}:
         with pytest.raises(InputError, match="truncated"):
             read_table(written(data[:cut]))
@@ -121,11 +137,17 @@ def test_units_and_sample_time_of_tdms_channels(tmp_path, here):
             ]
         )
     table = read_table(path)
-    assert (set(table.columns), table.units, table.sample_time) == ({"x", "a/y", "b/y"}, {"x": "mm"}, 5e-4)
+    assert (set(table.columns), table.units, table.sample_time) == (
+        {"x", "a/y", "b/y"},
+        {"x": "mm"},
+        5e-4,
+    )
     assert "'remark', because it holds no numbers" in table.notes[0]
 
 
-@pytest.mark.parametrize(("kind", "module"), [("h5", "h5py"), ("parquet", "pyarrow"), ("tdms", "nptdms")])
+@pytest.mark.parametrize(
+    ("kind", "module"), [("h5", "h5py"), ("parquet", "pyarrow"), ("tdms", "nptdms")]
+)
 def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch, kind, module):
     path = WRITERS[kind](tmp_path / f"log.{kind}", recording)
     monkeypatch.setitem(sys.modules, module, None)
@@ -166,7 +188,12 @@ def test_a_time_channel_of_tdms_is_in_seconds(tmp_path, here):
     start = np.datetime64("2026-03-14T09:31:12.000000", "us")
     stamps = start + np.arange(0, 2000, 20).astype("timedelta64[ms]")
     with nptdms.TdmsWriter(tmp_path / "log.tdms") as writer:
-        writer.write_segment([nptdms.ChannelObject("a", "Zeit", stamps), nptdms.ChannelObject("a", "Weg", np.arange(100.0))])
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("a", "Zeit", stamps),
+                nptdms.ChannelObject("a", "Weg", np.arange(100.0)),
+            ]
+        )
     table = read_table(tmp_path / "log.tdms")
     assert table.units["Zeit"] == "s"
     assert table.columns["Zeit"] == pytest.approx(0.02 * np.arange(100), abs=1e-9)

@@ -24,28 +24,43 @@ def trace(signals, records):
 
 def lists(table):
     """The times and numbers of each signal."""
-    return {name: (table.columns[time].tolist(), table.columns[name].tolist()) for name, time in table.stamps.items()}
+    return {
+        name: (table.columns[time].tolist(), table.columns[name].tolist())
+        for name, time in table.stamps.items()
+    }
 
 
 def test_each_signal_of_a_trace_has_the_times_at_which_it_was_taken():
     data = trace(
-        ['id="f1" description="Lage" units="mm" name="/a [u1, 3]"', 'id="f2" name="Strom" unit="A"'],
+        [
+            'id="f1" description="Lage" units="mm" name="/a [u1, 3]"',
+            'id="f2" name="Strom" unit="A"',
+        ],
         [(0.5, 'f1="1.5"'), (1.0, 'f1="2.5" f2="7"'), (1.5, 'f2="8"')],
     )
     table = read_sinumerik(data, REQUEST)
     assert lists(table) == {"Lage": ([0.5, 1.0], [1.5, 2.5]), "Strom": ([1.0, 1.5], [7.0, 8.0])}
-    assert (table.units["Lage"], table.units["Strom"], table.format) == ("mm", "A", "SINUMERIK trace")
+    assert (table.units["Lage"], table.units["Strom"], table.format) == (
+        "mm",
+        "A",
+        "SINUMERIK trace",
+    )
     assert table.about == {"Lage": "/a [u1, 3]", "Strom": "Strom"}
 
 
 def test_missing_values_repeat_the_previous_and_a_missing_start_is_left_out():
     values = ("", "9.3e18", "4", "9.3e18", "", "-9.1e18")
-    data = trace(['id="f1" name="q"'], [(time, f'f1="{value}"') for time, value in enumerate(values)])
+    data = trace(
+        ['id="f1" name="q"'], [(time, f'f1="{value}"') for time, value in enumerate(values)]
+    )
     assert lists(read_sinumerik(data, REQUEST)) == {"q": ([2.0, 3.0, 5.0], [4.0, 4.0, -9.1e18])}
 
 
 def test_signals_with_equal_descriptions_have_the_index_of_their_axis():
-    alike = ['id="f1" description="Lage" name="/a [u1, 3]"', 'id="f2" description="Lage" name="/a [u1, 4]"']
+    alike = [
+        'id="f1" description="Lage" name="/a [u1, 3]"',
+        'id="f2" description="Lage" name="/a [u1, 4]"',
+    ]
     table = read_sinumerik(trace(alike, [(0, 'f1="1" f2="2"'), (1, 'f1="3" f2="4"')]), REQUEST)
     assert {"Lage [u1, 3]", "Lage [u1, 4]"} <= set(table.columns)
     unnamed = read_sinumerik(trace([], [(0, 'f7="1"'), (1, 'f7="3"')]), REQUEST)
@@ -92,7 +107,10 @@ JOINTS = Plain(name=["j1", "j2"], position=[1.0, 2.0], velocity=[], effort=[3.0,
         ),
         ({"long": [0.0] * 1001}, []),
         ({"long": [0.0] * 1000}, [(f"long[{k}]", 0.0) for k in range(1000)]),
-        (JOINTS, [("j1.position", 1.0), ("j2.position", 2.0), ("j1.effort", 3.0), ("j2.effort", 4.0)]),
+        (
+            JOINTS,
+            [("j1.position", 1.0), ("j2.position", 2.0), ("j1.effort", 3.0), ("j2.effort", 4.0)],
+        ),
         ({"a": {"a": {"a": {"a": {"a": {"a": {"a": {"a": 1.0}}}}}}}}, []),  # too deep
     ],
 )
@@ -117,13 +135,24 @@ def recording(messages):
 
 def test_several_topics_prefix_the_names_of_their_fields():
     pytest.importorskip("mcap_ros2")
-    messages = [("/a", "json", 1_500_000_000, {"x": 1}), ("/b", "json", 1_000_000_000, {"x": 5}), ("/a", "json", 2_000_000_000, {"x": 2})]
-    assert lists(read_mcap(recording(messages), REQUEST)) == {"/a/x": ([0.5, 1.0], [1.0, 2.0]), "/b/x": ([0.0], [5.0])}
-    assert lists(read_mcap(recording(messages), REQUEST._replace(table="/a"))) == {"x": ([0.0, 0.5], [1.0, 2.0])}
+    messages = [
+        ("/a", "json", 1_500_000_000, {"x": 1}),
+        ("/b", "json", 1_000_000_000, {"x": 5}),
+        ("/a", "json", 2_000_000_000, {"x": 2}),
+    ]
+    assert lists(read_mcap(recording(messages), REQUEST)) == {
+        "/a/x": ([0.5, 1.0], [1.0, 2.0]),
+        "/b/x": ([0.0], [5.0]),
+    }
+    assert lists(read_mcap(recording(messages), REQUEST._replace(table="/a"))) == {
+        "x": ([0.0, 0.5], [1.0, 2.0])
+    }
     with pytest.raises(InputError, match="holds no readable messages with numbers"):
         read_mcap(recording(messages), REQUEST._replace(table="/c"))
     odd = [*messages, ("/d", "protobuf", 3_000_000_000, {})]
-    assert read_mcap(recording(odd), REQUEST).notes == ("bristle ignores messages in unsupported encodings: /d (protobuf)",)
+    assert read_mcap(recording(odd), REQUEST).notes == (
+        "bristle ignores messages in unsupported encodings: /d (protobuf)",
+    )
 
 
 LEAD = b"TDSm" + bytes(8) + (12).to_bytes(8, "little") + bytes(8)
@@ -152,5 +181,7 @@ def test_remarks_of_a_library_on_damage_are_collected_and_not_printed(monkeypatc
     monkeypatch.setattr(handler, "filters", [])
     remarks = recorders._remarks_kept()
     for text in ("Segment size is wrong", "Error decoding string of a name"):
-        assert not handler.filter(logging.LogRecord("nptdms", logging.WARNING, "", 0, text, (), None))
+        assert not handler.filter(
+            logging.LogRecord("nptdms", logging.WARNING, "", 0, text, (), None)
+        )
     assert remarks == ["Segment size is wrong"]

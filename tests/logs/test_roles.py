@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from bristle.logs.roles import candidate_of, correlation, explained, pulls_as_a_link, rate_of, roles_of, roughness, slope, time_among
+from bristle.logs.roles import (
+    candidate_of,
+    correlation,
+    explained,
+    pulls_as_a_link,
+    rate_of,
+    roles_of,
+    roughness,
+    slope,
+    time_among,
+)
 from bristle.logs.table import Table
 
 TIME = 1e-3 * np.arange(4000)
@@ -16,7 +26,9 @@ EFFORT = 5.0 * np.sign(VELOCITY) + 2.0 * VELOCITY
 
 def roles(**columns):
     units = {name: column[1] for name, column in columns.items() if isinstance(column, tuple)}
-    values = {name: column[0] if isinstance(column, tuple) else column for name, column in columns.items()}
+    values = {
+        name: column[0] if isinstance(column, tuple) else column for name, column in columns.items()
+    }
     return roles_of(Table(values, units, names=tuple(values)))
 
 
@@ -24,7 +36,9 @@ def units_of(result):
     return {name: role.unit for name, role in result.channels.items()}
 
 
-@pytest.mark.parametrize(("time", "rate"), [(TIME, 3.0), (None, 3e-3), (TIME[:-1], 3e-3), (np.zeros(TIME.size), 3e-3)])
+@pytest.mark.parametrize(
+    ("time", "rate"), [(TIME, 3.0), (None, 3e-3), (TIME[:-1], 3e-3), (np.zeros(TIME.size), 3e-3)]
+)
 def test_the_rate_of_a_signal_is_taken_over_time_and_else_over_samples(time, rate):
     assert rate_of(3.0 * TIME, time)[20:-20] == pytest.approx(rate)
 
@@ -38,7 +52,11 @@ NOISE = np.random.default_rng(1).standard_normal(TIME.size)
         (slope, (POSITION, 7.0 - 3.0 * POSITION), pytest.approx(-3.0)),
         (slope, (np.ones(9), np.arange(9.0)), 0.0),
         (roughness, (POSITION,), pytest.approx(0.05, abs=0.05)),
-        (roughness, (NOISE,), pytest.approx(3.0**0.5, rel=0.05)),  # of white noise: root of 6 over root of 2
+        (
+            roughness,
+            (NOISE,),
+            pytest.approx(3.0**0.5, rel=0.05),
+        ),  # of white noise: root of 6 over root of 2
         (roughness, (np.ones(30),), np.inf),
         (explained, (EFFORT, POSITION), pytest.approx(1.0, abs=0.05)),
         (explained, (NOISE, POSITION), pytest.approx(0.0, abs=0.02)),
@@ -83,27 +101,56 @@ def test_a_link_pulls_with_sine_and_cosine_of_its_angle_over_a_wide_range(effort
 
 def test_columns_are_identified_by_names_with_the_units_of_the_file():
     result = roles(
-        t=(TIME, "s"), pos=(1e3 * POSITION, "mm"), vel=(VELOCITY, "m/s"), force=(EFFORT, "N"), possoll=(1e3 * POSITION + 0.01, "mm")
+        t=(TIME, "s"),
+        pos=(1e3 * POSITION, "mm"),
+        vel=(VELOCITY, "m/s"),
+        force=(EFFORT, "N"),
+        possoll=(1e3 * POSITION + 0.01, "mm"),
     )
-    assert units_of(result) == {"time": "s", "position": "mm", "velocity": "m/s", "reference": "mm", "effort": "N"}
-    assert ([result.channels[name].column for name in ("position", "reference")], result.rivals) == (["pos", "possoll"], ())
+    assert units_of(result) == {
+        "time": "s",
+        "position": "mm",
+        "velocity": "m/s",
+        "reference": "mm",
+        "effort": "N",
+    }
+    assert (
+        [result.channels[name].column for name in ("position", "reference")],
+        result.rivals,
+    ) == (["pos", "possoll"], ())
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1.0, "m"), (1e3, "mm"), (1e6, "um")])
 def test_a_recorded_velocity_determines_the_unit_of_the_position(factor, unit):
-    result = roles(time=(TIME, "s"), position=factor * POSITION, velocity=(VELOCITY, "m/s"), force=(EFFORT, "N"))
+    result = roles(
+        time=(TIME, "s"),
+        position=factor * POSITION,
+        velocity=(VELOCITY, "m/s"),
+        force=(EFFORT, "N"),
+    )
     assert units_of(result)["position"] == unit
     assert result.channels["position"].unit_source == "velocity"
 
 
 @pytest.mark.parametrize(
-    ("unit", "factor", "own"), [("mm", 1e3, "mm/s"), ("mm", 6e4, "mm/min"), ("rev", 60.0, "rpm"), ("rev", 1.0, "rev/s")]
+    ("unit", "factor", "own"),
+    [("mm", 1e3, "mm/s"), ("mm", 6e4, "mm/min"), ("rev", 60.0, "rpm"), ("rev", 1.0, "rev/s")],
 )
 def test_the_position_determines_the_unit_of_a_velocity(unit, factor, own):
     position = POSITION * (1e3 if unit == "mm" else 1.0)
-    result = roles(time=(TIME, "s"), position=(position, unit), velocity=factor * VELOCITY, torque=(EFFORT, "N*m"))
+    result = roles(
+        time=(TIME, "s"),
+        position=(position, unit),
+        velocity=factor * VELOCITY,
+        torque=(EFFORT, "N*m"),
+    )
     assert units_of(result)["velocity"] == own
-    other = roles(time=(TIME, "s"), position=(position, unit), velocity=1.5 * factor * VELOCITY, torque=(EFFORT, "N*m"))
+    other = roles(
+        time=(TIME, "s"),
+        position=(position, unit),
+        velocity=1.5 * factor * VELOCITY,
+        torque=(EFFORT, "N*m"),
+    )
     assert "velocity" not in other.channels
 
 
@@ -134,7 +181,9 @@ def test_the_speed_alone_is_the_motion_where_no_position_is():
     ],
 )
 def test_the_unit_of_an_effort_follows_from_its_name_or_integers(name, effort, unit, unit_source):
-    role = roles(**{"time": (TIME, "s"), "position": (POSITION, "m"), name: effort}).channels["effort"]
+    role = roles(**{"time": (TIME, "s"), "position": (POSITION, "m"), name: effort}).channels[
+        "effort"
+    ]
     assert (role.unit, role.unit_source) == (unit, unit_source)
 
 
@@ -152,9 +201,15 @@ def chosen_effort(*names):
         (("torque a", "A"), ("torque b", "")),
         (("torque a", "%"), ("torque b", "")),
         (("torque a", ""), ("torque b", "V")),  # a voltage tells least
-        (("torque actual", "A"), ("torque wanted", "N")),  # what was measured outdoes a step of units
+        (
+            ("torque actual", "A"),
+            ("torque wanted", "N"),
+        ),  # what was measured outdoes a step of units
         (("torque other", "A"), ("torque actual", "V")),  # and no more than that
-        (("torque other", "A"), ("torque demand", "N")),  # what was asked for is behind a measured one in a lesser unit
+        (
+            ("torque other", "A"),
+            ("torque demand", "N"),
+        ),  # what was asked for is behind a measured one in a lesser unit
         (("torque demand", "N"), ("torque other", "V")),  # and before a voltage
     ],
 )
@@ -164,7 +219,9 @@ def test_the_effort_has_the_best_unit_and_is_measured(chosen, left):
 
 def test_of_two_columns_of_the_same_name_the_effort_follows_the_motion():
     for order in ({"torque a": NOISE, "torque b": EFFORT}, {"torque b": EFFORT, "torque a": NOISE}):
-        assert roles(t=(TIME, "s"), q=(POSITION, "m"), **order).channels["effort"].column == "torque b"
+        assert (
+            roles(t=(TIME, "s"), q=(POSITION, "m"), **order).channels["effort"].column == "torque b"
+        )
 
 
 def test_the_effort_of_an_axis_is_that_with_its_number():
@@ -178,7 +235,9 @@ def test_the_effort_of_an_axis_is_that_with_its_number():
 def test_a_link_is_seen_where_its_angle_explains_a_quarter_of_the_rest(share, pulls):
     angle = 2.0 * np.pi * TIME  # at one speed its sine is no inertia and no friction
     angle += 0.02 * np.sin(40.0 * TIME)
-    amplitude = np.sqrt(2.0 * share / (1.0 - share))  # noise of variance 1, a sine of half its square
+    amplitude = np.sqrt(
+        2.0 * share / (1.0 - share)
+    )  # noise of variance 1, a sine of half its square
     assert pulls_as_a_link(NOISE + amplitude * np.sin(angle), angle) == pulls
 
 
@@ -186,7 +245,10 @@ def time_column(first=("q", POSITION), sample_time=None, **columns):
     """The column of time among a position and others, and why; None where there is none."""
     values = dict([first]) | columns
     table = Table(values, {}, names=tuple(values), sample_time=sample_time)
-    result = time_among(table, [column for name in values if (column := candidate_of(table, name, is_nameless=False))])
+    result = time_among(
+        table,
+        [column for name in values if (column := candidate_of(table, name, is_nameless=False))],
+    )
     return result and (result[0].name, result[1])
 
 
@@ -233,7 +295,11 @@ def test_an_unnamed_column_that_rises_evenly_is_time(first, columns, column):
 
 
 def test_a_column_is_a_candidate_from_twenty_numbers_on_and_its_gaps_are_filled():
-    table = Table({"a": np.r_[np.nan, np.arange(19.0)], "b": np.arange(19.0), "c": np.full(20, np.nan)}, {}, names=("a", "b", "c"))
+    table = Table(
+        {"a": np.r_[np.nan, np.arange(19.0)], "b": np.arange(19.0), "c": np.full(20, np.nan)},
+        {},
+        names=("a", "b", "c"),
+    )
     assert candidate_of(table, "a", is_nameless=True).values[:3].tolist() == [9.0, 0.0, 1.0]
     assert candidate_of(table, "b", is_nameless=True) is None
     assert candidate_of(table, "c", is_nameless=True) is None
@@ -254,10 +320,14 @@ def test_a_column_is_a_candidate_from_twenty_numbers_on_and_its_gaps_are_filled(
         (3, "a HINT16", "", ""),
     ],
 )
-def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(size, about, unit, unit_source):
+def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(
+    size, about, unit, unit_source
+):
     effort = np.round(size * EFFORT / np.max(np.abs(EFFORT)))
     columns = {"t": TIME, "q": POSITION, "torque": effort}
-    role = roles_of(Table(columns, {"t": "s", "q": "m"}, names=tuple(columns), about={"torque": about})).channels["effort"]
+    role = roles_of(
+        Table(columns, {"t": "s", "q": "m"}, names=tuple(columns), about={"torque": about})
+    ).channels["effort"]
     assert (role.unit, role.unit_source) == (unit, unit_source)
 
 
@@ -270,17 +340,28 @@ def test_whole_numbers_of_a_drive_are_per_mille_or_a_share_of_the_rated_effort(s
     ],
 )
 def test_whole_numbers_of_a_position_beyond_a_hundred_are_counts(position, unit):
-    assert units_of(roles(t=(TIME, "s"), position=position, force=(EFFORT, "N")))["position"] == unit
+    assert (
+        units_of(roles(t=(TIME, "s"), position=position, force=(EFFORT, "N")))["position"] == unit
+    )
 
 
-@pytest.mark.parametrize("name", ["load position", "scale", "linear scale", "x_table", "Tischlage", "pos_load"])
+@pytest.mark.parametrize(
+    "name", ["load position", "scale", "linear scale", "x_table", "Tischlage", "pos_load"]
+)
 @pytest.mark.parametrize("unit", ["mm", ""])
 def test_a_second_encoder_is_proposed_beside_that_of_the_motor(name, unit):
     table = 1e3 * POSITION + 0.02 * np.tanh(VELOCITY / 0.01)
-    columns = {"t": (TIME, "s"), name: (table, unit) if unit else table, "motor position": (1e3 * POSITION, "mm"), "force": (EFFORT, "N")}
+    columns = {
+        "t": (TIME, "s"),
+        name: (table, unit) if unit else table,
+        "motor position": (1e3 * POSITION, "mm"),
+        "force": (EFFORT, "N"),
+    }
     result = roles(**columns)
     assert units_of(result) == {"time": "s", "position": "mm", "load_position": "mm", "effort": "N"}
-    assert [result.channels[channel].column for channel in ("position", "load_position", "effort")] == ["motor position", name, "force"]
+    assert [
+        result.channels[channel].column for channel in ("position", "load_position", "effort")
+    ] == ["motor position", name, "force"]
 
 
 def test_a_column_that_moves_otherwise_or_alone_is_no_second_encoder():
@@ -290,6 +371,8 @@ def test_a_column_that_moves_otherwise_or_alone_is_no_second_encoder():
         "table position setpoint": [(1e3 * POSITION, "mm")],
     }
     for name, columns in others.items():
-        assert all("load_position" not in roles(**motor, **{name: column}).channels for column in columns)
+        assert all(
+            "load_position" not in roles(**motor, **{name: column}).channels for column in columns
+        )
     alone = roles(t=(TIME, "s"), scale_position=(1e3 * POSITION, "mm"), force=(EFFORT, "N"))
     assert units_of(alone) == {"time": "s", "position": "mm", "effort": "N"}

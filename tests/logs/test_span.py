@@ -54,7 +54,11 @@ def test_load_is_over_its_nominal_value_and_temperature_in_kelvin_within_the_spa
         ('unit = "kN"', 'unit = "kg"', "columns.load.unit"),
         ('unit = "degC"', 'unit = "m"', "columns.temperature.unit"),
         ('span = ["2 s", "6 s"]', 'span = ["6 s", "2 s"]', "log.span: must be in ascending order"),
-        ('span = ["2 s", "6 s"]', 'span = ["20 s", "60 s"]', "log.span: contains fewer than 10 samples"),
+        (
+            'span = ["2 s", "6 s"]',
+            'span = ["20 s", "60 s"]',
+            "log.span: contains fewer than 10 samples",
+        ),
         ('start = "cycle"', 'start = "loop"', "log.start"),
     ],
 )

@@ -18,7 +18,10 @@ X = 0.08 * np.sin(4.4 * T) + 0.03 * np.sin(11.9 * T + 0.4)
 V = 0.08 * 4.4 * np.cos(4.4 * T) + 0.03 * 11.9 * np.cos(11.9 * T + 0.4)
 A = -0.08 * 4.4**2 * np.sin(4.4 * T) - 0.03 * 11.9**2 * np.sin(11.9 * T + 0.4)
 F = 12.0 * A + 40.0 * V + 18.0 * np.tanh(V / 2e-3)
-SPEED = {"velocity": {"column": "speed", "unit": "mm/s"}, "effort": {"column": "force", "unit": "N"}}
+SPEED = {
+    "velocity": {"column": "speed", "unit": "mm/s"},
+    "effort": {"column": "force", "unit": "N"},
+}
 
 
 def log(time=T, **more):
@@ -28,11 +31,15 @@ def log(time=T, **more):
 
 
 def axis(**columns):
-    return axis_from({"schema": 1, "kind": "translational", "columns": {"time": "time", **SPEED, **columns}})
+    return axis_from(
+        {"schema": 1, "kind": "translational", "columns": {"time": "time", **SPEED, **columns}}
+    )
 
 
 def test_friction_and_inertia_are_those_of_the_axis():
-    estimates = identify(read_log(log(), axis()), "coulomb_viscous", axis=axis(), draws=0).best.estimates
+    estimates = identify(
+        read_log(log(), axis()), "coulomb_viscous", axis=axis(), draws=0
+    ).best.estimates
     found = {estimate.name: estimate.value for estimate in estimates if estimate.name != "offset"}
     assert found == pytest.approx({"M": 12.0, "F_C": 18.0, "F_v": 40.0}, rel=0.02)
 
@@ -43,18 +50,31 @@ def test_a_motor_that_turns_is_read_by_its_gear_and_lead():
             "schema": 1,
             "kind": "translational",
             "transmission": {"lead": "10 mm", "gear_ratio": 2.0},
-            "columns": {"time": "time", "velocity": {"column": "speed", "unit": "rpm", "side": "motor"}},
+            "columns": {
+                "time": "time",
+                "velocity": {"column": "speed", "unit": "rpm", "side": "motor"},
+            },
         }
     )
     turning = log().replace(b"speed [mm/s]", b"speed [rpm]")
-    np.testing.assert_allclose(read_log(turning, described).position.values, (X - X[0]) * 1e3 / 60 * 0.01 / 2, atol=1e-7)
+    np.testing.assert_allclose(
+        read_log(turning, described).position.values, (X - X[0]) * 1e3 / 60 * 0.01 / 2, atol=1e-7
+    )
 
 
 def test_an_axis_file_is_proposed_and_the_log_looked_at():
     inspected = inspect_log(log())
     assert 'velocity = { column = "speed", unit = "mm/s" }' in inspected.proposal.text
-    assert (inspected.proposal.missing, set(inspected.proposal.axis.columns)) == ((), {"time", "velocity", "effort"})
-    assert [channel["name"] for channel in inspected.summary["channels"]] == ["time", "position", "velocity", "effort"]
+    assert (inspected.proposal.missing, set(inspected.proposal.axis.columns)) == (
+        (),
+        {"time", "velocity", "effort"},
+    )
+    assert [channel["name"] for channel in inspected.summary["channels"]] == [
+        "time",
+        "position",
+        "velocity",
+        "effort",
+    ]
     assert inspected.summary["passages"]
     counted = propose_axis(log().replace(b"mm/s", b"count/s"))
     assert counted.missing == ("encoder.resolution",)

@@ -58,7 +58,11 @@ def test_motion_of_an_axis_is_no_lost_reading(values, step):
 @pytest.mark.parametrize(
     ("column", "change", "words"),
     [
-        ("q", lambda x: np.where(np.arange(x.size) == 600, 9.0, x), "q': jumps by .* m and returns after 1 sample at sample 600"),
+        (
+            "q",
+            lambda x: np.where(np.arange(x.size) == 600, 9.0, x),
+            "q': jumps by .* m and returns after 1 sample at sample 600",
+        ),
         ("u", lambda x: np.where(np.arange(x.size) == 600, 1e308, x), "u': has 1e.308 N at sam"),
         ("u", lambda x: 1e40 * x, "cannot be a measurement"),
         # A motion finer than any axis counts as rest.
@@ -66,7 +70,9 @@ def test_motion_of_an_axis_is_no_lost_reading(values, step):
         ("u", lambda x: 1e-60 * x, "is constant"),
     ],
 )
-def test_a_log_with_numbers_that_no_axis_has_is_refused_with_its_column(write, recording, axis, column, change, words):
+def test_a_log_with_numbers_that_no_axis_has_is_refused_with_its_column(
+    write, recording, axis, column, change, words
+):
     path = write(**{column: change(recording[column])})
     with pytest.raises(InputError, match=words):
         read_log(path, axis)

@@ -38,11 +38,21 @@ def lists(table):
 
 
 def test_lines_above_a_header_are_facts():
-    lines = ["# Device: AX5000", '"Rated torque [Nm]";"2,4"', "", "Date = today;now", "x", "t;q", "0;1"]
+    lines = [
+        "# Device: AX5000",
+        '"Rated torque [Nm]";"2,4"',
+        "",
+        "Date = today;now",
+        "x",
+        "t;q",
+        "0;1",
+    ]
     facts = facts_above(lines, layout("t", "q", first=6))
     assert facts == {"Device": "AX5000", "Rated torque [Nm]": "2,4", "Date": "today now"}
     assert facts_above(lines, layout("t", "q", first=0)) == {}
-    assert facts_above(["Sample period 2 ms", "1;2"], layout("column_1", "column_2")) == {"Sample period": "2 ms"}
+    assert facts_above(["Sample period 2 ms", "1;2"], layout("column_1", "column_2")) == {
+        "Sample period": "2 ms"
+    }
 
 
 @pytest.mark.parametrize(
@@ -59,9 +69,15 @@ def test_lines_above_a_header_are_facts():
         ({"name": "5 ms"}, None),
         ({"dt": "5 mm", "Takt": "3 ms"}, 3e-3),
         ({"Sample Period": "2 ms", "Scan rate": "500 samples per second"}, 2e-3),
-        ({"Sampling Rate": "500 S/s", "Recording time": "20 s", "Period": "1 s"}, 2e-3),  # the others are no sampling
+        (
+            {"Sampling Rate": "500 S/s", "Recording time": "20 s", "Period": "1 s"},
+            2e-3,
+        ),  # the others are no sampling
         ({"Sample time": "2 ms", "Trace cycle": "4 ms"}, None),
-        ({"Sampling rate": "1,000 Hz"}, 1e-3),  # a comma of thousands, as no axis is sampled at 1 Hz
+        (
+            {"Sampling rate": "1,000 Hz"},
+            1e-3,
+        ),  # a comma of thousands, as no axis is sampled at 1 Hz
         ({"Sampling rate": "10,000 Hz"}, None),
     ],
 )
@@ -71,7 +87,12 @@ def test_the_sample_time_is_stated_as_a_time_or_a_rate(facts, period):
 
 @pytest.mark.parametrize(
     ("name", "text", "amount"),
-    [("Rated torque [Nm]", "2.4 mNm", (2.4, "mN*m")), ("speed", "-3e2", (-300.0, "")), ("x", "1.2.3", None), ("x", "about 3", None)],
+    [
+        ("Rated torque [Nm]", "2.4 mNm", (2.4, "mN*m")),
+        ("speed", "-3e2", (-300.0, "")),
+        ("x", "1.2.3", None),
+        ("x", "about 3", None),
+    ],
 )
 def test_an_amount_has_the_unit_behind_it_or_that_of_its_name(name, text, amount):
     assert amount_in(name, text) == amount
@@ -79,7 +100,10 @@ def test_an_amount_has_the_unit_behind_it_or_that_of_its_name(name, text, amount
 
 def test_units_of_labview_are_in_a_separate_row():
     lines = ["Y_Unit_Label;mm;N;", "X_Value;pos;force;Comment"]
-    assert units_of_labview(lines, layout("X_Value", "pos", "force", first=2)) == {"pos": "mm", "force": "N"}
+    assert units_of_labview(lines, layout("X_Value", "pos", "force", first=2)) == {
+        "pos": "mm",
+        "force": "N",
+    }
     assert units_of_labview(lines[1:], layout("X_Value", "pos", first=1)) == {}
 
 
@@ -92,7 +116,11 @@ def test_units_of_labview_are_in_a_separate_row():
             {0: [0.0, 1.5], 1: [0.0, 2.0], 2: [0.0, 0.25]},
         ),
         ("1.3.2024 9:05:00,5;x\n01.03.2024 09:05:02;x\n", (False, False), {0: [0.0, 1.5]}),
-        ("2024-03-01 10:00:00;1\n2024-03-01 10:00:00;2\n", (False, True), {}),  # the clock stands still
+        (
+            "2024-03-01 10:00:00;1\n2024-03-01 10:00:00;2\n",
+            (False, True),
+            {},
+        ),  # the clock stands still
     ],
 )
 def test_dates_times_of_day_and_counts_are_seconds_from_the_first_row(body, numeric, stamps):
@@ -101,10 +129,15 @@ def test_dates_times_of_day_and_counts_are_seconds_from_the_first_row(body, nume
     assert {place: values.tolist() for place, values in result.items()} == stamps
 
 
-@pytest.mark.parametrize(("count", "per_second"), [("1700000000", 1.0), ("1700000000000", 1e3), ("1700000000000000", 1e6), ("1" * 19, 1e9)])
+@pytest.mark.parametrize(
+    ("count", "per_second"),
+    [("1700000000", 1.0), ("1700000000000", 1e3), ("1700000000000000", 1e6), ("1" * 19, 1e9)],
+)
 def test_digits_distinguish_counts_since_an_epoch(count, per_second):
     body = f"{count}.5;1\n{int(count) + 4}.5;2\n"
-    assert stamps_in(body.encode(), layout("time", "q"), "utf-8")[0] == pytest.approx([0.0, 4.0 / per_second])
+    assert stamps_in(body.encode(), layout("time", "q"), "utf-8")[0] == pytest.approx(
+        [0.0, 4.0 / per_second]
+    )
 
 
 @pytest.mark.parametrize("body", [b"170000000;1\n170000003;2\n", b"999999998;1\n1000000001;2\n"])
@@ -114,17 +147,34 @@ def test_fewer_digits_in_the_first_row_are_no_count_since_an_epoch(body):
 
 def test_columns_that_end_early_are_empty_cells():
     columns = partly_empty(b"0;1;5\n1;2\n2;3;\n3;4;\n", layout("t", "q", "u"), "utf-8")
-    np.testing.assert_array_equal([columns[1], columns[2]], [[1.0, 2.0, 3.0, 4.0], [5.0, np.nan, np.nan, np.nan]])
+    np.testing.assert_array_equal(
+        [columns[1], columns[2]], [[1.0, 2.0, 3.0, 4.0], [5.0, np.nan, np.nan, np.nan]]
+    )
     comma = partly_empty(b"0,5;1\n1,5;\n", layout("t", "q", comma=True), "utf-8")
     assert comma[0].tolist() == [0.5, 1.5]
-    one_missing = "".join(f"{k};{'' if k == 3 else k}\n" for k in range(10))  # of ten: no column that ends early
-    assert [partly_empty(body, layout("t", "q"), "utf-8") for body in (b"0;1\n1;x\n", one_missing.encode())] == [None, None]
+    one_missing = "".join(
+        f"{k};{'' if k == 3 else k}\n" for k in range(10)
+    )  # of ten: no column that ends early
+    assert [
+        partly_empty(body, layout("t", "q"), "utf-8")
+        for body in (b"0;1\n1;x\n", one_missing.encode())
+    ] == [None, None]
 
 
 def test_columns_belong_to_the_time_on_their_left():
     times, late = np.arange(6.0), 0.5 + np.arange(6.0)
-    columns = {0: times, 1: times**2, 2: np.append(late[:4], [np.nan, np.nan]), 3: np.append(late[:4], [np.nan, np.nan])}
-    table = with_own_times(columns, layout("time", "q", "time_2", "u", units=("ms", "mm", "", "N")), REQUEST, ("noted",))
+    columns = {
+        0: times,
+        1: times**2,
+        2: np.append(late[:4], [np.nan, np.nan]),
+        3: np.append(late[:4], [np.nan, np.nan]),
+    }
+    table = with_own_times(
+        columns,
+        layout("time", "q", "time_2", "u", units=("ms", "mm", "", "N")),
+        REQUEST,
+        ("noted",),
+    )
     values, stamps = lists(table)
     assert values["u"] == stamps["u"] == [0.5, 1.5, 2.5, 3.5]
     assert stamps["q"] == times.tolist()
@@ -132,7 +182,11 @@ def test_columns_belong_to_the_time_on_their_left():
     assert (table.numbers["column_4"], table.notes) == ("u", ("noted",))
     assert with_own_times({0: times, 1: times**2}, layout("time", "q"), REQUEST, ()) is None
     sparse = {0: times, 1: np.array([1.0, np.nan, 3.0, np.nan, 5.0, np.nan])}
-    assert lists(with_own_times(sparse, layout("time", "q"), REQUEST, ()))[0]["q"] == [1.0, 3.0, 5.0]
+    assert lists(with_own_times(sparse, layout("time", "q"), REQUEST, ()))[0]["q"] == [
+        1.0,
+        3.0,
+        5.0,
+    ]
 
 
 SCOPE = """File;trace.csv
@@ -153,14 +207,24 @@ EOF
 def test_a_trace_of_twincat_has_a_time_column_for_each_channel():
     lines = SCOPE.splitlines()
     head = head_of(lines)
-    assert (head.delimiter, lines[head.first], head.facts) == (";", "0;1,5;0;10", {"File": "trace.csv", "Start": "now"})
+    assert (head.delimiter, lines[head.first], head.facts) == (
+        ";",
+        "0;1,5;0;10",
+        {"File": "trace.csv", "Start": "now"},
+    )
     assert (head.of("unit", 1), head.of("unit", 9), head.of("offset", 1)) == ("(mm)", "", "")
     table = read_scope([*lines, ""], head, REQUEST)
     values, stamps = lists(table)
     assert (values["ActPos"], values["ActTorque"]) == ([1.5, 2.5], [10.0, 20.0, 30.0])
     assert stamps == {"ActPos": [0.0, 2.0], "ActTorque": [0.0, 1.0, 2.0]}
-    assert table.units == {"ActPos": "mm", table.stamps["ActPos"]: "ms", table.stamps["ActTorque"]: "ms"}
-    assert table.notes == ("the ScaleFactor of ActTorque is not applied, because the export may have applied it already",)
+    assert table.units == {
+        "ActPos": "mm",
+        table.stamps["ActPos"]: "ms",
+        table.stamps["ActTorque"]: "ms",
+    }
+    assert table.notes == (
+        "the ScaleFactor of ActTorque is not applied, because the export may have applied it already",
+    )
     cut = read_scope([*lines[:-2], ";;2;3"], head, REQUEST)
     assert lists(cut)[0]["ActTorque"] == [10.0, 20.0]
     assert any("does not end with a line break" in note for note in cut.notes)
@@ -183,7 +247,10 @@ def test_an_archive_has_a_line_for_each_value_of_a_signal():
     values, stamps = lists(table)
     assert values["q"] == [0.5, 1.5, 2.5, 3.5, 4.5, 5.5]
     assert stamps == {"q": [0.0, 2.0, 4.0, 6.0, 8.0, 10.0], "u": [1.0, 3.0, 5.0, 7.0, 9.0, 11.0]}
-    assert table.notes == ("bristle ignores 1 lines without a value of a signal", "bristle ignores the text behind the values")
+    assert table.notes == (
+        "bristle ignores 1 lines without a value of a signal",
+        "bristle ignores the text behind the values",
+    )
 
 
 def test_dates_of_an_archive_are_seconds_and_a_choice_is_one_of_signals():
@@ -204,9 +271,22 @@ def test_few_lines_other_cells_and_many_signals_are_no_archive():
         (lambda: cells_of('a; "b;c" ;"d"', ";"), ["a", "b;c", "d"]),
         (lambda: cells_of('a "b" c', None), ["a", "b", "c"]),
         (lambda: [is_number(cell, True) for cell in ("1,5", "1.5")], [True, True]),
-        (lambda: [is_number(cell, False) for cell in ("1,5", "1D3", "-.5", "")], [False, True, True, False]),
-        (lambda: [is_number(cell, True) for cell in (",5", ".5", "NaN", "+inf", "Infinity", "1.#IND")], [True] * 6),
-        (lambda: [is_number(cell, False) for cell in ("time", "x1", "none", "item", "1_000", "\u0663")], [False] * 6),
+        (
+            lambda: [is_number(cell, False) for cell in ("1,5", "1D3", "-.5", "")],
+            [False, True, True, False],
+        ),
+        (
+            lambda: [
+                is_number(cell, True) for cell in (",5", ".5", "NaN", "+inf", "Infinity", "1.#IND")
+            ],
+            [True] * 6,
+        ),
+        (
+            lambda: [
+                is_number(cell, False) for cell in ("time", "x1", "none", "item", "1_000", "\u0663")
+            ],
+            [False] * 6,
+        ),
         (lambda: numbers_in(["an", "Off"], False), None),
         (lambda: numbers_in(["on", "Off", "TRUE", "2"], False).tolist(), [1.0, 0.0, 1.0, 2.0]),
     ],
@@ -224,10 +304,23 @@ def test_cells_are_parted_outside_of_quotes_and_numbers_in_any_notation(call, va
         ),
         (
             ["position in mm, force/N, speed", "0,1,2", "1,2,3", "2,3,4"],
-            Layout(",", False, 1, (True, True, True), ("position in mm", "force/N", "speed"), ("mm", "N", "")),
+            Layout(
+                ",",
+                False,
+                1,
+                (True, True, True),
+                ("position in mm", "force/N", "speed"),
+                ("mm", "N", ""),
+            ),
         ),
-        (["0 1", "1 2", "2 3"], Layout(None, False, 0, (True, True), ("column_1", "column_2"), ("", ""))),
-        ([";column_1", "0;1", "1;2", "2;3"], Layout(";", False, 1, (True, True), ("column_1_", "column_1"), ("", ""))),
+        (
+            ["0 1", "1 2", "2 3"],
+            Layout(None, False, 0, (True, True), ("column_1", "column_2"), ("", "")),
+        ),
+        (
+            [";column_1", "0;1", "1;2", "2;3"],
+            Layout(";", False, 1, (True, True), ("column_1_", "column_1"), ("", "")),
+        ),
     ],
 )
 def test_the_layout_with_most_numbers_wins(lines, expected):

@@ -18,7 +18,9 @@ def with_velocity(axis) -> Axis:
 
 
 def velocity(recording, seed=3):
-    return 0.25 * W * np.sin(W * recording["t"]) + np.random.default_rng(seed).normal(0.0, 0.02, recording["t"].size)
+    return 0.25 * W * np.sin(W * recording["t"]) + np.random.default_rng(seed).normal(
+        0.0, 0.02, recording["t"].size
+    )
 
 
 def said_of(write, axis, v):

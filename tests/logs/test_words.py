@@ -39,7 +39,9 @@ from bristle.logs.words import (
         ("force nm", "effort", False, False),
     ],
 )
-def test_a_name_means_a_role_and_whether_the_signal_was_asked_for_or_measured(name, role, reference, actual):
+def test_a_name_means_a_role_and_whether_the_signal_was_asked_for_or_measured(
+    name, role, reference, actual
+):
     meaning = meaning_of(name)
     assert (meaning.role, meaning.reference, meaning.actual) == (role, reference, actual)
 
@@ -147,7 +149,11 @@ def test_names_that_cannot_be_printed_are_taken_without_control_characters_every
     plain = with_plain_names(table)
     (name,) = set(plain.columns) - {time}
     assert (plain.units, plain.names) == ({time: "s"}, (time, name))
-    assert (plain.stamps, plain.about, plain.numbers) == ({name: time}, {name: "position"}, {"column_2": name})
+    assert (plain.stamps, plain.about, plain.numbers) == (
+        {name: time},
+        {name: "position"},
+        {"column_2": name},
+    )
     assert (plain.notes[0], len(plain.notes)) == ("before", 3)
     assert all(text.isprintable() for text in (name, *plain.texts, *plain.notes))
     tidy = with_plain_names(Table({time: np.arange(3.0)}, {time: "sek"}, names=(time,)))

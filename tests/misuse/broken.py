@@ -36,4 +36,11 @@ def commit(state, memory, move, p):
     return State()
 
 
-MODEL = FrictionModel(name="broken", description="no number where fast", Parameters=Parameters, State=State, trial=trial, commit=commit)
+MODEL = FrictionModel(
+    name="broken",
+    description="no number where fast",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+)

@@ -10,7 +10,17 @@ from typing import Any
 import numpy as np
 
 import bristle as br
-from bristle import controllers, engine, friction, hysteresis, logs, plants, prediction, references, sensors
+from bristle import (
+    controllers,
+    engine,
+    friction,
+    hysteresis,
+    logs,
+    plants,
+    prediction,
+    references,
+    sensors,
+)
 from bristle.apps import design as loop, tune
 from bristle.core import Axis, Column, Experiment, Feedforward, Injected, Run, Variant
 from bristle.core.experiment import Learning
@@ -65,7 +75,12 @@ def parts() -> dict[str, Any]:
 
 @cache
 def variant() -> Variant:
-    return Variant(name="base", **parts(), feedforward=Feedforward(mass=MASS), run=Run(duration=0.05, sample_time=1e-3))
+    return Variant(
+        name="base",
+        **parts(),
+        feedforward=Feedforward(mass=MASS),
+        run=Run(duration=0.05, sample_time=1e-3),
+    )
 
 
 @cache
@@ -75,7 +90,9 @@ def experiment() -> Experiment:
 
 @cache
 def axis() -> Axis:
-    return Axis(resolution=1e-7, sample_time=1e-3, presliding=7e-6, controller=parts()["controller"])
+    return Axis(
+        resolution=1e-7, sample_time=1e-3, presliding=7e-6, controller=parts()["controller"]
+    )
 
 
 @cache
@@ -103,20 +120,43 @@ def calls() -> dict[str, Call]:
     result = {
         "response": Call(br.response, {"model": p["friction"], "x": X, "dt": 0.1, "history": ()}),
         "Contact": Call(engine.Contact, {"model": p["friction"]}),
-        "move": Call(engine.Contact(p["friction"]).move, {"distance": 1e-3, "speed": 1e-3, "count": 2}),
+        "move": Call(
+            engine.Contact(p["friction"]).move, {"distance": 1e-3, "speed": 1e-3, "count": 2}
+        ),
         "force": Call(engine.Contact(p["friction"]).force, {"v": 1e-3}),
-        "legs_through": Call(legs_through, {"points": [0.1], "velocity": 1.0, "acceleration": 1.0, "jerk": 100.0}),
+        "legs_through": Call(
+            legs_through, {"points": [0.1], "velocity": 1.0, "acceleration": 1.0, "jerk": 100.0}
+        ),
         "with_terms": Call(
-            with_terms, {"plant": plants.inertia, "gravity": True, "cogging": {"motor": {1}}, "columns": ("a",), "spring": "linear"}
+            with_terms,
+            {
+                "plant": plants.inertia,
+                "gravity": True,
+                "cogging": {"motor": {1}},
+                "columns": ("a",),
+                "spring": "linear",
+            },
         ),
         "without_presliding": Call(friction.without_presliding, {"friction": p["friction"]}),
-        "Limits": Call(tune.Limits, {"following_error": 1e-3, "effort": 10.0, "travel": (-1.0, 1.0)}),
+        "Limits": Call(
+            tune.Limits, {"following_error": 1e-3, "effort": 10.0, "travel": (-1.0, 1.0)}
+        ),
         "Options": Call(tune.Options, {"models": "coulomb", "duration": 20.0, "draws": 0}),
         "assess": Call(loop.assess, {"variant": variant()}),
-        "run_circles": Call(loop.run_circles, {"variants": [variant()], "radius": 1e-3, "feed": 0.1, "progress": None}),
-        "response of an operator": Call(br.response, {"model": hysteresis.play(r=0.3), "x": [1.0, 0.0], "history": [1.0]}),
-        "check": Call(br.check, {"model": p["friction"], "force_ripple": (2.0, 4.0), "loop": (1e-6, 0.0)}),
-        "design": Call(br.design, {"experiment": experiment(), "variant": "base", "bandwidth": None, "progress": None}),
+        "run_circles": Call(
+            loop.run_circles,
+            {"variants": [variant()], "radius": 1e-3, "feed": 0.1, "progress": None},
+        ),
+        "response of an operator": Call(
+            br.response, {"model": hysteresis.play(r=0.3), "x": [1.0, 0.0], "history": [1.0]}
+        ),
+        "check": Call(
+            br.check, {"model": p["friction"], "force_ripple": (2.0, 4.0), "loop": (1e-6, 0.0)}
+        ),
+        "design": Call(
+            br.design,
+            {"experiment": experiment(), "variant": "base", "bandwidth": None, "progress": None},
+        ),
         "simulate": Call(br.simulate, {"experiment": experiment(), "progress": None}),
         "excite": Call(
             br.excite,
@@ -133,7 +173,9 @@ def calls() -> dict[str, Call]:
                 "progress": None,
             },
         ),
-        "compare": Call(br.compare, {"before": recorded(), "after": recorded(1.1), "axis": None, "window": None}),
+        "compare": Call(
+            br.compare, {"before": recorded(), "after": recorded(1.1), "axis": None, "window": None}
+        ),
         "identify": Call(
             br.identify,
             {
@@ -168,18 +210,33 @@ def calls() -> dict[str, Call]:
         ),
         "identify_operator": Call(
             br.identify_operator,
-            {"recorded": curves(), "model": "prandtl_ishlinskii", "stops": 5, "cells": 4, "folds": 0, "progress": None},
+            {
+                "recorded": curves(),
+                "model": "prandtl_ishlinskii",
+                "stops": 5,
+                "cells": 4,
+                "folds": 0,
+                "progress": None,
+            },
         ),
         "read_log": Call(
             br.read_log,
             {
-                "path": b"time [s],position [m]\n" + b"".join(b"%.3f,%.4f\n" % (1e-3 * i, 1e-4 * i) for i in range(200)),
+                "path": b"time [s],position [m]\n"
+                + b"".join(b"%.3f,%.4f\n" % (1e-3 * i, 1e-4 * i) for i in range(200)),
                 "axis": None,
                 "size_limit": 10**6,
             },
         ),
         "read_axis": Call(
-            br.read_axis, {"path": {"schema": 1, "kind": "translational", "columns": {"position": {"column": "q", "unit": "m"}}}}
+            br.read_axis,
+            {
+                "path": {
+                    "schema": 1,
+                    "kind": "translational",
+                    "columns": {"position": {"column": "q", "unit": "m"}},
+                }
+            },
         ),
         "read_experiment": Call(br.read_experiment, {"path": None}),
         "read_model": Call(br.read_model, {"path": None}),
@@ -187,13 +244,22 @@ def calls() -> dict[str, Call]:
             br.read_curves,
             {
                 "path": b"u [m],f [N]\n0,0\n1,1\n2,1\n1,0\n",
-                "axis": {"schema": 1, "kind": "translational", "columns": {"input": "u", "output": "f"}},
+                "axis": {
+                    "schema": 1,
+                    "kind": "translational",
+                    "columns": {"input": "u", "output": "f"},
+                },
                 "size_limit": 10**6,
             },
         ),
-        "run_open_loop": Call(engine.run_open_loop, driven | run | {"table": None, "state": None, "memory": None}),
+        "run_open_loop": Call(
+            engine.run_open_loop, driven | run | {"table": None, "state": None, "memory": None}
+        ),
         "run_adaptive": Call(
-            engine.run_adaptive, driven | where | {"tolerance": 1e-6, "hold": "zero", "max_step": 1.0, "state": None, "memory": None}
+            engine.run_adaptive,
+            driven
+            | where
+            | {"tolerance": 1e-6, "hold": "zero", "max_step": 1.0, "state": None, "memory": None},
         ),
         "run_batch": Call(engine.run_batch, driven | run | {"threads": 1}),
         "run_closed_loop": Call(
@@ -225,20 +291,42 @@ def calls() -> dict[str, Call]:
         "settled": Call(engine.settled, {"model": p["friction"], "v": 0.1}),
         "hysteresis.conditioned": Call(hysteresis.conditioned, {"amplitude": 4.0, "reversals": 4}),
         "saturated": Call(hysteresis.saturated, {"extent": 1.0}),
-        "inverse_of": Call(hysteresis.inverse_of, {"operator": hysteresis.preisach(s=1.0, f_p=1.0)}),
-        "relays_of": Call(hysteresis.relays_of, {"operator": hysteresis.preisach(s=1.0, f_p=1.0), "extent": 1.0, "count": 3}),
+        "inverse_of": Call(
+            hysteresis.inverse_of, {"operator": hysteresis.preisach(s=1.0, f_p=1.0)}
+        ),
+        "relays_of": Call(
+            hysteresis.relays_of,
+            {"operator": hysteresis.preisach(s=1.0, f_p=1.0), "extent": 1.0, "count": 3},
+        ),
         "transition_branches": Call(
-            hysteresis.transition_branches, {"s": 1.0, "f_p": 1.0, "x_r": 2.0, "count": 3, "kind": "translational"}
+            hysteresis.transition_branches,
+            {"s": 1.0, "f_p": 1.0, "x_r": 2.0, "count": 3, "kind": "translational"},
         ),
         "tabulated": Call(
             hysteresis.tabulated,
-            {"everett": lambda a, b: 0.25 * (a - b) ** 2, "extent": 1.0, "rows": 5, "columns": 5, "kind": "rotational"},
+            {
+                "everett": lambda a, b: 0.25 * (a - b) ** 2,
+                "extent": 1.0,
+                "rows": 5,
+                "columns": 5,
+                "kind": "rotational",
+            },
         ),
-        "table_of_curves": Call(hysteresis.table_of_curves, {"curves": REVERSALS, "columns": 5, "kind": "magnetic"}),
-        "from_reversal_curves": Call(hysteresis.from_reversal_curves, {"curves": REVERSALS, "rows": 5, "columns": 5, "kind": "rotational"}),
-        "torque_seen": Call(sensors.torque_seen, {"effort": np.ones(2), "velocity": np.array([0.0, 0.5]), "dt": 0.1, "J_m": 0.1}),
+        "table_of_curves": Call(
+            hysteresis.table_of_curves, {"curves": REVERSALS, "columns": 5, "kind": "magnetic"}
+        ),
+        "from_reversal_curves": Call(
+            hysteresis.from_reversal_curves,
+            {"curves": REVERSALS, "rows": 5, "columns": 5, "kind": "rotational"},
+        ),
+        "torque_seen": Call(
+            sensors.torque_seen,
+            {"effort": np.ones(2), "velocity": np.array([0.0, 0.5]), "dt": 0.1, "J_m": 0.1},
+        ),
         "find": Call(friction.find, {"name": "lugre+asymmetry"}),
-        "with_presliding": Call(friction.with_presliding, {"friction": p["friction"], "distance": 1e-6}),
+        "with_presliding": Call(
+            friction.with_presliding, {"friction": p["friction"], "distance": 1e-6}
+        ),
         "is_static": Call(friction.is_static, {"friction": p["friction"]}),
         "base_of": Call(friction.base_of, {"component": friction.lugre}),
         "unvaried": Call(friction.unvaried, {"friction": p["friction"]}),
@@ -247,10 +335,12 @@ def calls() -> dict[str, Call]:
         "substeps_for": Call(br.simulation.substeps_for, {"sample_time": 1e-3}),
         "statistics_of": Call(br.simulation.statistics_of, {"signal": np.arange(3.0)}),
         "friction_along": Call(
-            br.simulation.friction_along, {"model": p["friction"], "velocity": np.ones(3), "dt": 1e-3, "conditioning": 0.0}
+            br.simulation.friction_along,
+            {"model": p["friction"], "velocity": np.ones(3), "dt": 1e-3, "conditioning": 0.0},
         ),
         "feedforward_effort": Call(
-            br.simulation.feedforward_effort, {"feedforward": Feedforward(mass=MASS), "position": X, "acceleration": X, "dt": 1e-3}
+            br.simulation.feedforward_effort,
+            {"feedforward": Feedforward(mass=MASS), "position": X, "acceleration": X, "dt": 1e-3},
         ),
         "compensation_experiment": Call(
             br.simulation.compensation_experiment,
@@ -267,12 +357,20 @@ def calls() -> dict[str, Call]:
             },
         ),
         "drive_table": Call(
-            prediction.drive_table, {"fit": br.identify(recorded(), "coulomb_viscous", draws=0, blocks=0).best, "entries": 20}
+            prediction.drive_table,
+            {
+                "fit": br.identify(recorded(), "coulomb_viscous", draws=0, blocks=0).best,
+                "entries": 20,
+            },
         ),
-        "unexplained_force": Call(prediction.unexplained_force, {**mechanism, "log": recorded(), "axis": None}),
+        "unexplained_force": Call(
+            prediction.unexplained_force, {**mechanism, "log": recorded(), "axis": None}
+        ),
         "checked": Call(logs.checked, {"log": recorded(), "axis": Axis(mass=12.0)}),
         "passages": Call(logs.passages, {"log": recorded(), "axis": axis()}),
-        "summarize": Call(logs.summarize, {"given": b"t,q\n0,1\n1,2\n2,3\n", "axis": None, "size_limit": 10**6}),
+        "summarize": Call(
+            logs.summarize, {"given": b"t,q\n0,1\n1,2\n2,3\n", "axis": None, "size_limit": 10**6}
+        ),
         "Run": Call(
             Run,
             {
@@ -315,8 +413,20 @@ def calls() -> dict[str, Call]:
                 "axis": None,
             },
         ),
-        "Experiment": Call(Experiment, {"name": "small", "kind": "translational", "variants": (variant(),), "source": None, "origins": {}}),
-        "Column": Call(Column, {"name": "q", "unit": "mm", "base": "m", "scale": 1.0, "optional": False, "shift": 0.0}),
+        "Experiment": Call(
+            Experiment,
+            {
+                "name": "small",
+                "kind": "translational",
+                "variants": (variant(),),
+                "source": None,
+                "origins": {},
+            },
+        ),
+        "Column": Call(
+            Column,
+            {"name": "q", "unit": "mm", "base": "m", "scale": 1.0, "optional": False, "shift": 0.0},
+        ),
         "Injected": Call(Injected, {"column": "extra", "gain": 1.0, "optional": False}),
         "Axis": Call(
             Axis,
@@ -362,7 +472,10 @@ def calls() -> dict[str, Call]:
         "Log": Call(
             Log,
             {
-                **{name: getattr(recorded(), name) for name in ("time", "position", "velocity", "effort", "reference")},
+                **{
+                    name: getattr(recorded(), name)
+                    for name in ("time", "position", "velocity", "effort", "reference")
+                },
                 "load": None,
                 "temperature": None,
                 "injected": (),
@@ -375,13 +488,20 @@ def calls() -> dict[str, Call]:
         "Log.from_columns": Call(
             Log.from_columns,
             {
-                "columns": {"time": recorded().time, "position": recorded().position, "effort": recorded().effort},
+                "columns": {
+                    "time": recorded().time,
+                    "position": recorded().position,
+                    "effort": recorded().effort,
+                },
                 "axis": None,
                 "kind": None,
                 "sample_time": None,
             },
         ),
-        "Curves": Call(Curves, {"curves": curves().curves, "start": "virgin", "kind": "translational", "notes": ()}),
+        "Curves": Call(
+            Curves,
+            {"curves": curves().curves, "start": "virgin", "kind": "translational", "notes": ()},
+        ),
     }
     for item in (
         *friction.MODELS.values(),
@@ -391,12 +511,17 @@ def calls() -> dict[str, Call]:
         *sensors.SENSORS.values(),
         *references.REFERENCES.values(),
     ):
-        result[f"{item.family}.{item.name}"] = Call(item, {**_example(item), "kind": None, "validate": True})
+        result[f"{item.family}.{item.name}"] = Call(
+            item, {**_example(item), "kind": None, "validate": True}
+        )
     return result
 
 
 def _example(component: Any) -> dict[str, Any]:
     variables = component.variables.items()
-    usual: dict[str, Any] = {name: item.choices[0] if item.choices else max(item.nominal, item.min) for name, item in variables}
+    usual: dict[str, Any] = {
+        name: item.choices[0] if item.choices else max(item.nominal, item.min)
+        for name, item in variables
+    }
     usual |= {name: [1.0, 1.0, 1.0] for name in usual if component.is_array(name)}
     return {**usual, **component.defaults, **component.example}

@@ -16,7 +16,17 @@ from tests.misuse.proper import Call, axis, calls, experiment, parts, recorded, 
 from tests.misuse.values import MOSTLY, NEVER, Column, Evasive, Hostile
 
 import bristle as br
-from bristle import engine, exports, figures, friction, hysteresis, logs, plants, prediction, references
+from bristle import (
+    engine,
+    exports,
+    figures,
+    friction,
+    hysteresis,
+    logs,
+    plants,
+    prediction,
+    references,
+)
 from bristle.apps import tune
 from bristle.apps.lab import Widget, lab_page
 from bristle.apps.study import fleet
@@ -67,8 +77,14 @@ def hand_in(call: Call, argument: str, values: dict[str, Any]) -> None:
             call(**{argument: value})
         except BristleError as error:
             text = one_line(error)
-            is_file = (argument in FILES and isinstance(value, (str, bytes, dict, list))) or "Path" in type(value).__name__
-            named = argument, ALIASES.get(argument, argument), getattr(call.function, "name", argument)
+            is_file = (
+                argument in FILES and isinstance(value, (str, bytes, dict, list))
+            ) or "Path" in type(value).__name__
+            named = (
+                argument,
+                ALIASES.get(argument, argument),
+                getattr(call.function, "name", argument),
+            )
             names = "|".join(named)
             assert is_file or re.search(rf"\b({names})\b", text), f"{name}: {text}"
         except Exception as error:
@@ -79,7 +95,11 @@ def hand_in(call: Call, argument: str, values: dict[str, Any]) -> None:
 @pytest.mark.parametrize("name", [name for name in CALLS if name not in SLOW])
 def test_any_argument_is_accepted_or_refused_by_name(name):
     for argument in CALLS[name].arguments:
-        never = {key: item for key, item in NEVER.items() if not (callable(item) and argument in ("progress", "everett"))}
+        never = {
+            key: item
+            for key, item in NEVER.items()
+            if not (callable(item) and argument in ("progress", "everett"))
+        }
         hand_in(CALLS[name], argument, never | MOSTLY)
 
 
@@ -91,7 +111,9 @@ def test_errors_are_refused_before_the_work_begins(name):
                 continue
             with pytest.raises(InputError) as caught:
                 CALLS[name](**{argument: value})
-            assert re.search(rf"\b{argument}\b", one_line(caught.value)), f"{argument} = {key}: {caught.value}"
+            assert re.search(rf"\b{argument}\b", one_line(caught.value)), (
+                f"{argument} = {key}: {caught.value}"
+            )
 
 
 WRONG: list[tuple[str, str, list[Any]]] = [
@@ -127,13 +149,21 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("excite", "allow_code", [1, None, "yes"]),
     ("excite", "progress", [5, True]),
     ("design", "variant", ["x", 5, True]),
-    ("design", "bandwidth", [0.0, -1.0, math.nan, math.inf, "x", "30", "30 mm", True, "-30 Hz", 10**5000]),
+    (
+        "design",
+        "bandwidth",
+        [0.0, -1.0, math.nan, math.inf, "x", "30", "30 mm", True, "-30 Hz", 10**5000],
+    ),
     ("design", "progress", [5, True]),
     ("design", "experiment", [None, 5, [], True, replace(experiment(), variants=())]),
     ("simulate", "experiment", [None, 5, [], variant(), True]),
     ("simulate", "progress", [5, True]),
     ("check", "model", [friction.lugre, None, parts()["plant"]]),
-    ("check", "force_ripple", [1.0, (1.0,), (1.0, math.nan), (1, 2, 3), ("1 mm", "2 mm"), (True, False), "x"]),
+    (
+        "check",
+        "force_ripple",
+        [1.0, (1.0,), (1.0, math.nan), (1, 2, 3), ("1 mm", "2 mm"), (True, False), "x"],
+    ),
     ("check", "loop", [1.0, (1.0,), ("1 N", "2 N"), (math.inf, 0.0)]),
     ("identify_operator", "stops", [0, -1, 1.5, "x", True, 10**9]),
     ("identify_operator", "cells", [0, 1, 1.5, True, 10**9]),
@@ -187,70 +217,162 @@ WRONG: list[tuple[str, str, list[Any]]] = [
 
 
 P, PLAY, TURNING = parts(), hysteresis.play(r=1e-6), friction.coulomb(F_C="1 N*m")
-FAST, FALL, QUICK = np.full(20, 200.0), (np.linspace(1.0, -1.0, 9),) * 2, references.chirp(amplitude=1e-3, f_0=1.0, f_1=2e3, duration=1.0)
+FAST, FALL, QUICK = (
+    np.full(20, 200.0),
+    (np.linspace(1.0, -1.0, 9),) * 2,
+    references.chirp(amplitude=1e-3, f_0=1.0, f_1=2e3, duration=1.0),
+)
 REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("mass: has no effect on c", lambda out: br.export(P["friction"], "c", out, mass=3.0)),
-    ("mass: has no effect on fmu3", lambda out: br.export(P["friction"], "fmu3", out, plant=P["plant"], mass=3.0)),
+    (
+        "mass: has no effect on fmu3",
+        lambda out: br.export(P["friction"], "fmu3", out, plant=P["plant"], mass=3.0),
+    ),
     ("points: has no effect on c", lambda out: br.export(P["friction"], "c", out, points=7)),
-    ("table: has no effect on c", lambda out: br.export(P["friction"], "c", out, table=P["friction"])),
-    ("plant: applies to a model only", lambda out: br.export(variant(), "c", out, plant=P["plant"])),
+    (
+        "table: has no effect on c",
+        lambda out: br.export(P["friction"], "c", out, table=P["friction"]),
+    ),
+    (
+        "plant: applies to a model only",
+        lambda out: br.export(variant(), "c", out, plant=P["plant"]),
+    ),
     ("rest: applies to a model only", lambda out: br.export(variant(), "c", out, rest="held")),
-    ("treatment.cutoff: must be finite", lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": math.nan})),
-    ("treatment.cutoff: must be positive", lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": -5.0})),
+    (
+        "treatment.cutoff: must be finite",
+        lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": math.nan}),
+    ),
+    (
+        "treatment.cutoff: must be positive",
+        lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": -5.0}),
+    ),
     ("path: must be a path", lambda out: br.write_model(5, P["plant"], P["friction"])),  # type: ignore[arg-type]
     ("operator: must be a hysteresis operator", lambda out: write_operator(out, P["friction"])),
     ("offset: must be a finite number", lambda out: write_operator(out, PLAY, math.nan)),
     ("mass: must be positive", lambda out: lab_page(mass=-1.0)),
     ("draws: out of range", lambda out: ModelInHand.known_truth(None, draws=0)),  # type: ignore[arg-type]
     ("workers: out of range", lambda out: _crew(None, 1, 0, None, out)),
-    ("variants: .* the same name; found 'base'", lambda out: Experiment("two", "translational", (variant(), variant()))),
+    (
+        "variants: .* the same name; found 'base'",
+        lambda out: Experiment("two", "translational", (variant(), variant())),
+    ),
     ("duration: gives", lambda out: Run(duration="1 day", sample_time="1 us")),
     ("out: must be a path; found 5", lambda out: br.export(P["friction"], "c", 5)),  # type: ignore[arg-type]
-    ("source: must be an object of class Source", lambda out: br.export(P["friction"], "c", out, source=5)),  # type: ignore[arg-type]
+    (
+        "source: must be an object of class Source",
+        lambda out: br.export(P["friction"], "c", out, source=5),
+    ),  # type: ignore[arg-type]
     ("tunable: must be True or False", lambda out: br.export(P["friction"], "c", out, tunable=1)),  # type: ignore[arg-type]
     ("step: has no effect on mjcf", lambda out: br.export(P["friction"], "mjcf", out, step=1e-3)),
     ("speed: has no effect on wasm", lambda out: br.export(P["friction"], "wasm", out, speed=0.1)),
     ("speed: has no effect on fmu3", lambda out: br.export(P["friction"], "fmu3", out, speed=0.1)),
-    ("table: applies to a plant with a screw", lambda out: br.export(P["friction"], "fmu3", out, table=P["friction"])),
-    ("axis.kind: is of another kind than", lambda out: br.export(P["friction"], "c", out, axis=Axis(kind="rotational"))),
-    ("has no valid name", lambda out: exports.Target(name="My target", description="d", write=print)),
-    ("target my: has no valid description", lambda out: exports.Target(name="my", description=" ", write=print)),
-    ("target my: has no valid write", lambda out: exports.Target(name="my", description="d", write=5)),  # type: ignore[arg-type]
-    ("target my: has no valid reads", lambda out: exports.Target(name="my", description="d", write=print, reads=5)),  # type: ignore[arg-type]
-    ("target my: has no valid rest", lambda out: exports.Target(name="my", description="d", write=print, rest="top")),
-    (r"estimates\[0\]: has no std", lambda out: br.write_model(out, P["plant"], P["friction"], estimates=[5])),
-    ("treatment.cutoff: must be a number", lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": "a"})),  # type: ignore[dict-item]
+    (
+        "table: applies to a plant with a screw",
+        lambda out: br.export(P["friction"], "fmu3", out, table=P["friction"]),
+    ),
+    (
+        "axis.kind: is of another kind than",
+        lambda out: br.export(P["friction"], "c", out, axis=Axis(kind="rotational")),
+    ),
+    (
+        "has no valid name",
+        lambda out: exports.Target(name="My target", description="d", write=print),
+    ),
+    (
+        "target my: has no valid description",
+        lambda out: exports.Target(name="my", description=" ", write=print),
+    ),
+    (
+        "target my: has no valid write",
+        lambda out: exports.Target(name="my", description="d", write=5),
+    ),  # type: ignore[arg-type]
+    (
+        "target my: has no valid reads",
+        lambda out: exports.Target(name="my", description="d", write=print, reads=5),
+    ),  # type: ignore[arg-type]
+    (
+        "target my: has no valid rest",
+        lambda out: exports.Target(name="my", description="d", write=print, rest="top"),
+    ),
+    (
+        r"estimates\[0\]: has no std",
+        lambda out: br.write_model(out, P["plant"], P["friction"], estimates=[5]),
+    ),
+    (
+        "treatment.cutoff: must be a number",
+        lambda out: br.write_model(out, P["plant"], P["friction"], treatment={"cutoff": "a"}),
+    ),  # type: ignore[dict-item]
     ("logs: must be a list; found 'log.csv'", lambda out: fleet.identify_each("log.csv", out)),
     ("logs: has no logs", lambda out: fleet.identify_each([], out)),
     ("before: has no logs", lambda out: comparison.compare([], [(recorded(), None)])),
-    ("everett: returns no finite number", lambda out: hysteresis.tabulated(lambda a, b: math.nan, 1.0)),
+    (
+        "everett: returns no finite number",
+        lambda out: hysteresis.tabulated(lambda a, b: math.nan, 1.0),
+    ),
     ("everett: must return a number", lambda out: hysteresis.tabulated(lambda a, b: "x", 1.0)),  # type: ignore[arg-type,return-value]
     ("cutoff: is above half the sample rate", lambda out: logs.low_passed(np.zeros(99), 1e6, 1e-3)),
     ("signal: is too short for the filter", lambda out: logs.low_passed(np.zeros(9), 50.0, 1e-3)),
     ("kind: is not a valid choice", lambda out: unit_of("force", "linear")),  # type: ignore[arg-type]
     ("min of 'd': is above max", lambda out: Variable("force", "d", min=2.0, max=1.0)),
     ("nominal of 'd': must be finite", lambda out: Variable("force", "d", nominal=math.nan)),
-    ("recorded_step: out of range", lambda out: Channel(values=np.zeros(9), unit="m", column="x", recorded_step=-1.0)),
-    ("friction: is of another kind of axis", lambda out: engine.run_batch(P["plant"], [P["friction"], TURNING], FAST, 1e-3)),
-    ("per_cycle: has other names than traces", lambda out: figures.drift({"a": (FAST, FAST)}, {"b": 1.0})),
-    ("traces.a: needs a force for each position", lambda out: figures.drift({"a": (FAST, FAST[1:])}, {"a": 1.0})),
-    ("distance: out of range", lambda out: figures.friction_after_reversals(type("Fit", (), {"traces": None, "plant": P["plant"]}), -1.0)),  # type: ignore[arg-type]
+    (
+        "recorded_step: out of range",
+        lambda out: Channel(values=np.zeros(9), unit="m", column="x", recorded_step=-1.0),
+    ),
+    (
+        "friction: is of another kind of axis",
+        lambda out: engine.run_batch(P["plant"], [P["friction"], TURNING], FAST, 1e-3),
+    ),
+    (
+        "per_cycle: has other names than traces",
+        lambda out: figures.drift({"a": (FAST, FAST)}, {"b": 1.0}),
+    ),
+    (
+        "traces.a: needs a force for each position",
+        lambda out: figures.drift({"a": (FAST, FAST[1:])}, {"a": 1.0}),
+    ),
+    (
+        "distance: out of range",
+        lambda out: figures.friction_after_reversals(
+            type("Fit", (), {"traces": None, "plant": P["plant"]}), -1.0
+        ),
+    ),  # type: ignore[arg-type]
     ("operator: has no turning points", lambda out: figures.preisach_plane(P["friction"], [1.0])),
     ("form: is not a valid choice", lambda out: figures.figure_file(Figure(), "svgg", "a")),
     ("title: must be text", lambda out: figures.figure_file(Figure(), "svg", 5)),  # type: ignore[arg-type]
     ("log: must be a log", lambda out: figures.log_over_time({})),  # type: ignore[arg-type]
     ("figure: must be a figure", lambda out: figures.figure_file(5, "svg", "a")),  # type: ignore[arg-type]
-    ("position: has more or fewer rows", lambda out: tune.Recording(np.zeros(5), np.zeros(3), np.zeros(5))),
-    ("model: must be a pair", lambda out: br.excite(axis(), model=(P["plant"], P["friction"], P["friction"]))),
+    (
+        "position: has more or fewer rows",
+        lambda out: tune.Recording(np.zeros(5), np.zeros(3), np.zeros(5)),
+    ),
+    (
+        "model: must be a pair",
+        lambda out: br.excite(axis(), model=(P["plant"], P["friction"], P["friction"])),
+    ),
     (r"model\[1\]: must be a friction", lambda out: br.excite(axis(), model=(None, P["plant"]))),
-    ("curves: contains two curves from the same turn", lambda out: hysteresis.from_reversal_curves([FALL, FALL])),
+    (
+        "curves: contains two curves from the same turn",
+        lambda out: hysteresis.from_reversal_curves([FALL, FALL]),
+    ),
     ("step: out of range", lambda out: br.export(P["friction"], "c", out, step=1e9)),
-    ("reference.f_1: is not sampled", lambda out: br.simulate(Experiment("q", "translational", replace(variant(), reference=QUICK)))),
+    (
+        "reference.f_1: is not sampled",
+        lambda out: br.simulate(
+            Experiment("q", "translational", replace(variant(), reference=QUICK))
+        ),
+    ),
     ("fit: must be a model with its traces", lambda out: figures.friction_after_reversals(5)),  # type: ignore[arg-type]
-    ("target my: has no valid tunable", lambda out: exports.Target(name="my", description="d", write=print, tunable=1)),  # type: ignore[arg-type]
+    (
+        "target my: has no valid tunable",
+        lambda out: exports.Target(name="my", description="d", write=print, tunable=1),
+    ),  # type: ignore[arg-type]
     ("fastest: out of range", lambda out: Widget(P["friction"], fastest=-1.0)),
     ("folder: must be a path", lambda out: br.load(5)),  # type: ignore[arg-type]
-    (r"columns\[0\]: is empty", lambda out: plants.with_terms(plants.PLANTS["inertia"], columns=("",))),
+    (
+        r"columns\[0\]: is empty",
+        lambda out: plants.with_terms(plants.PLANTS["inertia"], columns=("",)),
+    ),
 ]
 
 
@@ -261,7 +383,9 @@ def test_a_refused_call_names_its_argument_and_writes_no_file(words, call, tmp_p
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("name", "argument", "values"), WRONG, ids=[f"{item[0]}.{item[1]}" for item in WRONG])
+@pytest.mark.parametrize(
+    ("name", "argument", "values"), WRONG, ids=[f"{item[0]}.{item[1]}" for item in WRONG]
+)
 def test_impossible_arguments_are_refused_by_name(name, argument, values):
     for value in values:
         with pytest.raises(InputError) as caught:
@@ -276,13 +400,25 @@ ALIKE: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
     ("response", {"x": Column([0.0, 1e-3])}, {"x": [0.0, 1e-3]}),
     ("response", {"dt": np.array(0.1)}, {"dt": 0.1}),
     ("response of an operator", {"history": [1]}, {"history": np.array([1.0])}),
-    ("run_open_loop", {"x": "1 mm", "v": "2 mm/s", "dt": "1 ms"}, {"x": 1e-3, "v": 2e-3, "dt": 1e-3}),
+    (
+        "run_open_loop",
+        {"x": "1 mm", "v": "2 mm/s", "dt": "1 ms"},
+        {"x": 1e-3, "v": 2e-3, "dt": 1e-3},
+    ),
     ("run_open_loop", {"steps": np.int64(2)}, {"steps": 2}),
     ("run_open_loop", {"steps": 2.0}, {"steps": 2}),
     ("run_open_loop", {"effort": Column([20.0] * 5)}, {"effort": [20.0] * 5}),
-    ("run_adaptive", {"tolerance": "1 um", "max_step": "1 s"}, {"tolerance": 1e-6, "max_step": 1.0}),
+    (
+        "run_adaptive",
+        {"tolerance": "1 um", "max_step": "1 s"},
+        {"tolerance": 1e-6, "max_step": 1.0},
+    ),
     ("run_batch", {"x": [1e-3]}, {"x": 1e-3}),
-    ("run_closed_loop", {"limit": "100 N", "lag": "0 s", "x": "1 um"}, {"limit": 100.0, "lag": 0.0, "x": 1e-6}),
+    (
+        "run_closed_loop",
+        {"limit": "100 N", "lag": "0 s", "x": "1 um"},
+        {"limit": 100.0, "lag": 0.0, "x": 1e-6},
+    ),
     ("force_along", {"v": Column([1.0]), "x": [0.1]}, {"v": np.ones(1), "x": np.array([0.1])}),
     ("check", {"force_ripple": ["2 N", "4 N"]}, {"force_ripple": np.array([2.0, 4.0])}),
     ("predict", {"cutoff": "0.1 kHz", "delay": "1 ms"}, {"cutoff": 100.0, "delay": 1e-3}),
@@ -298,17 +434,32 @@ ALIKE: list[tuple[str, dict[str, Any], dict[str, Any]]] = [
     ("with_presliding", {"distance": "1 um"}, {}),
     ("substeps_for", {"sample_time": "1 ms"}, {}),
     ("with_terms", {"gravity": np.True_}, {"gravity": True}),
-    ("Run", {"duration": "1000 ms", "sample_time": "1 ms", "effort_limit": "5 N", "settle": "0.1 s"}, {}),
+    (
+        "Run",
+        {"duration": "1000 ms", "sample_time": "1 ms", "effort_limit": "5 N", "settle": "0.1 s"},
+        {},
+    ),
     ("Run", {"effort_limit": "5 N*m"}, {}),
     ("Feedforward", {"mass": "1000 g", "limit": "5 N"}, {}),
     ("Learning", {"cutoff": "50 Hz", "trials": np.int64(3)}, {}),
     ("Experiment", {"variants": variant()}, {}),
     ("Experiment", {"variants": [variant()]}, {}),
-    ("Axis", {"mass": "1000 g", "stroke": ["0 mm", "1000 mm"], "resolution": "0.1 um", "cutoff": "50 Hz"}, {}),
+    (
+        "Axis",
+        {
+            "mass": "1000 g",
+            "stroke": ["0 mm", "1000 mm"],
+            "resolution": "0.1 um",
+            "cutoff": "50 Hz",
+        },
+        {},
+    ),
 ]
 
 
-@pytest.mark.parametrize(("name", "written", "proper"), ALIKE, ids=[f"{item[0]}-{next(iter(item[1]))}" for item in ALIKE])
+@pytest.mark.parametrize(
+    ("name", "written", "proper"), ALIKE, ids=[f"{item[0]}-{next(iter(item[1]))}" for item in ALIKE]
+)
 def test_frequent_spellings_are_understood(name, written, proper):
     same(CALLS[name](**written), CALLS[name](**proper))
 
@@ -324,7 +475,11 @@ def same(result: Any, wanted: Any) -> None:
             same(item, other)
     elif isinstance(result, dict):
         same(list(result.values()), list(wanted.values()))
-    elif hasattr(result, "__dict__") and type(result).__module__.startswith("bristle") and not hasattr(result, "component"):
+    elif (
+        hasattr(result, "__dict__")
+        and type(result).__module__.startswith("bristle")
+        and not hasattr(result, "component")
+    ):
         same(vars(result), vars(wanted))
     else:
         assert type(result) is type(wanted)
@@ -335,7 +490,9 @@ def test_a_bandwidth_is_a_frequency_or_an_angular_frequency(monkeypatch):
 
     message = []
     module = __import__("sys").modules[module_function.__module__]
-    monkeypatch.setattr(module, "proposals_for", lambda variant, bandwidth, **_: message.append(bandwidth) or ())
+    monkeypatch.setattr(
+        module, "proposals_for", lambda variant, bandwidth, **_: message.append(bandwidth) or ()
+    )
     monkeypatch.setattr(module, "error_budget", lambda *_: None)
     for bandwidth in ("30 Hz", "0.03 kHz", 60.0 * math.pi, f"{60.0 * math.pi} rad/s"):
         br.design(experiment(), bandwidth=bandwidth)
@@ -350,7 +507,10 @@ def test_a_log_of_plain_columns_is_the_log_of_channels():
     assert plain.segments == (slice(0, 600),)
     assert plain.effort.unit == "N"
     assert Log(time=[0, 1], position=[0, 1], kind="rotational").position.unit == "rad"
-    both = [br.identify(item, "coulomb_viscous", draws=0, blocks=0).best.friction.values["F_C"] for item in (plain, whole)]
+    both = [
+        br.identify(item, "coulomb_viscous", draws=0, blocks=0).best.friction.values["F_C"]
+        for item in (plain, whole)
+    ]
     assert both[0] == pytest.approx(both[1], rel=1e-9)
     with pytest.raises(InputError, match="time: must increase"):
         Log(time=[0.0, 1.0, 0.5], position=[1.0, 2.0, 3.0])
@@ -363,7 +523,10 @@ def test_a_file_is_accepted_in_place_of_its_object(tmp_path):
         'columns.position = { column = "q", unit = "m" }\n'
     )
     for values in (path, str(path), path.read_bytes()):
-        assert br.excite(values, duration=20.0, purposes="presliding", rehearsed=False).axis.presliding == 7e-6
+        assert (
+            br.excite(values, duration=20.0, purposes="presliding", rehearsed=False).axis.presliding
+            == 7e-6
+        )
     tables = {
         "schema": 1,
         "friction": {"model": "coulomb", "F_C": "8 N"},
@@ -395,7 +558,12 @@ def test_a_guard_keeps_the_errors_of_python():
 
     assert message(1, "2 s", last=3) == (1, 2.0, 3)
     assert message(1) == (1, 1.0, None)
-    for wrong in (message, lambda: message(1, 2, 3), lambda: message(1, first=2), lambda: message(1, other=2)):
+    for wrong in (
+        message,
+        lambda: message(1, 2, 3),
+        lambda: message(1, first=2),
+        lambda: message(1, other=2),
+    ):
         with pytest.raises(TypeError):
             wrong()
     with pytest.raises(TypeError, match="has no arguments nothing"):
@@ -453,7 +621,9 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
         "predict open loop": lambda bad: br.predict(plant, bad, log, Axis(), "open-loop"),
         "unexplained_force": lambda bad: prediction.unexplained_force(plant, bad, log),
         "identify": lambda bad: br.identify(log, bad.component, draws=0, blocks=0),
-        "design": lambda bad: br.design(replace(loop, variants=(replace(variant(), friction=bad),))),
+        "design": lambda bad: br.design(
+            replace(loop, variants=(replace(variant(), friction=bad),))
+        ),
     }
 
 
@@ -462,7 +632,10 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
 @pytest.mark.parametrize("name", entry_points())
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning", "ignore:overflow:RuntimeWarning")
 def test_a_model_that_gives_no_number_is_named(name, beyond):
-    with engine.interpreted(), pytest.raises(InputError, match=r"(model|friction): the output of broken is not finite"):
+    with (
+        engine.interpreted(),
+        pytest.raises(InputError, match=r"(model|friction): the output of broken is not finite"),
+    ):
         entry_points()[name](BROKEN(F_C=8.0, v_most=1e-3, beyond=beyond))
 
 
@@ -472,9 +645,16 @@ def test_a_model_that_gives_no_number_is_named(name, beyond):
         lambda bad: engine.run_open_loop(parts()["plant"], bad, FAST, 1e-3),
         lambda bad: engine.run_adaptive(parts()["plant"], bad, FAST[:3], 1e-3, tolerance=1e-3),
         lambda bad: engine.run_batch(parts()["plant"], bad, FAST, 1e-3),
-        lambda bad: br.simulate(replace(experiment(), variants=(replace(variant(), friction=bad),))).variants["base"],
         lambda bad: br.simulate(
-            replace(experiment(), variants=(replace(variant(), feedforward=Feedforward(friction=bad, along="measured")),))
+            replace(experiment(), variants=(replace(variant(), friction=bad),))
+        ).variants["base"],
+        lambda bad: br.simulate(
+            replace(
+                experiment(),
+                variants=(
+                    replace(variant(), feedforward=Feedforward(friction=bad, along="measured")),
+                ),
+            )
         ).variants["base"],
     ],
 )
@@ -489,7 +669,10 @@ def test_a_simulation_with_nan_reports_it_in_its_status(run):
 
 @pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning", "ignore:overflow:RuntimeWarning")
 def test_parameters_that_overflow_a_law_are_reported():
-    huge, inverse = friction.viscous(F_v=1e100), hysteresis.inverse_of(hysteresis.preisach(s=1.0, f_p=1.0))
+    huge, inverse = (
+        friction.viscous(F_v=1e100),
+        hysteresis.inverse_of(hysteresis.preisach(s=1.0, f_p=1.0)),
+    )
     for match, run in (
         ("model: the output of viscous", lambda: br.response(huge, [0.0, 1e250], 1.0)),
         ("v: contains values that are not finite", lambda: br.response(huge, [0.0, 1e300], 1e-10)),

@@ -20,7 +20,10 @@ def test_zero_and_small_numbers_pass():
 
 @pytest.mark.parametrize("stroke", ['["0 m", "1e90 m"]', '["1e15 m", "1.1e15 m"]'])
 def test_a_stroke_below_the_resolution_of_floats_is_refused(stroke):
-    axis = br.Axis(stroke=tuple(float(end.split()[0].strip('["')) for end in stroke.split(",")), velocity_limit=0.1)
+    axis = br.Axis(
+        stroke=tuple(float(end.split()[0].strip('["')) for end in stroke.split(",")),
+        velocity_limit=0.1,
+    )
     with pytest.raises(InputError, match=r"limits\.stroke: is so far from zero"):
         br.excite(axis, duration="10 s", rehearsed=False)
 

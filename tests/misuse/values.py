@@ -16,7 +16,9 @@ def _refuse(*_: Any, **__: Any) -> Any:
 class Hostile:
     """An object that raises whatever is asked of it."""
 
-    __float__ = __int__ = __index__ = __array__ = __len__ = __iter__ = __bool__ = __eq__ = __lt__ = __le__ = _refuse
+    __float__ = __int__ = __index__ = __array__ = __len__ = __iter__ = __bool__ = __eq__ = (
+        __lt__
+    ) = __le__ = _refuse
     __gt__ = __ge__ = __getitem__ = __repr__ = __str__ = _refuse
     __hash__ = None
 

@@ -69,10 +69,18 @@ def main(arguments: list[str] | None = None) -> int:
     """Test the tests; return the exit code."""
     requested = _asked(arguments)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what runs is ended then
-    groups = {name: sources_of(rooms) for name, rooms in GROUPS.items() if name in (requested.groups or GROUPS)}
+    groups = {
+        name: sources_of(rooms)
+        for name, rooms in GROUPS.items()
+        if name in (requested.groups or GROUPS)
+    }
     sources = {path: source for group in groups.values() for path, source in group.items()}
     equal = set(equivalents(sources))
-    sample = [mutant for group in groups.values() for mutant in chosen(group, requested.each, requested.seed, equal)]
+    sample = [
+        mutant
+        for group in groups.values()
+        for mutant in chosen(group, requested.each, requested.seed, equal)
+    ]
     sample = shared(sample, *requested.share)
     if not sample:
         print("no faults to be tried")
@@ -83,21 +91,30 @@ def main(arguments: list[str] | None = None) -> int:
     left = [
         item
         for item in sample
-        if kept.results.get(keys[item], {"outcome": "survived"})["outcome"] in again or keys[item] not in kept.results
+        if kept.results.get(keys[item], {"outcome": "survived"})["outcome"] in again
+        or keys[item] not in kept.results
     ]
-    print(f"{len(sample)} faults in {len({item.path for item in sample})} files, {len(left)} of them to be tried")
+    print(
+        f"{len(sample)} faults in {len({item.path for item in sample})} files, {len(left)} of them to be tried"
+    )
     if left:
         with tempfile.TemporaryDirectory(prefix="mutants-") as place:
             _try(left, keys, kept, requested, requested.work or Path(place))
     result = [kept.results[keys[item]] | {"line": item.line} for item in sample]
     print(report(result, sources, sample))
     shares = shares_of(result, sample)
-    return 0 if shares["all"] >= requested.least and min(shares.values()) >= requested.least_group else 1
+    return (
+        0
+        if shares["all"] >= requested.least and min(shares.values()) >= requested.least_group
+        else 1
+    )
 
 
 def sources_of(rooms: tuple[str, ...]) -> dict[str, bytes]:
     """Return the files of some rooms, by their path in the repository."""
-    files = [file for room in rooms for file in sorted((ROOT / "src" / "bristle" / room).rglob("*.py"))]
+    files = [
+        file for room in rooms for file in sorted((ROOT / "src" / "bristle" / room).rglob("*.py"))
+    ]
     return {file.relative_to(ROOT).as_posix(): file.read_bytes() for file in files}
 
 
@@ -131,7 +148,9 @@ class Kept:
     def write(self) -> None:
         """Write the file whole, or leave the old one."""
         fresh = self.file.with_name(f"{self.file.name}.partial")
-        text = json.dumps({"results": self.results, "seconds": self.seconds}, indent=1, ensure_ascii=False)
+        text = json.dumps(
+            {"results": self.results, "seconds": self.seconds}, indent=1, ensure_ascii=False
+        )
         fresh.write_text(text, encoding="utf-8")
         fresh.replace(self.file)
 
@@ -144,7 +163,9 @@ def told_equivalent() -> list[dict[str, str]]:
 def equivalents(sources: dict[str, bytes]) -> dict[str, str]:
     """Return the keys of mutants that are told to be no faults, with the reasons."""
     message = told_equivalent()
-    reasons = {(item["path"], item["line"], item["old"], item["new"]): item["because"] for item in message}
+    reasons = {
+        (item["path"], item["line"], item["old"], item["new"]): item["because"] for item in message
+    }
     result = {}
     for path in {item["path"] for item in message} & set(sources):
         source = sources[path]
@@ -155,13 +176,27 @@ def equivalents(sources: dict[str, bytes]) -> dict[str, str]:
     return result
 
 
-def _try(left: list[Mutant], keys: dict[Mutant, str], kept: Kept, requested: argparse.Namespace, place: Path) -> None:
+def _try(
+    left: list[Mutant],
+    keys: dict[Mutant, str],
+    kept: Kept,
+    requested: argparse.Namespace,
+    place: Path,
+) -> None:
     """Run the tests of each fault, those of each file first as it is."""
     benches = [Bench(ROOT, place / str(number)) for number in range(requested.processes)]
     imports = Imports(ROOT)
-    near = {path: list(islice(imports.tests_of(path), requested.files)) for path in {item.path for item in left}}
+    near = {
+        path: list(islice(imports.tests_of(path), requested.files))
+        for path in {item.path for item in left}
+    }
     wide = [name for name in WIDE if (ROOT / name).exists()]
-    _measure(benches, sorted({test for tests in (*near.values(), wide) for test in tests}), kept, requested.budget)
+    _measure(
+        benches,
+        sorted({test for tests in (*near.values(), wide) for test in tests}),
+        kept,
+        requested.budget,
+    )
 
     def jobs() -> Iterator[Job]:
         for mutant in left:
@@ -186,7 +221,10 @@ def _try(left: list[Mutant], keys: dict[Mutant, str], kept: Kept, requested: arg
             "tests": list(job.tests),
         }
         kept.write()
-        print(f"{outcome:9} {verdict.seconds:6.1f} s  {mutant.path[12:]}:{mutant.line} {mutant.kind}", flush=True)
+        print(
+            f"{outcome:9} {verdict.seconds:6.1f} s  {mutant.path[12:]}:{mutant.line} {mutant.kind}",
+            flush=True,
+        )
 
     abreast(benches, jobs(), done)
 
@@ -234,7 +272,9 @@ def within(tests: list[str], seconds: dict[str, float | None], budget: float) ->
     return result or list(message)[:1]
 
 
-def near_and_wide(near: list[str], wide: list[str], seconds: dict[str, float | None], budget: float) -> list[str]:
+def near_and_wide(
+    near: list[str], wide: list[str], seconds: dict[str, float | None], budget: float
+) -> list[str]:
     """Return the nearest test files and behind them those of every room, each once and each group within the budget [s]."""
     return list(dict.fromkeys((*within(near, seconds, budget), *within(wide, seconds, budget))))
 
@@ -244,13 +284,21 @@ def report(found: list[dict[str, Any]], sources: dict[str, bytes], sample: list[
     rows = [f"\n{'group':16} {'killed':>7} {'survived':>9} {'share':>7} {'s each':>7}"]
     groups = sorted({group_of(item) for item in sample})
     for room in (*groups, "all") if len(groups) > 1 else groups:
-        among = [item for item, mutant in zip(found, sample, strict=True) if room in (group_of(mutant), "all")]
+        among = [
+            item
+            for item, mutant in zip(found, sample, strict=True)
+            if room in (group_of(mutant), "all")
+        ]
         killed = sum(item["outcome"] != "survived" for item in among)
         each = sum(item["seconds"] for item in among) / len(among)
-        rows.append(f"{room:16} {killed:7} {len(among) - killed:9} {100.0 * killed / len(among):5.0f} % {each:7.1f}")
+        rows.append(
+            f"{room:16} {killed:7} {len(among) - killed:9} {100.0 * killed / len(among):5.0f} % {each:7.1f}"
+        )
     for item, mutant in sorted(zip(found, sample, strict=True), key=lambda pair: pair[1]):
         if item["outcome"] == "survived":
-            rows.append(f"\n{mutant.path}:{mutant.line}  {mutant.kind}\n{difference(mutant, sources[mutant.path])}")
+            rows.append(
+                f"\n{mutant.path}:{mutant.line}  {mutant.kind}\n{difference(mutant, sources[mutant.path])}"
+            )
     return "\n".join(rows)
 
 
@@ -277,17 +325,38 @@ def _asked(arguments: list[str] | None) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add: Callable[..., Any] = parser.add_argument
-    add("--groups", nargs="+", choices=tuple(GROUPS), metavar="GROUP", help="names of groups, see below; all where none is named")
+    add(
+        "--groups",
+        nargs="+",
+        choices=tuple(GROUPS),
+        metavar="GROUP",
+        help="names of groups, see below; all where none is named",
+    )
     add("--each", type=int, default=12, help="how many lines of each group")
-    add("--share", type=_share, default=(1, 1), metavar="K/N", help="only the Kth of N equal shares of these lines")
+    add(
+        "--share",
+        type=_share,
+        default=(1, 1),
+        metavar="K/N",
+        help="only the Kth of N equal shares of these lines",
+    )
     add("--seed", type=int, default=12)
     add("--processes", type=int, default=os.cpu_count() or 1)
     add("--files", type=int, default=8, help="how many test files are run for a fault at most")
-    add("--budget", type=float, default=60.0, help="how long they may take together without it [s of a processor]")
+    add(
+        "--budget",
+        type=float,
+        default=60.0,
+        help="how long they may take together without it [s of a processor]",
+    )
     add("--again", action="store_true", help="try those again that survived")
     add("--least", type=float, default=0.85, help="share of all that must be noticed")
     add("--least-group", type=float, default=0.75, help="share of each group that must be noticed")
-    add("--work", type=Path, help="where the copies are made, and stay with what was compiled; else nothing stays")
+    add(
+        "--work",
+        type=Path,
+        help="where the copies are made, and stay with what was compiled; else nothing stays",
+    )
     add("--out", type=Path, default=Path("mutants.json"), help="where what was found is kept")
     return parser.parse_args(arguments)
 

@@ -46,7 +46,16 @@ class Verdict(NamedTuple):
 
 def files_of(root: Path) -> list[str]:
     """Return the files of a working tree that belong to it, those that are not committed yet included."""
-    listed = ["git", "-C", str(root), "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listed = [
+        "git",
+        "-C",
+        str(root),
+        "ls-files",
+        "-z",
+        "--cached",
+        "--others",
+        "--exclude-standard",
+    ]
     names = subprocess.run(listed, capture_output=True, check=True, text=True).stdout.split("\0")
     return [name for name in names if name and (root / name).is_file()]
 
@@ -87,11 +96,21 @@ class Bench:
         self.job, self._begun = job, time.monotonic()
         if job.mutant is not None:
             self._write(applied(job.mutant, self._original(job.mutant)), job.mutant)
-        folders = {"BRISTLE_CACHE_DIR": "cache", "BRISTLE_STATE_DIR": "state", "MPLCONFIGDIR": "matplotlib"}
+        folders = {
+            "BRISTLE_CACHE_DIR": "cache",
+            "BRISTLE_STATE_DIR": "state",
+            "MPLCONFIGDIR": "matplotlib",
+        }
         environment = {name: str(self.place / folder) for name, folder in folders.items()}
         with (self.place / "said").open("wb") as text:
             self._process = subprocess.Popen(
-                [*LIMITED, str(math.ceil(job.limit)), *PYTEST, f"--basetemp={self.place / 'temporary'}", *job.tests],
+                [
+                    *LIMITED,
+                    str(math.ceil(job.limit)),
+                    *PYTEST,
+                    f"--basetemp={self.place / 'temporary'}",
+                    *job.tests,
+                ],
                 cwd=self.place / "tree",
                 env=os.environ | environment | {"PYTHONPATH": str(self.place / "tree" / "src")},
                 stdin=subprocess.DEVNULL,
@@ -145,7 +164,9 @@ class Bench:
         os.utime(file, (stamp, stamp))
 
 
-def abreast(benches: list[Bench], jobs: Iterator[Job], done: Callable[[Job, Verdict], None]) -> None:
+def abreast(
+    benches: list[Bench], jobs: Iterator[Job], done: Callable[[Job, Verdict], None]
+) -> None:
     """Run jobs, one on each bench at a time, in the order in which they come."""
     try:
         busy: list[Bench] = []

@@ -66,9 +66,17 @@ class Mutant:
 
     def key(self, source: bytes) -> str:
         """Return what tells it from all others, wherever lines above it move it."""
-        text = "\n".join((self.path, whole_line(source, self.begin), str(self.begin - start_of(source, self.begin))))
+        text = "\n".join(
+            (
+                self.path,
+                whole_line(source, self.begin),
+                str(self.begin - start_of(source, self.begin)),
+            )
+        )
         nth = source[: self.begin].count(whole_line(source, self.begin).encode())
-        return hashlib.sha256(f"{text}\n{nth}\n{self.kind}\n{self.old}\n{self.new}".encode()).hexdigest()[:16]
+        return hashlib.sha256(
+            f"{text}\n{nth}\n{self.kind}\n{self.old}\n{self.new}".encode()
+        ).hexdigest()[:16]
 
 
 def start_of(source: bytes, at: int) -> int:
@@ -92,7 +100,15 @@ def mutants_of(path: str, source: bytes) -> list[Mutant]:
     Left alone are texts, `raise`, annotations, imports, decorators, `__all__` and what only a type checker reads.
     """
     return sorted(
-        Mutant(path, source.count(b"\n", 0, begin) + 1, begin, end, kind, source[begin:end].decode(), new)
+        Mutant(
+            path,
+            source.count(b"\n", 0, begin) + 1,
+            begin,
+            end,
+            kind,
+            source[begin:end].decode(),
+            new,
+        )
         for kind, begin, end, new in _Places(source).visit_all(ast.parse(source))
     )
 
@@ -114,12 +130,16 @@ def chosen(sources: dict[str, bytes], count: int, seed: int, left_out: set[str])
                 lines.setdefault((path, mutant.line), []).append((key, mutant))
     drawn = []
     for among in lines.values():
-        kind = min({item.kind for _, item in among}, key=lambda kind, among=among: lot(kind + among[0][0]))
+        kind = min(
+            {item.kind for _, item in among}, key=lambda kind, among=among: lot(kind + among[0][0])
+        )
         drawn.append(min((lot(key), item) for key, item in among if item.kind == kind))
     return [item for _, item in sorted(drawn)[:count]]
 
 
-Place = tuple[str, int, int, str]  # what is done, first byte, byte after the last one, what comes there
+Place = tuple[
+    str, int, int, str
+]  # what is done, first byte, byte after the last one, what comes there
 
 
 class _Places:
@@ -147,43 +167,69 @@ class _Places:
         yield from self.in_node(node, known)
         if isinstance(node, ast.FunctionDef | ast.Lambda):
             arguments = node.args
-            known = frozenset(item.arg for item in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs))
+            known = frozenset(
+                item.arg
+                for item in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)
+            )
         for child in _children(node):
             yield from self.visit_all(child, known)
             if isinstance(child, ast.stmt):
-                bound = (item for item in ast.walk(child) if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store))
+                bound = (
+                    item
+                    for item in ast.walk(child)
+                    if isinstance(item, ast.Name) and isinstance(item.ctx, ast.Store)
+                )
                 known |= {item.id for item in bound}
 
     def in_node(self, node: ast.AST, known: frozenset[str]) -> Iterator[Place]:
         match node:
             case ast.Compare():
-                for (left, right), operator in zip(pairwise((node.left, *node.comparators)), node.ops, strict=True):
-                    yield from self.between("comparison", left, right, SYMBOLS[type(operator)], FLIPPED)
+                for (left, right), operator in zip(
+                    pairwise((node.left, *node.comparators)), node.ops, strict=True
+                ):
+                    yield from self.between(
+                        "comparison", left, right, SYMBOLS[type(operator)], FLIPPED
+                    )
             case ast.BinOp(op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div()):
-                yield from self.between("arithmetic", node.left, node.right, SYMBOLS[type(node.op)], SWAPPED)
+                yield from self.between(
+                    "arithmetic", node.left, node.right, SYMBOLS[type(node.op)], SWAPPED
+                )
             case ast.AugAssign(op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div()):
-                yield from self.between("arithmetic", node.target, node.value, SYMBOLS[type(node.op)], SWAPPED)
+                yield from self.between(
+                    "arithmetic", node.target, node.value, SYMBOLS[type(node.op)], SWAPPED
+                )
             case ast.BoolOp():
                 for left, right in pairwise(node.values):
                     yield from self.between("and/or", left, right, SYMBOLS[type(node.op)], SWAPPED)
             case ast.Call(func=ast.Name(id=name) | ast.Attribute(attr=name)) if name in OTHER_END:
-                yield "min/max", self.end(node.func) - len(name), self.end(node.func), OTHER_END[name]
+                yield (
+                    "min/max",
+                    self.end(node.func) - len(name),
+                    self.end(node.func),
+                    OTHER_END[name],
+                )
             case ast.Constant(value=bool() | int() | float()):
                 for new in _other_numbers(node.value):
                     yield "constant", self.begin(node), self.end(node), new
-            case ast.Return(value=ast.expr()) if not isinstance(node.value, ast.Constant | ast.JoinedStr):
+            case ast.Return(value=ast.expr()) if not isinstance(
+                node.value, ast.Constant | ast.JoinedStr
+            ):
                 yield "return", self.begin(node.value), self.end(node.value), "None"
         yield from self.negated(node)
         if _can_go(node, known):
             yield "statement", self.begin(node), self.end(node), "pass"
 
-    def between(self, kind: str, left: ast.expr, right: ast.expr, symbol: str, other: dict[str, str]) -> Iterator[Place]:
+    def between(
+        self, kind: str, left: ast.expr, right: ast.expr, symbol: str, other: dict[str, str]
+    ) -> Iterator[Place]:
         at = self.source.find(symbol.encode(), self.end(left), self.begin(right))
         if at >= 0:
             yield kind, at, at + len(symbol), other[symbol]
 
     def negated(self, node: ast.AST) -> Iterator[Place]:
-        tests = node.ifs if isinstance(node, ast.comprehension) else [node.test] if _asks(node) else []
+        tests = (
+            node.ifs if isinstance(node, ast.comprehension) else [node.test] if _asks(node) else []
+        )
         for test in tests:
             if not (isinstance(test, ast.Compare) and isinstance(test.ops[0], SETTLED_BY_A_FLIP)):
                 yield "condition", self.begin(test), self.end(test), f"(not ({self.text(test)}))"
@@ -194,7 +240,11 @@ def _asks(node: ast.AST) -> bool:
 
 
 def _only_typed(node: ast.AST) -> bool:
-    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+    return (
+        isinstance(node, ast.If)
+        and isinstance(node.test, ast.Name)
+        and node.test.id == "TYPE_CHECKING"
+    )
 
 
 def _other_numbers(value: float) -> list[str]:
@@ -225,10 +275,16 @@ def _children(node: ast.AST) -> list[ast.AST]:
             return []
         case ast.AnnAssign():
             return [node.value] if node.value else []
-        case ast.Call(func=ast.Name(id="zip")):  # strict=True asserts what the lines above have made equal
+        case ast.Call(
+            func=ast.Name(id="zip")
+        ):  # strict=True asserts what the lines above have made equal
             return list(node.args)
         case ast.FunctionDef():
-            return [*node.args.defaults, *(kw_default for kw_default in node.args.kw_defaults if kw_default), *node.body]
+            return [
+                *node.args.defaults,
+                *(kw_default for kw_default in node.args.kw_defaults if kw_default),
+                *node.body,
+            ]
         case ast.ClassDef():
             return list(node.body)
         case ast.Lambda():

@@ -23,7 +23,11 @@ class Imports:
 
     def __init__(self, root: Path) -> None:
         self.root = root
-        self.files = {self.name_of(item): item for folder in ("src", "tests") for item in (root / folder).rglob("*.py")}
+        self.files = {
+            self.name_of(item): item
+            for folder in ("src", "tests")
+            for item in (root / folder).rglob("*.py")
+        }
         self.texts = {name: item.read_text(encoding="utf-8") for name, item in self.files.items()}
         self.trees = {name: ast.parse(text) for name, text in self.texts.items()}
         self.handed_on = {name: self._handed_on(name) for name in self.files}
@@ -49,7 +53,11 @@ class Imports:
         module = self.name_of(self.root / path)
         far = self._distances(module)
         folder, stem = path.split("/")[2], module.rpartition(".")[2]
-        names = [test.name for test in self.trees[module].body if isinstance(test, ast.FunctionDef | ast.ClassDef)]
+        names = [
+            test.name
+            for test in self.trees[module].body
+            if isinstance(test, ast.FunctionDef | ast.ClassDef)
+        ]
         words = re.compile(rf"\b({'|'.join(map(re.escape, (stem, *names)))})\b")
 
         def place(name: str) -> tuple[bool, int, bool, int, str]:
@@ -57,7 +65,9 @@ class Imports:
             return other_name, far[name], other_folder, -len(words.findall(self.texts[name])), name
 
         tests = [test for test in far if re.fullmatch(r"tests\..*\btest_\w+", test)]
-        return [self.files[test].relative_to(self.root).as_posix() for test in sorted(tests, key=place)]
+        return [
+            self.files[test].relative_to(self.root).as_posix() for test in sorted(tests, key=place)
+        ]
 
     def _distances(self, module: str) -> dict[str, int]:
         far, waiting = {module: 0}, deque([module])
@@ -74,7 +84,9 @@ class Imports:
         result = {}
         for node in ast.walk(self.trees[name]):
             if isinstance(node, ast.ImportFrom) and node.module and not node.level:
-                result |= {item.asname or item.name: f"{node.module}.{item.name}" for item in node.names}
+                result |= {
+                    item.asname or item.name: f"{node.module}.{item.name}" for item in node.names
+                }
         return result
 
     def _imported_by(self, name: str) -> set[str]:
@@ -94,7 +106,9 @@ class Imports:
 
     @cached_property
     def _packages(self) -> set[str]:
-        return {f"{name}.__init__" for name, file in self.files.items() if file.name == "__init__.py"}
+        return {
+            f"{name}.__init__" for name, file in self.files.items() if file.name == "__init__.py"
+        }
 
     def _module_of(self, dotted: str, depth: int = 0) -> str | None:
         """Return the module that a dotted name leads to: itself, or where its package has the name from."""

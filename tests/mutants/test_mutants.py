@@ -63,11 +63,23 @@ def test_each_kind_of_fault_is_put_where_it_fits():
 
 
 def test_texts_declarations_and_raises_are_not_mutated():
-    assert {item.line for item in mutants_of("src/bristle/room/module.py", SOURCE)} == {4, 9, 11, 13, 14, 16, 19, 25}
+    assert {item.line for item in mutants_of("src/bristle/room/module.py", SOURCE)} == {
+        4,
+        9,
+        11,
+        13,
+        14,
+        16,
+        19,
+        25,
+    }
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("name", ["models/controllers/cascade.py", "engine/efim.py", "simulation/certificates/certify.py"])
+@pytest.mark.parametrize(
+    "name",
+    ["models/controllers/cascade.py", "engine/efim.py", "simulation/certificates/certify.py"],
+)
 def test_every_mutant_is_a_valid_and_different_program(name):
     path = f"src/bristle/{name}"
     source = (ROOT / path).read_bytes()
@@ -82,7 +94,10 @@ def test_a_larger_sample_includes_a_smaller_sample_and_moved_lines():
     assert len({(item.path, item.line) for item in many}) == len(many) == 9
     assert many[:4] == few != chosen(sources, 4, 2, set())[:4]
     moved = sources | {few[0].path: b"import this\n\n" + sources[few[0].path]}
-    keys = [[item.key(source[item.path]) for item in chosen(source, 4, 1, set())] for source in (sources, moved)]
+    keys = [
+        [item.key(source[item.path]) for item in chosen(source, 4, 1, set())]
+        for source in (sources, moved)
+    ]
     assert keys[0] == keys[1]
     assert few[0] not in chosen(sources, 9, 1, {few[0].key(sources[few[0].path])})
 
@@ -106,9 +121,17 @@ def test_a_share_is_a_whole_number_of_a_whole_number(text, capsys):
 def test_the_nearest_tests_come_first():
     imports = Imports(ROOT)
     assert imports.tests_of("src/bristle/engine/efim.py")[0] == "tests/engine/test_efim.py"
-    assert imports.tests_of("src/bristle/models/controllers/velocity.py")[0] == "tests/models/controllers/test_by_hand.py"
-    assert imports.tests_of("src/bristle/engine/step_doubling.py")[0] == "tests/engine/test_step_doubling.py"
-    assert "tests/simulation/certificates/test_passive.py" in imports.tests_of("src/bristle/models/friction/elastoplastic.py")
+    assert (
+        imports.tests_of("src/bristle/models/controllers/velocity.py")[0]
+        == "tests/models/controllers/test_by_hand.py"
+    )
+    assert (
+        imports.tests_of("src/bristle/engine/step_doubling.py")[0]
+        == "tests/engine/test_step_doubling.py"
+    )
+    assert "tests/simulation/certificates/test_passive.py" in imports.tests_of(
+        "src/bristle/models/friction/elastoplastic.py"
+    )
 
 
 @pytest.fixture
@@ -134,7 +157,9 @@ def house(tmp_path):
 
 
 @pytest.mark.slow
-def test_surviving_mutants_are_reported_and_the_tree_is_unchanged(house, tmp_path_factory, monkeypatch, capsys):
+def test_surviving_mutants_are_reported_and_the_tree_is_unchanged(
+    house, tmp_path_factory, monkeypatch, capsys
+):
     monkeypatch.setattr(mutants, "ROOT", house)
     monkeypatch.setattr(mutants, "GROUPS", {"tested": ("kept",), "untested": ("left",)})
     out = tmp_path_factory.mktemp("out") / "found.json"
@@ -153,7 +178,9 @@ def test_surviving_mutants_are_reported_and_the_tree_is_unchanged(house, tmp_pat
     assert mutants.main([*requested, "--least-group", "0.0"]) == 1, "half of all is less than most"
     assert mutants.main([*requested, "--least", "0.5", "--least-group", "0.0"]) == 0
     assert "0 of them to be tried" in capsys.readouterr().out
-    assert mutants.main([*requested, "--share", "1/2"]) == 0, "the share of the group that is tested"
+    assert mutants.main([*requested, "--share", "1/2"]) == 0, (
+        "the share of the group that is tested"
+    )
     assert "1 faults in 1 files, 0 of them to be tried" in capsys.readouterr().out
     assert mutants.main([*requested, "--share", "3/3"]) == 0
     assert "no faults to be tried" in capsys.readouterr().out
@@ -176,7 +203,11 @@ def test_a_long_test_file_does_not_block_the_others():
 
 def test_files_for_all_parts_follow_the_nearest_files_once():
     seconds = {"near": 20.0, "both": 9.0, "wide": 50.0, "failed": None}
-    assert mutants.near_and_wide(["near", "both"], ["failed", "both", "wide"], seconds, 60.0) == ["near", "both", "wide"]
+    assert mutants.near_and_wide(["near", "both"], ["failed", "both", "wide"], seconds, 60.0) == [
+        "near",
+        "both",
+        "wide",
+    ]
     assert all((ROOT / name).is_file() for name in mutants.WIDE)
 
 

@@ -17,7 +17,8 @@ from bristle.models.plants import inertia
 # Every slip law of the composite with one operator, and every operator with one slip law.
 VARIANTS = {
     f"preisach_lugre, {kernel}, {transition}": {"kernel": kernel, "transition": transition}
-    for kernel, transition in [(KERNELS[0], item) for item in TRANSITIONS[:2]] + [(item, "leuven") for item in KERNELS[1:]]
+    for kernel, transition in [(KERNELS[0], item) for item in TRANSITIONS[:2]]
+    + [(item, "leuven") for item in KERNELS[1:]]
 }
 NAMES = [*friction.MODELS, *(f"{name}+asymmetry" for name in friction.MODELS), *VARIANTS]
 
@@ -59,7 +60,11 @@ def runs(name):
         injected=np.where(t > 0.1, 5.0, 0.0),
         limit=40.0,
     )
-    static = friction.with_presliding(friction_model, 2e-6) if friction.is_static(friction_model) else None
+    static = (
+        friction.with_presliding(friction_model, 2e-6)
+        if friction.is_static(friction_model)
+        else None
+    )
     extra = force_along(static, v, 1e-3) if static else np.zeros(1)
     return [along, extra] + [
         getattr(trace, field)
@@ -69,10 +74,14 @@ def runs(name):
 
 
 def digest(arrays):
-    return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
+    return hashlib.sha256(
+        b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)
+    ).hexdigest()
 
 
-@pytest.mark.parametrize("name", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in NAMES])
+@pytest.mark.parametrize(
+    "name", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in NAMES]
+)
 def test_plain_python_and_compiled_give_the_same_bits(name):
     compiled = runs(name)
     with interpreted():
@@ -105,12 +114,22 @@ LAWS = {
     "sliding_mode": controllers.sliding_mode(**GAINS, K_2=2.0, phi=0.01),
     "super_twisting": controllers.super_twisting(**GAINS, k_1=0.5, k_2=5.0),
     "disturbance_observer": controllers.disturbance_observer(**GAINS, g=60.0),
-    "lugre_observer": controllers.lugre_observer(**GAINS, F_C=1.0, F_S=1.2, v_S=1e-3, sigma_0=1e3, k=0.5),
-    "adaptive_hysteresis": controllers.adaptive_hysteresis(**GAINS, reach=1e-3, Gamma=500.0, w_max=2.0, delta=1e-5),
+    "lugre_observer": controllers.lugre_observer(
+        **GAINS, F_C=1.0, F_S=1.2, v_S=1e-3, sigma_0=1e3, k=0.5
+    ),
+    "adaptive_hysteresis": controllers.adaptive_hysteresis(
+        **GAINS, reach=1e-3, Gamma=500.0, w_max=2.0, delta=1e-5
+    ),
 }
 
 
-@pytest.mark.parametrize("name", [name if name == "sliding_mode" else pytest.param(name, marks=pytest.mark.slow) for name in LAWS])
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name == "sliding_mode" else pytest.param(name, marks=pytest.mark.slow)
+        for name in LAWS
+    ],
+)
 def test_plain_python_and_compiled_laws_give_the_same_bits(name):
     desired = np.zeros((4, 200))
     desired[0] = 1e-3 * np.sin(0.02 * np.arange(200))

@@ -40,7 +40,9 @@ def slowness():
     More than two processes a core share its caches, and each takes more processor time for the same work.
     """
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
-    return max(1.0, min(work() for _ in range(3)) / REFERENCE) * max(1.0, 0.5 * load / (os.cpu_count() or 1))
+    return max(1.0, min(work() for _ in range(3)) / REFERENCE) * max(
+        1.0, 0.5 * load / (os.cpu_count() or 1)
+    )
 
 
 def is_slow(item):
@@ -57,7 +59,12 @@ class Meter:
 
     @staticmethod
     def _read():
-        return process.seconds(children=False), process.seconds(), kernels.Clock.seconds, Spent.shared
+        return (
+            process.seconds(children=False),
+            process.seconds(),
+            kernels.Clock.seconds,
+            Spent.shared,
+        )
 
     def seconds(self):
         """Return the processor time with that of children [s]."""
@@ -100,7 +107,8 @@ def judge(meter, limit, what):
     taken, allowed = meter.own_seconds(), limit * slowness()
     if taken > allowed:
         pytest.fail(
-            f"{what} takes {taken:.1f} s of processor time, allowed are {allowed:.1f} s: make it cheaper, or mark it slow", pytrace=False
+            f"{what} takes {taken:.1f} s of processor time, allowed are {allowed:.1f} s: make it cheaper, or mark it slow",
+            pytrace=False,
         )
 
 
@@ -138,7 +146,11 @@ def pytest_fixture_setup(fixturedef, request):
 def pytest_sessionfinish(session):
     """Tell the process that collects the results what this one has used."""
     output = getattr(session.config, "workeroutput", None)
-    used = {"peak": process.peak_megabytes(), "compiling": kernels.Clock.seconds, "seconds": process.seconds()}
+    used = {
+        "peak": process.peak_megabytes(),
+        "compiling": kernels.Clock.seconds,
+        "seconds": process.seconds(),
+    }
     if output is not None:
         output["used"] = used
     elif not hasattr(session.config, "used"):

@@ -7,12 +7,25 @@ import pytest
 # Folders whose tests share what takes long to make: the figures of the source paper, the page of all models.
 TOGETHER = ("tests/apps/paper/", "tests/apps/lab/")
 # What takes long begins first, so that no worker is left with it at the end.
-FIRST = ("tests/identification/", *TOGETHER, "tests/exports/", "tests/cli/", "tests/engine/", "tests/apps/tune/", "tests/apps/lab/server/")
+FIRST = (
+    "tests/identification/",
+    *TOGETHER,
+    "tests/exports/",
+    "tests/cli/",
+    "tests/engine/",
+    "tests/apps/tune/",
+    "tests/apps/lab/server/",
+)
 
 
 def pytest_addoption(parser):
     group = parser.getgroup("bristle")
-    group.addoption("--share", metavar="K/N", type=share_named, help="run the K-th of N shares of the files, 1/3 for the first third")
+    group.addoption(
+        "--share",
+        metavar="K/N",
+        type=share_named,
+        help="run the K-th of N shares of the files, 1/3 for the first third",
+    )
 
 
 def share_named(text):

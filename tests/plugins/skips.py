@@ -13,7 +13,11 @@ FILES = Counter()
 
 def pytest_addoption(parser):
     group = parser.getgroup("bristle")
-    group.addoption("--ci", action="store_true", help="fail where a test is skipped for a reason that is not allowed")
+    group.addoption(
+        "--ci",
+        action="store_true",
+        help="fail where a test is skipped for a reason that is not allowed",
+    )
 
 
 def pytest_configure(config):
@@ -56,7 +60,9 @@ def pytest_terminal_summary(terminalreporter, config):
     reasons = REASONS + FILES
     if not reasons:
         return
-    terminalreporter.section(f"{REASONS.total()} tests and {FILES.total()} files skipped, by reason")
+    terminalreporter.section(
+        f"{REASONS.total()} tests and {FILES.total()} files skipped, by reason"
+    )
     for reason, number in sorted(reasons.items()):
         name = allowed_reason(reason) or "NOT ALLOWED"
         terminalreporter.write_line(f"{number:5d}  {name}: {reason}")

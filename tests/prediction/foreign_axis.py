@@ -15,14 +15,31 @@ __all__ = ["TABLE", "VERTICAL", "Axis", "moves", "recorded"]
 
 # A mass with friction, its drive and its encoder, in SI.
 Axis = namedtuple(
-    "Axis", ("mass", "weight", "coulomb", "static", "stribeck", "viscous", "stiffness", "damping", "k_p", "k_v", "k_i", "k_ff", "count")
+    "Axis",
+    (
+        "mass",
+        "weight",
+        "coulomb",
+        "static",
+        "stribeck",
+        "viscous",
+        "stiffness",
+        "damping",
+        "k_p",
+        "k_v",
+        "k_i",
+        "k_ff",
+        "count",
+    ),
 )
 VERTICAL = Axis(38.0, 210.0, 30.0, 38.0, 6e-3, 120.0, 3e6, 2e3, 60.0, 8000.0, 2e5, 1.0, 2e-7)
 TABLE = Axis(120.0, 0.0, 45.0, 60.0, 1e-2, 300.0, 6e6, 6e3, 45.0, 2.2e4, 0.0, 0.0, 1e-7)
 STEPS = 40  # in a sample
 
 
-def moves(duration: float = 9.0, dt: float = 1e-3, stroke: float = 0.08, seed: int = 3) -> np.ndarray:
+def moves(
+    duration: float = 9.0, dt: float = 1e-3, stroke: float = 0.08, seed: int = 3
+) -> np.ndarray:
     """Return moves of several lengths and speeds with rests between them, the corners rounded [m]."""
     generator = np.random.default_rng(seed)
     pieces, at = [np.zeros(round(0.3 / dt))], 0.0
@@ -30,7 +47,9 @@ def moves(duration: float = 9.0, dt: float = 1e-3, stroke: float = 0.08, seed: i
         to = float(generator.uniform(-stroke, stroke))
         count = round(abs(to - at) / float(10.0 ** generator.uniform(-2.0, -0.8)) / dt) + 80
         share = np.clip((np.arange(count) - 40.0) / (count - 80.0), 0.0, 1.0)
-        share = np.convolve(np.pad(share, 40, mode="edge"), np.hanning(41) / np.hanning(41).sum(), mode="same")
+        share = np.convolve(
+            np.pad(share, 40, mode="edge"), np.hanning(41) / np.hanning(41).sum(), mode="same"
+        )
         pieces += [at + (to - at) * share[40:-40], np.full(round(0.08 / dt), to)]
         at = to
     return np.concatenate(pieces)[: round(duration / dt)]
@@ -68,7 +87,9 @@ def recorded(
         effort = queue.pop(0)
         positions[k], efforts[k] = read, effort
         for _ in range(STEPS):
-            level = axis.coulomb + (axis.static - axis.coulomb) * np.exp(-((v / axis.stribeck) ** 2))
+            level = axis.coulomb + (axis.static - axis.coulomb) * np.exp(
+                -((v / axis.stribeck) ** 2)
+            )
             # The deflection implicitly: explicitly it would be unstable when the axis slides.
             z = (z + h * v) / (1.0 + h * axis.stiffness * abs(v) / level)
             rate = v - axis.stiffness * abs(v) * z / level

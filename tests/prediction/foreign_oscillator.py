@@ -8,11 +8,22 @@ __all__ = ["AXIS_STEP", "recorded"]
 
 DT, STEPS = 1e-3, 30  # in a sample
 MASS, STIFFNESS, DAMPING = 2.0, 5e4, 10.0
-RISE, LEVEL, SHARE = 4e5, 30.0, 0.6  # of the hysteretic force: stiffness, largest value, slip that depends on direction
+RISE, LEVEL, SHARE = (
+    4e5,
+    30.0,
+    0.6,
+)  # of the hysteretic force: stiffness, largest value, slip that depends on direction
 AXIS_STEP = 1e-6
 
 
-def recorded(seed: int, *, noise: float = 8e-6, step: float = AXIS_STEP, duration: float = 2.0, force: int = 0) -> Log:
+def recorded(
+    seed: int,
+    *,
+    noise: float = 8e-6,
+    step: float = AXIS_STEP,
+    duration: float = 2.0,
+    force: int = 0,
+) -> Log:
     """Return the log of an oscillator that has rested before, its position read with noise and in steps [m].
 
     `seed` is that of the noise, `force` that of the sines.

@@ -41,7 +41,12 @@ def fit():
 @pytest.fixture(scope="module")
 def curved():
     """A model whose steady friction bends, on a log of both directions."""
-    fit = identify(slow_log(friction.stribeck(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0)), "stribeck", blocks=0, draws=0).best
+    fit = identify(
+        slow_log(friction.stribeck(F_C=8.0, F_S=11.0, v_S=4e-3, F_v=30.0)),
+        "stribeck",
+        blocks=0,
+        draws=0,
+    ).best
     return replace(fit, friction=friction.stribeck(F_C=8.0, F_S=11.0, v_S=1e-3, F_v=30.0))
 
 
@@ -64,11 +69,18 @@ def test_straight_friction_needs_only_its_ends(fit):
 
 @pytest.mark.parametrize(
     ("force", "rising"),
-    [([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]), ([9.0, 5.0, 2.0, 4.0, 3.0, 7.0], [2.0, 2.0, 2.0, 3.0, 3.0, 7.0]), ([3.0, 1.0], [1.0, 1.0])],
+    [
+        ([1.0, 2.0, 3.0], [1.0, 2.0, 3.0]),
+        ([9.0, 5.0, 2.0, 4.0, 3.0, 7.0], [2.0, 2.0, 2.0, 3.0, 3.0, 7.0]),
+        ([3.0, 1.0], [1.0, 1.0]),
+    ],
 )
 def test_a_curve_without_fall_is_the_largest_rising_curve_below(force, rising):
     speed = np.arange(len(force), dtype=float)
-    assert without_fall(np.column_stack([speed, force])).tolist() == np.column_stack([speed, rising]).tolist()
+    assert (
+        without_fall(np.column_stack([speed, force])).tolist()
+        == np.column_stack([speed, rising]).tolist()
+    )
 
 
 def test_the_table_of_a_drive_leaves_out_the_peak_of_a_break_away(curved):
@@ -84,12 +96,17 @@ def test_the_table_of_a_drive_leaves_out_the_peak_of_a_break_away(curved):
 def test_the_deviation_is_the_largest_gap_to_the_model(curved):
     coarse = [(-0.04, -9.2), (-0.0, -11.0), (0.0, 11.0), (0.04, 9.2)]
     speeds = np.linspace(1e-6, float(np.max(curved.traces.velocity)), 4000)
-    gaps = [abs(np.interp(v, [0.0, 0.04], [11.0, 9.2]) - steady_force(curved.friction, v)) for v in speeds.tolist()]
+    gaps = [
+        abs(np.interp(v, [0.0, 0.04], [11.0, 9.2]) - steady_force(curved.friction, v))
+        for v in speeds.tolist()
+    ]
     assert largest_deviation(curved, coarse) == pytest.approx(max(gaps), rel=0.05)
 
 
 def test_standstill_has_one_entry_for_each_side(fit):
-    (below, force_below), (above, force_above) = (entry for entry in drive_table(fit) if entry[0] == 0.0)
+    (below, force_below), (above, force_above) = (
+        entry for entry in drive_table(fit) if entry[0] == 0.0
+    )
     assert math.copysign(1.0, below) == -1.0
     assert math.copysign(1.0, above) == 1.0
     values = fit.friction.values
@@ -118,7 +135,9 @@ def test_a_size_out_of_range_is_refused(fit, entries):
         (lambda v: 5.0 + 2.0 * v + np.where(v == 0.0, 3.0, 0.0), 5.0, 2.0, 3.0, 3.0),
     ],
 )
-def test_a_level_with_its_viscous_part_touches_friction_from_below(friction_of, level, slope, off, off_of_level):
+def test_a_level_with_its_viscous_part_touches_friction_from_below(
+    friction_of, level, slope, off, off_of_level
+):
     # Dense near rest, where a peak counts by the width that it has.
     speed = np.union1d(np.geomspace(1e-6, 1.0, 150), np.linspace(0.0, 1.0, 150))
     line = _line_below(np.column_stack([speed, friction_of(speed)]))
@@ -126,9 +145,14 @@ def test_a_level_with_its_viscous_part_touches_friction_from_below(friction_of, 
 
 
 def test_levels_of_both_directions_exclude_the_constant_force():
-    model = friction.find("coulomb_viscous+asymmetry")(F_C_pos=8.0, F_C_neg=6.0, F_v_pos=30.0, F_v_neg=20.0, offset=1.5)
+    model = friction.find("coulomb_viscous+asymmetry")(
+        F_C_pos=8.0, F_C_neg=6.0, F_v_pos=30.0, F_v_neg=20.0, offset=1.5
+    )
     speed = np.linspace(0.0, 0.1, 20)
-    sides = {1.0: np.column_stack([speed, 9.5 + 30.0 * speed]), -1.0: np.column_stack([speed, 4.5 + 20.0 * speed])}
+    sides = {
+        1.0: np.column_stack([speed, 9.5 + 30.0 * speed]),
+        -1.0: np.column_stack([speed, 4.5 + 20.0 * speed]),
+    }
     levels = levels_of(inertia(M=3.0), model, sides)
     assert levels == pytest.approx((3.0, 1.5, 8.0, 6.0, 30.0, 20.0, 0.0, 3.0), abs=1e-9)
     forward = levels_of(None, model, {1.0: sides[1.0]})
@@ -138,8 +162,12 @@ def test_levels_of_both_directions_exclude_the_constant_force():
 
 def test_level_values_are_those_of_the_fit(fit):
     values, levels = fit.friction.values, level_values(fit)
-    assert (levels.forward, levels.backward) == pytest.approx((values["F_C"], values["F_C"]), rel=1e-6)
-    assert (levels.viscous_forward, levels.constant) == pytest.approx((values["F_v"], values["offset"]), rel=1e-6)
+    assert (levels.forward, levels.backward) == pytest.approx(
+        (values["F_C"], values["F_C"]), rel=1e-6
+    )
+    assert (levels.viscous_forward, levels.constant) == pytest.approx(
+        (values["F_v"], values["offset"]), rel=1e-6
+    )
     assert levels.inertia == fit.plant.values["M"]
 
 
@@ -156,7 +184,9 @@ def test_a_log_that_never_slid_has_no_table(fit):
 @pytest.mark.parametrize(("name", "never_slid"), [("F_C", True), ("F_S", False), ("F_v", False)])
 def test_a_sliding_level_beyond_the_effort_means_that_the_log_never_slid(curved, name, never_slid):
     reason = Diagnostic("beyond_effort", name)
-    estimates = [replace(item, reason=reason) if item.name == name else item for item in curved.estimates]
+    estimates = [
+        replace(item, reason=reason) if item.name == name else item for item in curved.estimates
+    ]
     assert replace(curved, estimates=tuple(estimates)).never_slid is never_slid
 
 
@@ -169,7 +199,9 @@ def test_a_steady_curve_is_dense_near_rest_on_both_sides(curved):
     assert velocity.size > 590
     # The curve of the model with its sign: friction against the motion.
     assert force[-1] == pytest.approx(steady_force(curved.friction, top))
-    assert force[0] == pytest.approx(steady_force(curved.friction, float(np.min(curved.traces.velocity))))
+    assert force[0] == pytest.approx(
+        steady_force(curved.friction, float(np.min(curved.traces.velocity)))
+    )
 
 
 STRIBECK = friction.stribeck(F_C=8.0, F_S=11.0, v_S=1e-3, F_v=30.0)
@@ -177,12 +209,22 @@ STRIBECK = friction.stribeck(F_C=8.0, F_S=11.0, v_S=1e-3, F_v=30.0)
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_a_steady_side_is_the_force_along_the_motion_from_rest_on(direction):
-    model = friction.find("stribeck")(**STRIBECK.values, offset=1.0) if "offset" not in STRIBECK.values else STRIBECK
+    model = (
+        friction.find("stribeck")(**STRIBECK.values, offset=1.0)
+        if "offset" not in STRIBECK.values
+        else STRIBECK
+    )
     curve = steady_side(model, direction, 0.1, 20)
     speed, force = curve.T
     assert (speed[0], speed[-1]) == (0.0, 0.1)
     assert np.all(np.diff(speed) > 0.0)
-    assert force == pytest.approx(8.0 + 3.0 * np.exp(-((speed / 1e-3) ** 2)) + 30.0 * speed + direction * model.values["offset"], rel=1e-6)
+    assert force == pytest.approx(
+        8.0
+        + 3.0 * np.exp(-((speed / 1e-3) ** 2))
+        + 30.0 * speed
+        + direction * model.values["offset"],
+        rel=1e-6,
+    )
     assert not curve.flags.writeable
 
 
@@ -209,14 +251,20 @@ BENT = np.column_stack([X, np.abs(X - 1.0)])
         (BENT, 10, [0, 10, 40]),
         (BENT, 2, [0, 40]),
         (np.column_stack([X, 2.0 * X]), 5, [0, 40]),
-        (np.column_stack([X, X**2]), 5, [0, pytest.approx(10, abs=1), pytest.approx(20, abs=1), pytest.approx(30, abs=1), 40]),
+        (
+            np.column_stack([X, X**2]),
+            5,
+            [0, pytest.approx(10, abs=1), pytest.approx(20, abs=1), pytest.approx(30, abs=1), 40],
+        ),
     ],
 )
 def test_points_are_placed_as_far_as_straight_lines_reach(curve, count, points):
     assert placed(curve, count) == points
 
 
-@pytest.mark.parametrize(("allowed", "count", "points"), [(1e-9, 3, [0, 10, 40]), (1e-9, 2, None), (2.0, 2, [0, 40])])
+@pytest.mark.parametrize(
+    ("allowed", "count", "points"), [(1e-9, 3, [0, 10, 40]), (1e-9, 2, None), (2.0, 2, [0, 40])]
+)
 def test_too_many_points_give_no_result(allowed, count, points):
     assert _reached(BENT, allowed, count) == points
 
@@ -248,7 +296,12 @@ def curve_band(fit):
 
 
 def with_draws(fit, **draws):
-    bands = Bands({name: np.asarray(values) for name, values in draws.items()}, scatter=0.0, noise=0.0, unexplained=0.0)
+    bands = Bands(
+        {name: np.asarray(values) for name, values in draws.items()},
+        scatter=0.0,
+        noise=0.0,
+        unexplained=0.0,
+    )
     return replace(fit, resampling=Resampling(bands, scatter=None, half_cycles=0, resolution=0.0))
 
 
@@ -274,7 +327,11 @@ HARDENING = {"alpha": 5e4, "beta": 1e3, "gamma": 0.8, "delta": -1.1}
 def test_a_force_that_hardens_without_bound_has_no_steady_curve(curved):
     hardening = replace(curved, friction=friction.bouc_wen_classic(**HARDENING))
     with warnings.catch_warnings(action="error"):
-        assert (drive_table(hardening), steady_curve(hardening), level_values(hardening)) == ([], [], None)
+        assert (drive_table(hardening), steady_curve(hardening), level_values(hardening)) == (
+            [],
+            [],
+            None,
+        )
         (drawn,) = with_draws(hardening, beta=[1e6]).resampling.bands.models(hardening.friction, 1)
         assert reversal_distance(drawn, 0.1) == 0.0
     with pytest.raises(InputError, match="not finite"):
@@ -283,10 +340,14 @@ def test_a_force_that_hardens_without_bound_has_no_steady_curve(curved):
 
 @pytest.mark.slow
 def test_draws_that_harden_without_bound_widen_the_band_of_the_curve(curved):
-    bounded, delta = replace(curved, friction=friction.bouc_wen_classic(**(HARDENING | {"delta": 0.3}))), 0.3 * np.linspace(0.8, 1.2, 6)
+    bounded, delta = (
+        replace(curved, friction=friction.bouc_wen_classic(**(HARDENING | {"delta": 0.3}))),
+        0.3 * np.linspace(0.8, 1.2, 6),
+    )
     with warnings.catch_warnings(action="error"):
         narrow, wide, open_ended = (
-            curve_band(with_draws(bounded, delta=np.where(np.arange(6) < count, -1.1, delta))) for count in (0, 2, 3)
+            curve_band(with_draws(bounded, delta=np.where(np.arange(6) < count, -1.1, delta)))
+            for count in (0, 2, 3)
         )
     assert len(narrow) == len(steady_curve(bounded))
     assert np.all(np.array(wide) > 1.1 * np.array(narrow))

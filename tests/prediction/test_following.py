@@ -22,7 +22,12 @@ AXES = {"vertical": VERTICAL, "table": TABLE}
 
 def reported(axis, **changed):
     law = {name: getattr(axis, name) for name in ("k_p", "k_v", "k_i", "k_ff")}
-    return Axis(controller=controllers.cascade(**(law | changed)), resolution=axis.count, offset="identify", held=True)
+    return Axis(
+        controller=controllers.cascade(**(law | changed)),
+        resolution=axis.count,
+        offset="identify",
+        held=True,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +38,9 @@ def vertical():
 
 def followed(result, log, axis, judged=None):
     best = result.best
-    return following_of(judged or log, simulate(loop_of(best.plant, best.friction, log, axis, {"cutoff": 100.0})))
+    return following_of(
+        judged or log, simulate(loop_of(best.plant, best.friction, log, axis, {"cutoff": 100.0}))
+    )
 
 
 @pytest.mark.parametrize("axis", AXES.values(), ids=AXES)
@@ -48,18 +55,25 @@ def test_measured_and_simulated_following_error_agree(axis):
     for name, measured in told_of["measured"].items():
         assert told_of["simulated"][name] == pytest.approx(measured, rel=0.05)
         assert told_of["compensated"][name] < 0.2 * measured
-    assert not any(item["code"] == "loop_contradicts" for item in result.outcome.summary["diagnostics"])
+    assert not any(
+        item["code"] == "loop_contradicts" for item in result.outcome.summary["diagnostics"]
+    )
 
 
 def moved(log, samples):
     """The log with a reference of another time."""
     place = np.arange(len(log))
-    return replace(log, reference=Channel(np.interp(place + samples, place, log.reference.values), "m", "r"))
+    return replace(
+        log, reference=Channel(np.interp(place + samples, place, log.reference.values), "m", "r")
+    )
 
 
 def trembling(log):
     """The log with an error that no number explains."""
-    return replace(log, position=Channel(log.position.values + 1e-4 * np.sin(300.0 * log.time.values), "m", "q"))
+    return replace(
+        log,
+        position=Channel(log.position.values + 1e-4 * np.sin(300.0 * log.time.values), "m", "q"),
+    )
 
 
 @pytest.mark.parametrize(
@@ -68,7 +82,12 @@ def trembling(log):
         ({"k_p": 1.6 * 60.0}, None, {"k_p": 1.0 / 1.6}, ""),
         ({"k_v": 2.0 * 8000.0, "k_i": 2.0 * 2e5}, None, {"position": 0.5, "effort": 2.0}, ""),
         ({"k_ff": 0.0}, None, {"k_ff": 1.0}, "k_ff = 1"),  # the drive has 1
-        ({}, lambda log: recorded(VERTICAL, moves(), delay=4), {"delay": 4.0}, "a delay of four samples in the loop"),
+        (
+            {},
+            lambda log: recorded(VERTICAL, moves(), delay=4),
+            {"delay": 4.0},
+            "a delay of four samples in the loop",
+        ),
         ({}, lambda log: moved(log, 3.0), {"reference_later": 3e-3}, ""),
         ({}, lambda log: moved(log, -3.0), {"reference_earlier": 3e-3}, ""),
         ({}, trembling, {}, "No single wrong gain"),
@@ -77,17 +96,24 @@ def trembling(log):
 def test_a_wrong_number_of_the_loop_is_named(vertical, wrong, log_of, expected, words):
     log, result = vertical
     other = log_of(log) if log_of else log
-    following = followed(result, log if log_of is trembling else other, reported(VERTICAL, **wrong), other)
+    following = followed(
+        result, log if log_of is trembling else other, reported(VERTICAL, **wrong), other
+    )
     numbers = following.contradiction.numbers
     assert numbers["suspects"][: len(expected) or None] == tuple(expected)
     assert numbers["factors"][: len(expected)] == pytest.approx(list(expected.values()), rel=0.05)
-    assert (numbers["measured"], numbers["simulated"]) == (following.measured.peak_to_peak, following.simulated.peak_to_peak)
+    assert (numbers["measured"], numbers["simulated"]) == (
+        following.measured.peak_to_peak,
+        following.simulated.peak_to_peak,
+    )
     assert words in message(following.contradiction)
 
 
 def test_a_contradicted_loop_has_no_promised_gain(vertical):
     log, _ = vertical
-    identification = br.identify(log, "lugre", axis=reported(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
+    identification = br.identify(
+        log, "lugre", axis=reported(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0
+    )
     summary, page = identification.outcome.summary, identification.outcome.page
     assert summary["following_error"]["compensated"] is None
     doubt = next(item for item in summary["diagnostics"] if item["code"] == "loop_contradicts")

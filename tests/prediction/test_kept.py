@@ -14,7 +14,14 @@ PLANT, FRICTION = plants.inertia(M=2.0), friction.coulomb(F_C=20.0)
 
 
 def estimate(value, status="identified", interval=(1.0, 3.0)):
-    entry = {"unit": "N", "description": "a force", "value": value, "std": 0.1, "status": status, "interval": interval and list(interval)}
+    entry = {
+        "unit": "N",
+        "description": "a force",
+        "value": value,
+        "std": 0.1,
+        "status": status,
+        "interval": interval and list(interval),
+    }
     return entry | {"larger_std": 0.1, "robust_std": 0.2}
 
 
@@ -28,7 +35,12 @@ METRICS = {
 }
 SUMMARY = {
     "diagnostics": [
-        {"code": "at_bound", "parameter": "F_C", "severity": "warning", "numbers": {"bound": 3.0, "names": ["F_C", "M"]}},
+        {
+            "code": "at_bound",
+            "parameter": "F_C",
+            "severity": "warning",
+            "numbers": {"bound": 3.0, "names": ["F_C", "M"]},
+        },
         {"code": "held_levels", "parameter": "F_C", "severity": "note", "numbers": {}},
         {"code": "white", "parameter": "", "severity": "note", "numbers": {}},
     ],
@@ -76,15 +88,35 @@ ENDLESS = {"M": estimate(2.0), "F_C": estimate(None)}
         ({}, lambda fit: fit.correlation.tolist(), [[1.0, 0.5], [0.5, 1.0]]),
         ({}, lambda fit: fit.correlation_names, ("M", "F_C")),
         ({}, lambda fit: {name: getattr(fit, name) for name in METRICS}, METRICS),
-        ({}, lambda fit: [(item.name, item.value) for item in fit.combinations], [("M + F_C", 22.0)]),
+        (
+            {},
+            lambda fit: [(item.name, item.value) for item in fit.combinations],
+            [("M + F_C", 22.0)],
+        ),
         # A null becomes not a number, and the value of a parameter without limit infinite.
-        ({"metrics": NULLS}, lambda fit: [fit.condition_number, fit.force_error_percent], pytest.approx([math.nan] * 2, nan_ok=True)),
+        (
+            {"metrics": NULLS},
+            lambda fit: [fit.condition_number, fit.force_error_percent],
+            pytest.approx([math.nan] * 2, nan_ok=True),
+        ),
         ({"parameters": ENDLESS}, lambda fit: fit.estimates[1].value, math.inf),
         # An unidentified parameter has the first reason.
         ({}, lambda fit: numbers_of(fit.estimates[0]), ("M", 2.0, 0.1, 0.2, (1.0, 3.0), None)),
-        ({}, lambda fit: (fit.estimates[1].status, fit.estimates[1].interval, fit.estimates[1].reason.code), ("at_edge", None, "at_bound")),
+        (
+            {},
+            lambda fit: (
+                fit.estimates[1].status,
+                fit.estimates[1].interval,
+                fit.estimates[1].reason.code,
+            ),
+            ("at_edge", None, "at_bound"),
+        ),
         # Diagnostics keep their numbers and the kind of axis.
-        ({}, lambda fit: told_by(fit.diagnostics[0]), ("at_bound", "F_C", "warning", "translational")),
+        (
+            {},
+            lambda fit: told_by(fit.diagnostics[0]),
+            ("at_bound", "F_C", "warning", "translational"),
+        ),
         ({}, lambda fit: dict(fit.diagnostics[0].numbers), {"bound": 3.0, "names": ("F_C", "M")}),
         # Without draws the uncertainty is unknown.
         ({}, lambda fit: fit.resampling, None),
@@ -127,7 +159,11 @@ def test_uncertainty_has_all_draws_or_those_of_the_model_file(place):
 
 
 def test_all_draws_take_precedence_over_those_of_the_model_file():
-    both = kept(summary(resampling=RESAMPLING), {"F_C": np.array([1.0])}, {"draws": {"F_C": np.array([2.0])}})
+    both = kept(
+        summary(resampling=RESAMPLING),
+        {"F_C": np.array([1.0])},
+        {"draws": {"F_C": np.array([2.0])}},
+    )
     assert both.resampling.bands.draws["F_C"].tolist() == [1.0]
 
 

@@ -59,7 +59,9 @@ def test_the_first_samples_of_a_loop_have_their_known_inputs(pushed):
 
 def test_moves_and_circles_of_other_lengths_have_no_known_inputs_of_the_log(pushed):
     assert _at_rest(pushed).injected is None
-    assert all(variant.injected is None for variant in (_axis(pushed, 0.01, 0.1, axis) for axis in "xy"))
+    assert all(
+        variant.injected is None for variant in (_axis(pushed, 0.01, 0.1, axis) for axis in "xy")
+    )
 
 
 def test_a_page_applies_known_inputs_like_a_force_along_the_motion(pushed):
@@ -71,9 +73,14 @@ def test_a_page_applies_known_inputs_like_a_force_along_the_motion(pushed):
 
 def test_an_experiment_whose_file_lacks_named_known_inputs_is_refused(tmp_path):
     (tmp_path / "experiment.toml").write_text(EXPERIMENT)
-    head, rows = "time [s],reference [m],unexplained [N]", "".join(f"\n{DT * k:g},0,0" for k in range(5))
+    head, rows = (
+        "time [s],reference [m],unexplained [N]",
+        "".join(f"\n{DT * k:g},0,0" for k in range(5)),
+    )
     (tmp_path / "loop.csv").write_text(head + rows)
     with pytest.raises(InputError, match=r"injected\.file: has no column of known inputs"):
         read_experiment(tmp_path / "experiment.toml")
-    (tmp_path / "loop.csv").write_text(head + ",injected [N]" + rows.replace(",0\n", ",0,2\n") + ",2")
+    (tmp_path / "loop.csv").write_text(
+        head + ",injected [N]" + rows.replace(",0\n", ",0,2\n") + ",2"
+    )
     assert read_experiment(tmp_path / "experiment.toml").variants[0].injected.tolist() == [2.0] * 3

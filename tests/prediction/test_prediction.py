@@ -25,7 +25,9 @@ def test_the_closed_loop_of_the_true_model_reproduces_the_log():
 @pytest.mark.parametrize("start", [700, 2500])
 def test_a_log_that_begins_in_motion_is_simulated_from_motion(start):
     fine = replace(AXIS, resolution=1e-11)
-    prediction = predict(PLANT, TRUTH, recorded(start=start, resolution=fine.resolution), fine, "closed-loop")
+    prediction = predict(
+        PLANT, TRUTH, recorded(start=start, resolution=fine.resolution), fine, "closed-loop"
+    )
     assert np.max(np.abs(prediction.position_predicted - prediction.position)[:200]) < 5e-6
     assert np.max(np.abs(prediction.effort_predicted - prediction.effort)[:20]) < 0.02
 
@@ -34,7 +36,9 @@ def test_known_inputs_are_injected():
     pulses = np.where((np.arange(6000) // 250) % 5 == 2, 25.0, 0.0)
     log = recorded(injected=pulses)
     knowing = predict(PLANT, TRUTH, log, AXIS, "closed-loop").metrics["force_error_percent"]
-    ignorant = predict(PLANT, TRUTH, replace(log, injected=()), AXIS, "closed-loop").metrics["force_error_percent"]
+    ignorant = predict(PLANT, TRUTH, replace(log, injected=()), AXIS, "closed-loop").metrics[
+        "force_error_percent"
+    ]
     assert knowing < 1.5
     assert ignorant > 10.0 * knowing
 
@@ -54,10 +58,16 @@ def channels_of(result):
 
 def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
     log = recorded()
-    identification = identify(log, "coulomb_viscous", axis=AXIS, cutoff=40.0, decimation=4, blocks=0, draws=0)
+    identification = identify(
+        log, "coulomb_viscous", axis=AXIS, cutoff=40.0, decimation=4, blocks=0, draws=0
+    )
     fit = identification.best
-    prediction = predict(fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4, **channels_of(identification))
-    assert prediction.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
+    prediction = predict(
+        fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4, **channels_of(identification)
+    )
+    assert prediction.metrics["force_error_percent"] == pytest.approx(
+        fit.force_error_percent, rel=1e-9
+    )
     assert prediction.time.size == fit.traces.time.size
     assert "40 Hz" in notes_of(prediction)[0]
     assert predict(fit.plant, fit.friction, log, AXIS).time.size < prediction.time.size
@@ -65,9 +75,13 @@ def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
 
 def test_the_unexplained_force_is_the_residual_of_the_identification():
     log = recorded()
-    identification = identify(log, "coulomb_viscous", axis=AXIS, cutoff=30.0, decimation=1, blocks=0, draws=0)
+    identification = identify(
+        log, "coulomb_viscous", axis=AXIS, cutoff=30.0, decimation=1, blocks=0, draws=0
+    )
     fit = identification.best
-    left = unexplained_force(fit.plant, fit.friction, log, AXIS, cutoff=30.0, **channels_of(identification))
+    left = unexplained_force(
+        fit.plant, fit.friction, log, AXIS, cutoff=30.0, **channels_of(identification)
+    )
     at_rows = left[np.searchsorted(log.time.values, fit.traces.time)]
     assert np.allclose(at_rows, fit.traces.residual, atol=1e-9 * np.max(np.abs(log.effort.values)))
 
@@ -85,9 +99,17 @@ def test_a_diverging_loop_is_reported():
         (lambda log, axis: (log, replace(axis, controller=None)), "closed-loop", r"\[controller\]"),
         (lambda log, axis: (replace(log, reference=None), axis), "closed-loop", "reference"),
         (lambda log, axis: (replace(log, effort=None), axis), "open-loop", "effort"),
-        (lambda log, axis: (replace(log, kind="rotational"), axis), "inverse", "another kind of axis"),
+        (
+            lambda log, axis: (replace(log, kind="rotational"), axis),
+            "inverse",
+            "another kind of axis",
+        ),
         (lambda log, axis: (log, axis), "sideways", "mode: is not a valid choice"),
-        (lambda log, axis: (replace(log, segments=(slice(0, 15),)), axis), "closed-loop", "long enough"),
+        (
+            lambda log, axis: (replace(log, segments=(slice(0, 15),)), axis),
+            "closed-loop",
+            "long enough",
+        ),
     ],
 )
 def test_missing_signals_are_named(change, mode, words):

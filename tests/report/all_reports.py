@@ -41,11 +41,19 @@ def results():
     log = _named(facts["log"], LOGS[0])
     facts["identification"] = replace(facts["identification"], log=log)
     facts["prediction"] = replace(facts["prediction"], log=LOGS[0])
-    sides = ((_named(facts["comparison"].logs_before[0], LOGS[0]),), (_named(facts["comparison"].logs_after[0], LOGS[1]),))
+    sides = (
+        (_named(facts["comparison"].logs_before[0], LOGS[0]),),
+        (_named(facts["comparison"].logs_after[0], LOGS[1]),),
+    )
     facts["comparison"] = replace(facts["comparison"], logs_before=sides[0], logs_after=sides[1])
     motion = excite(STAGE, rehearsed=False)
-    friction, fitted = np.sign(motion.motion.velocity), SimpleNamespace(best=facts["identification"].best, sweep=None)
-    rehearsal = SimpleNamespace(identification=fitted, truth={}, peak_effort=1.0, lag=0.0, loop=False, friction=friction)
+    friction, fitted = (
+        np.sign(motion.motion.velocity),
+        SimpleNamespace(best=facts["identification"].best, sweep=None),
+    )
+    rehearsal = SimpleNamespace(
+        identification=fitted, truth={}, peak_effort=1.0, lag=0.0, loop=False, friction=friction
+    )
     u = np.linspace(-1e-6, 1e-6, 50)
     return facts | {
         "log": log,
@@ -65,25 +73,43 @@ def identification(*, by_position=False, doubts=()):
     best = replace(best, diagnostics=(*best.diagnostics, *doubts))
     best = replace(best, position_rmse=1e-6, position_error_percent=1.0) if by_position else best
     result = replace(result, fits=(best, *result.fits[1:]))
-    values = {"prediction": facts["prediction"], "simulation": facts["simulation"], "table": drive_table(best, 10)}
+    values = {
+        "prediction": facts["prediction"],
+        "simulation": facts["simulation"],
+        "table": drive_table(best, 10),
+    }
     summary = identification_summary(result, provenance={}, **values)
     return identification_report(result, axis_name="axis", **values, **COMMON), summary
 
 
 def prediction():
     facts, best = results(), results()["identification"].best
-    page = prediction_report(facts["prediction"], plant=best.plant, friction=best.friction, log=facts["log"], axis_name="axis", **COMMON)
-    return page, prediction_summary(facts["prediction"], friction=best.friction, notes=(), provenance={})
+    page = prediction_report(
+        facts["prediction"],
+        plant=best.plant,
+        friction=best.friction,
+        log=facts["log"],
+        axis_name="axis",
+        **COMMON,
+    )
+    return page, prediction_summary(
+        facts["prediction"], friction=best.friction, notes=(), provenance={}
+    )
 
 
 def simulation():
     facts = results()
-    return simulation_report(facts["simulation"], **COMMON), simulation_summary(facts["simulation"], files={}, provenance={})
+    return simulation_report(facts["simulation"], **COMMON), simulation_summary(
+        facts["simulation"], files={}, provenance={}
+    )
 
 
 def log():
     result = results()["log"]
-    return log_report(result, (), name="axis", **COMMON), {"verdict": log_ruling(result, ()).as_data(), "diagnostics": []}
+    return log_report(result, (), name="axis", **COMMON), {
+        "verdict": log_ruling(result, ()).as_data(),
+        "diagnostics": [],
+    }
 
 
 def design():
@@ -93,7 +119,9 @@ def design():
 
 def comparison():
     result = results()["comparison"]
-    return comparison_report(result, name="axis", **COMMON), comparison_summary(result, name="axis", provenance={})
+    return comparison_report(result, name="axis", **COMMON), comparison_summary(
+        result, name="axis", provenance={}
+    )
 
 
 def excitation():
@@ -110,13 +138,37 @@ def study():
 
 def fleet():
     """Three logs of a fleet, with one failure."""
-    texts = {"folder": ["a", "b", "b"], "log": [*LOGS, "third.csv"], "status": ["ok", "ok", "failed"], "reason": ["", "", "no effort"]}
-    numbers = {"run": np.arange(3), "held_out_error": np.array([0.01, 0.02, np.nan]), "friction.F_C": np.array([5.0, 6.0, np.nan])}
-    ends = {"friction.F_C.lower": np.array([4.0, 5.0, np.nan]), "friction.F_C.upper": np.array([6.0, 7.0, np.nan])}
-    texts |= {"friction.F_C.status": ["identified", "identified", ""], "diagnostics": ["", "clipped", ""]}
+    texts = {
+        "folder": ["a", "b", "b"],
+        "log": [*LOGS, "third.csv"],
+        "status": ["ok", "ok", "failed"],
+        "reason": ["", "", "no effort"],
+    }
+    numbers = {
+        "run": np.arange(3),
+        "held_out_error": np.array([0.01, 0.02, np.nan]),
+        "friction.F_C": np.array([5.0, 6.0, np.nan]),
+    }
+    ends = {
+        "friction.F_C.lower": np.array([4.0, 5.0, np.nan]),
+        "friction.F_C.upper": np.array([6.0, 7.0, np.nan]),
+    }
+    texts |= {
+        "friction.F_C.status": ["identified", "identified", ""],
+        "diagnostics": ["", "clipped", ""],
+    }
     about = {"friction.F_C": {"unit": "N", "description": "friction", "role": "parameter"}}
-    described = {"name": "axes", "kind": "translational", "model": "coulomb", "runs": 3, "metrics": ["friction.F_C"], "columns": about}
-    runs = Runs(described, numbers | ends | {name: np.array(values) for name, values in texts.items()})
+    described = {
+        "name": "axes",
+        "kind": "translational",
+        "model": "coulomb",
+        "runs": 3,
+        "metrics": ["friction.F_C"],
+        "columns": about,
+    }
+    runs = Runs(
+        described, numbers | ends | {name: np.array(values) for name, values in texts.items()}
+    )
     summary = fleet_summary(runs, provenance={})
     return fleet_report(runs, summary, command="bristle"), summary
 
@@ -124,15 +176,26 @@ def fleet():
 def arm():
     """Two joints, each with the prediction of the example."""
     facts, best = results(), results()["identification"].best
-    one = prediction_summary(facts["prediction"], friction=best.friction, notes=(), provenance={"bristle": "0"})
+    one = prediction_summary(
+        facts["prediction"], friction=best.friction, notes=(), provenance={"bristle": "0"}
+    )
     names = ("A1", "A2")
-    summary, _, page = arm_prediction(dict.fromkeys(names, one), dict.fromkeys(names, facts["prediction"]), "arm", LOGS[0], "bristle")
+    summary, _, page = arm_prediction(
+        dict.fromkeys(names, one),
+        dict.fromkeys(names, facts["prediction"]),
+        "arm",
+        LOGS[0],
+        "bristle",
+    )
     return page, summary
 
 
 def operator():
     recorded = results()["recorded"]
-    predicted, model = OperatorPrediction(tuple(curve.f for curve in recorded.curves), 0.1, 1.0), hysteresis.preisach(s=1.25e7, f_p=150.0)
+    predicted, model = (
+        OperatorPrediction(tuple(curve.f for curve in recorded.curves), 0.1, 1.0),
+        hysteresis.preisach(s=1.25e7, f_p=150.0),
+    )
     summary = operator_prediction_summary(predicted, model, recorded, provenance={})
     return operator_prediction_report(predicted, model, recorded, name="axis", **COMMON), summary
 

@@ -21,7 +21,11 @@ def columns():
     velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
     effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity
     effort += 0.1 * np.random.default_rng(1).normal(size=t.size)
-    return {"time": t, "position": 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t), "effort": effort}
+    return {
+        "time": t,
+        "position": 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t),
+        "effort": effort,
+    }
 
 
 UNSTABLE = 2.5  # gain of a loop that diverges
@@ -56,11 +60,22 @@ def point(phase=45.0, *, gain=0.05, crossover=2.0 * math.pi * 30.0):
         linear_system.LinearSystem(np.eye(1), np.ones(1), np.ones(1), 0.0),
         linear_system.LinearSystem(np.zeros((0, 0)), still, still, -gain),
     )
-    made = assessment.WorkingPoint(assessment.Motions.ALL, assessment.Friction.NONE, linear_system.SampledLoop(plant, law, 0, 1e-3))
-    vars(made)["margins"] = linear_system.Margins(phase=phase, gain=2.5, crossover=crossover, delay=None, sensitivity=1.5)
+    made = assessment.WorkingPoint(
+        assessment.Motions.ALL,
+        assessment.Friction.NONE,
+        linear_system.SampledLoop(plant, law, 0, 1e-3),
+    )
+    vars(made)["margins"] = linear_system.Margins(
+        phase=phase, gain=2.5, crossover=crossover, delay=None, sensitivity=1.5
+    )
     return made
 
 
 def assessed(name="plain", *phases, gain=0.05, switches=False):
     """The assessment of a loop with these phase margins [°]."""
-    return assessment.Assessment(name, "translational", tuple(point(phase, gain=gain) for phase in phases or (45.0,)), switches)
+    return assessment.Assessment(
+        name,
+        "translational",
+        tuple(point(phase, gain=gain) for phase in phases or (45.0,)),
+        switches,
+    )

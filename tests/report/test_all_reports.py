@@ -4,7 +4,15 @@ import re
 
 import numpy as np
 import pytest
-from tests.report.all_reports import DOUBTED, KINDS, LOGS, identification, rendered, report_of, results
+from tests.report.all_reports import (
+    DOUBTED,
+    KINDS,
+    LOGS,
+    identification,
+    rendered,
+    report_of,
+    results,
+)
 from tests.report.pages import Page
 
 from bristle.prediction import compensation_of
@@ -66,19 +74,30 @@ def test_first_screen_of_an_identification_judges_the_feedforward(monkeypatch):
     usable, summary, _ = report_of("identification")
     promised = compensation_of(results()["identification"].best.friction, None, {"stiffness": 1e6})
     monkeypatch.setattr("bristle.report.summary.compensation_in", lambda result: promised)
-    doubted, *summaries = rendered("identification", **DOUBTED)[0], identification()[1], identification(**DOUBTED)[1]
+    doubted, *summaries = (
+        rendered("identification", **DOUBTED)[0],
+        identification()[1],
+        identification(**DOUBTED)[1],
+    )
     assert [len(each["feedforward"]["claims"]) for each in summaries] == [1, 0]
     # This log does not show the stiffness of its position loop, so no moves are named.
     assert (summary["feedforward"]["first_gain"], summary["feedforward"]["claims"]) == (0.25, [])
     assert "Feedforward: safe to try at gain 0.25" in Page(first_screen(usable)).words
-    assert re.search("Measure again.*Feedforward: |Feedforward: .*Measure again", Page(first_screen(doubted)).words)
+    assert re.search(
+        "Measure again.*Feedforward: |Feedforward: .*Measure again",
+        Page(first_screen(doubted)).words,
+    )
     # A log to measure again has no values to enter.
     assert ['id="values"' in page for page in (usable, doubted)] == [True, False]
 
 
 def cards_of(kind):
     """The cards of a first screen: the value of each by its label."""
-    found = re.findall(r'class="label">(.*?)</span>\s*<strong>(.*?)</strong>', first_screen(report_of(kind)[0]), re.DOTALL)
+    found = re.findall(
+        r'class="label">(.*?)</span>\s*<strong>(.*?)</strong>',
+        first_screen(report_of(kind)[0]),
+        re.DOTALL,
+    )
     return {label: value.replace("\u00a0", " ") for label, value in found}
 
 
@@ -94,7 +113,11 @@ def numbers_of_cards():
         "simulation": ("Error, peak to peak", "mm", 1e3 * best.following_error.peak_to_peak),
         "log": ("Stroke", "mm", 1e3 * float(np.ptp(log.position.values))),
         "design": ("Following error", "µm", 1e6 * chosen.peak_to_peak),
-        "comparison": ("Following error, peak", "%", facts["comparison"].changes["following_error.peak"].change_percent),
+        "comparison": (
+            "Following error, peak",
+            "%",
+            facts["comparison"].changes["following_error.peak"].change_percent,
+        ),
         "excitation": ("Travel", "mm", 1e3 * float(np.ptp(facts["excitation"].motion.position))),
         "study": ("Median", "µm", 1e6 * runs["metrics"]["following_error.rms"]["median"]),
         "fleet": ("F_C", "N", logs["parameters"]["friction.F_C"]["median"]),
@@ -124,7 +147,11 @@ def test_verdict_and_warnings_agree(options):
     text, summary, _ = rendered("identification", **options)
     severities = {diagnostic["severity"] for diagnostic in summary["diagnostics"]}
     assert (summary["verdict"]["level"] == "measure_again") == ("error" in severities)
-    graves = [diagnostic["code"] for diagnostic in summary["diagnostics"] if diagnostic["severity"] == "error"]
+    graves = [
+        diagnostic["code"]
+        for diagnostic in summary["diagnostics"]
+        if diagnostic["severity"] == "error"
+    ]
     assert all(SENTENCES[code].means in summary["verdict"]["reasons"] for code in graves)
     assert ('<ul class="warnings">' in text) == bool(summary["warnings"])
 
@@ -132,7 +159,11 @@ def test_verdict_and_warnings_agree(options):
 @pytest.mark.parametrize("kind", [kind for kind in WITH_VERDICT if kind != "identification"])
 def test_usable_verdict_has_no_warnings(kind):
     text, summary, _ = report_of(kind)
-    doubts = [diagnostic for diagnostic in summary.get("diagnostics", ()) if diagnostic["severity"] != "note"]
+    doubts = [
+        diagnostic
+        for diagnostic in summary.get("diagnostics", ())
+        if diagnostic["severity"] != "note"
+    ]
     if summary["verdict"]["level"] == "usable":
         assert not doubts
         assert '<ul class="warnings">' not in text
@@ -141,5 +172,8 @@ def test_usable_verdict_has_no_warnings(kind):
 def test_information_criteria_are_only_on_the_page():
     heads = comparison_table(results()["identification"]).heads
     details = {"AIC, above the best", "BIC, above the best", "Condition number"}
-    assert set(heads) - set(comparison_table(results()["identification"], details=False).heads) == details
+    assert (
+        set(heads) - set(comparison_table(results()["identification"], details=False).heads)
+        == details
+    )
     assert all(head in Page(report_of("identification")[0]).words for head in details)

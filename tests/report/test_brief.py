@@ -28,7 +28,9 @@ def identification():
 
 
 def with_diagnostics(identification, *codes, severity="warning"):
-    found = tuple(Diagnostic(code, "", severity, {"causes": ("speed",)}, "translational") for code in codes)
+    found = tuple(
+        Diagnostic(code, "", severity, {"causes": ("speed",)}, "translational") for code in codes
+    )
     return replace(identification, fits=(replace(identification.best, diagnostics=found),))
 
 
@@ -44,23 +46,35 @@ def test_the_verdict_is_the_last_line_and_has_its_level(identification):
     assert (last.label, last.level, last.text[:6]) == ("Verdict", "usable", "Usable")
 
 
-def test_mass_and_level_of_friction_come_with_half_widths_and_in_the_unit_of_the_drive(identification):
+def test_mass_and_level_of_friction_come_with_half_widths_and_in_the_unit_of_the_drive(
+    identification,
+):
     mass, friction, *_ = texts(module.brief(identification, None, None), "Type in")
     assert re.match(f"mass {identification.best.plant.values['M']:.3g}.*±", mass)
     assert re.search("forward.*backward ±", friction)
 
 
-@pytest.mark.parametrize(("status", "is_shown"), [("identified", True), ("held", True), ("unidentifiable", False)])
-def test_a_constant_force_is_to_be_typed_in_only_if_it_is_known(identification, monkeypatch, status, is_shown):
+@pytest.mark.parametrize(
+    ("status", "is_shown"), [("identified", True), ("held", True), ("unidentifiable", False)]
+)
+def test_a_constant_force_is_to_be_typed_in_only_if_it_is_known(
+    identification, monkeypatch, status, is_shown
+):
     fit = identification.best
     offset = replace(fit.estimates[1], name="offset", value=5.0, status=status)
-    monkeypatch.setattr(module, "level_values", lambda fit: Some(forward=8.0, backward=8.0, constant=5.0, inertia=12.0))
+    monkeypatch.setattr(
+        module,
+        "level_values",
+        lambda fit: Some(forward=8.0, backward=8.0, constant=5.0, inertia=12.0),
+    )
     friction = module._to_type_in(replace(fit, estimates=(*fit.estimates, offset)), None)[1].text
     assert ("constant force 5" in friction) is is_shown
 
 
 def test_a_log_in_one_direction_has_no_value_to_type_in(identification, monkeypatch):
-    monkeypatch.setattr("bristle.report.judgement.level_values", lambda fit: Some(forward=8.0, backward=None))
+    monkeypatch.setattr(
+        "bristle.report.judgement.level_values", lambda fit: Some(forward=8.0, backward=None)
+    )
     lines = module.brief(identification, Some(), None)
     assert {line.label for line in lines} & {"Gain", "Type in"} == set()
     assert lines[-1].text.startswith(f"Measure again: {SENTENCES['one_direction'].means}")
@@ -69,21 +83,41 @@ def test_a_log_in_one_direction_has_no_value_to_type_in(identification, monkeypa
 def test_a_faulty_log_is_to_be_recorded_again(identification, monkeypatch):
     assert module.advice_to_record(identification.best) == ""
     faulty = with_diagnostics(identification, "effort_unsigned", severity="error").best
-    assert module.advice_to_record(faulty).lower().startswith(SENTENCES["effort_unsigned"].advice.lower())
-    monkeypatch.setattr("bristle.report.judgement.level_values", lambda fit: Some(forward=8.0, backward=None))
-    assert SENTENCES["one_direction"].advice.lower() in module.advice_to_record(identification.best).lower()
+    assert (
+        module.advice_to_record(faulty)
+        .lower()
+        .startswith(SENTENCES["effort_unsigned"].advice.lower())
+    )
+    monkeypatch.setattr(
+        "bristle.report.judgement.level_values", lambda fit: Some(forward=8.0, backward=None)
+    )
+    assert (
+        SENTENCES["one_direction"].advice.lower()
+        in module.advice_to_record(identification.best).lower()
+    )
 
 
 def test_the_three_gravest_warnings_are_named_with_their_codes(identification):
     lines = texts(module.brief(with_diagnostics(identification, *CODES), None, None), "Warnings")
-    assert [line.rpartition("[")[2].rstrip("]") for line in lines[:3]] == ["structure", "clipped", "level_drifts"]
+    assert [line.rpartition("[")[2].rstrip("]") for line in lines[:3]] == [
+        "structure",
+        "clipped",
+        "level_drifts",
+    ]
     assert lines[3].startswith("2 more: -v")
     assert texts(module.brief(with_diagnostics(identification), None, None), "Warnings") == []
 
 
 def test_the_first_model_that_the_residual_asks_for_is_proposed(identification):
-    found = [Diagnostic("missing_position", "", "warning", {"model": name}, "translational") for name in ("a+position", "b", "a+position")]
-    lines = module.brief(replace(identification, fits=(replace(identification.best, diagnostics=tuple(found)),)), None, None)
+    found = [
+        Diagnostic("missing_position", "", "warning", {"model": name}, "translational")
+        for name in ("a+position", "b", "a+position")
+    ]
+    lines = module.brief(
+        replace(identification, fits=(replace(identification.best, diagnostics=tuple(found)),)),
+        None,
+        None,
+    )
     assert texts(lines, "Try") == [f"--model {identification.best.name},a+position"]
     assert texts(module.brief(with_diagnostics(identification), None, None), "Try") == []
 
@@ -91,24 +125,36 @@ def test_the_first_model_that_the_residual_asks_for_is_proposed(identification):
 def test_an_error_is_named_before_every_warning(identification):
     found = with_diagnostics(identification, "structure")
     error = Diagnostic("few_speeds", "", "error", {}, "translational")
-    found = replace(found, fits=(replace(found.best, diagnostics=(*found.best.diagnostics, error)),))
+    found = replace(
+        found, fits=(replace(found.best, diagnostics=(*found.best.diagnostics, error)),)
+    )
     assert "[few_speeds]" in texts(module.brief(found, None, None), "Warnings")[0]
 
 
 def test_a_log_to_be_measured_again_has_no_values_to_type_in(identification):
-    lines = module.brief(with_diagnostics(identification, "one_direction", severity="error"), None, None)
+    lines = module.brief(
+        with_diagnostics(identification, "one_direction", severity="error"), None, None
+    )
     assert lines[-1].level == "measure_again"
     assert not {"Type in", "Gain"} & {line.label for line in lines}
 
 
 def gained(monkeypatch, before, after):
-    steps = (compensation.Errors("feedforward", before, before, 0.0, 0.0), compensation.Errors("compensated", after, after, 0.0, 0.0))
-    monkeypatch.setattr(module, "gain_of", lambda simulation: compensation.Gain(steps, "translational", "caveat"))
+    steps = (
+        compensation.Errors("feedforward", before, before, 0.0, 0.0),
+        compensation.Errors("compensated", after, after, 0.0, 0.0),
+    )
+    monkeypatch.setattr(
+        module, "gain_of", lambda simulation: compensation.Gain(steps, "translational", "caveat")
+    )
     return module._gain(Some(), None, None)[0].text
 
 
 def test_the_gain_is_the_following_error_without_and_with_friction_feedforward(monkeypatch):
-    assert gained(monkeypatch, 203e-6, 7e-6).replace("\u00a0", " ") == "Friction feedforward: 203 → 7 µm peak to peak, ×29"
+    assert (
+        gained(monkeypatch, 203e-6, 7e-6).replace("\u00a0", " ")
+        == "Friction feedforward: 203 → 7 µm peak to peak, ×29"
+    )
     assert gained(monkeypatch, 203e-6, 195e-6).endswith("no improvement")
     assert gained(monkeypatch, 203e-6, 190e-6).endswith("×1.1")
 
@@ -119,25 +165,46 @@ def test_the_gain_is_the_following_error_without_and_with_friction_feedforward(m
         (Some(), Some(contradiction=Diagnostic("loop_contradicts")), None, "not predicted"),
         (None, None, None, "not simulated: the axis file has no controller"),
         (None, None, Axis(), "not simulated: the axis file has no controller"),
-        (None, None, Axis(controller=controllers.cascade(k_p=60.0, k_v=9e4)), "not simulated: the log has no reference of a loop"),
+        (
+            None,
+            None,
+            Axis(controller=controllers.cascade(k_p=60.0, k_v=9e4)),
+            "not simulated: the log has no reference of a loop",
+        ),
     ],
 )
 def test_an_unknown_gain_has_a_reason(monkeypatch, simulation, following, axis, text):
-    monkeypatch.setattr(module, "gain_of", lambda simulation: simulation and compensation.Gain((), "translational", ""))
+    monkeypatch.setattr(
+        module,
+        "gain_of",
+        lambda simulation: simulation and compensation.Gain((), "translational", ""),
+    )
     assert module._gain(simulation, following, axis)[0].text.startswith(text)
 
 
 def test_a_command_to_copy_is_on_one_line_of_its_own_and_no_word_is_cut(capsys, monkeypatch):
     monkeypatch.setattr("bristle.cli.terminal.PIPE_WIDTH", 40)
     command = "bristle run results/experiment.toml --out results_loop"
-    show_lines([module.Line("Next", "Simulate the loop:", command=command), module.Line("Try", f"--model {60 * 'x'}")])
+    show_lines(
+        [
+            module.Line("Next", "Simulate the loop:", command=command),
+            module.Line("Try", f"--model {60 * 'x'}"),
+        ]
+    )
     lines = capsys.readouterr().out.splitlines()
-    assert [*lines[:2], lines[-1].split()] == ["Next        Simulate the loop:", f"  {command}", [60 * "x"]]
+    assert [*lines[:2], lines[-1].split()] == [
+        "Next        Simulate the loop:",
+        f"  {command}",
+        [60 * "x"],
+    ]
 
 
 def test_many_parameters_are_cut_to_those_that_take_most_of_the_force(identification):
     fit = identification.best
-    more = [replace(fit.estimates[1], name=f"p{place}", value=1.0 + place, effect=0.01 * place) for place in range(9)]
+    more = [
+        replace(fit.estimates[1], name=f"p{place}", value=1.0 + place, effect=0.01 * place)
+        for place in range(9)
+    ]
     *lines, last = module._parameters(replace(fit, estimates=(*fit.estimates, *more)))
     assert last.text.endswith("more: -v)")
     shown = [line.text.split()[0] for line in lines]
@@ -146,12 +213,20 @@ def test_many_parameters_are_cut_to_those_that_take_most_of_the_force(identifica
 
 def test_a_verdict_with_many_reasons_is_cut_to_three():
     line = module.verdict(page.Ruling("with_care", "Use with care", tuple("abcde")))
-    assert line == module.Line("Verdict", "Use with care: a; b; c; 2 more reasons (-v).", "with_care")
+    assert line == module.Line(
+        "Verdict", "Use with care: a; b; c; 2 more reasons (-v).", "with_care"
+    )
 
 
 def test_lines_are_wrapped_behind_their_labels(capsys, monkeypatch):
     monkeypatch.setattr("bristle.cli.terminal.PIPE_WIDTH", 40)
-    show_lines([module.Line("Model", 12 * "word "), module.Line("", "  indented"), module.Line("Verdict", "Usable.", "usable")])
+    show_lines(
+        [
+            module.Line("Model", 12 * "word "),
+            module.Line("", "  indented"),
+            module.Line("Verdict", "Usable.", "usable"),
+        ]
+    )
     assert capsys.readouterr().out.splitlines() == [
         "Model       word word word word word",
         "            word word word word word",
@@ -176,7 +251,9 @@ def repeated(command):
     return Step.of("try a model with the missing force: `--model gms`").in_full(command).command
 
 
-COMPARE = "enter the values on the machine, record again, and measure the gain with `bristle compare a b`"
+COMPARE = (
+    "enter the values on the machine, record again, and measure the gain with `bristle compare a b`"
+)
 
 
 @pytest.mark.parametrize(
@@ -189,10 +266,18 @@ COMPARE = "enter the values on the machine, record again, and measure the gain w
         (quantity_text, (28.0312, None, "kg"), "28.0\u00a0kg"),
         (quantity_text, (2.8412, 1.1, "kg"), "2.84\u00a0kg"),
         # A step separates sentence and command.
-        (Step.of, (COMPARE,), ("Enter the values on the machine, record again", "bristle compare a b")),
+        (
+            Step.of,
+            (COMPARE,),
+            ("Enter the values on the machine, record again", "bristle compare a b"),
+        ),
         (Step.of, ("weigh the axis",), ("Weigh the axis", "")),
         # A step repeats the command with its option: results stay, and names with blanks stay whole.
-        (repeated, ("bristle identify log.csv --model lugre --axis a.toml",), "bristle identify log.csv --axis a.toml --model gms"),
+        (
+            repeated,
+            ("bristle identify log.csv --model lugre --axis a.toml",),
+            "bristle identify log.csv --axis a.toml --model gms",
+        ),
         (repeated, ("bristle.identify(log)",), "--model gms"),
         (
             repeated,
@@ -220,7 +305,11 @@ def test_cards_are_the_numbers_of_the_fit(workbench):
     ratio = numbers(in_si)[0] / levels.forward
     assert ratio == pytest.approx(10.0 ** round(np.log10(ratio)), rel=6e-3)
     assert numbers(in_si)[1] == pytest.approx(ratio * levels.backward, rel=6e-3)
-    halves = [estimate.interval_percent for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
+    halves = [
+        estimate.interval_percent
+        for estimate in fit.estimates
+        if estimate.name in fit.levels and estimate.status == "identified"
+    ]
     assert friction.half == pytest.approx(max(halves))
     error = cards["Model error"]
     assert numbers(error.value)[0] == pytest.approx(fit.error_percent, rel=6e-3)
@@ -231,7 +320,10 @@ def test_the_drive_comes_first(stage):
     fit = stage.identified.best
     unit = Some(name="A", of=lambda value: value / 50.0)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("bristle.report.cards.drive_units", lambda axis, kind: Some(efforts=(unit,), inertias=(), lengths=()))
+        patch.setattr(
+            "bristle.report.cards.drive_units",
+            lambda axis, kind: Some(efforts=(unit,), inertias=(), lengths=()),
+        )
         card = by_label(cards_of(fit, Axis(), usable=True))["Lowest sliding friction"]
     assert card.value.endswith("A")
     assert numbers(card.value)[0] == pytest.approx(level_values(fit).forward / 50.0, rel=6e-3)
@@ -240,26 +332,45 @@ def test_the_drive_comes_first(stage):
 
 def test_no_number_to_type_in_where_the_log_must_be_recorded_again(workbench):
     cards = cards_of(workbench.identified.best, workbench.axis, usable=False)
-    assert [(card.value, card.remark, card.open, card.half) for card in cards[:2]] == [("–", "measure again", True, None)] * 2
+    assert [(card.value, card.remark, card.open, card.half) for card in cards[:2]] == [
+        ("–", "measure again", True, None)
+    ] * 2
 
 
 def test_the_distance_has_the_scatter_of_the_replicates(stage):
     model = example_of(MODELS["dahl"])
-    drawn = [model.with_values(sigma_0=share * model.sigma_0) for share in np.linspace(0.8, 1.2, 16)]
-    fit = replace(stage.identified.best, friction=model, resampling=Some(bands=Some(models=lambda model, most: drawn[:most])))
+    drawn = [
+        model.with_values(sigma_0=share * model.sigma_0) for share in np.linspace(0.8, 1.2, 16)
+    ]
+    fit = replace(
+        stage.identified.best,
+        friction=model,
+        resampling=Some(bands=Some(models=lambda model, most: drawn[:most])),
+    )
     fastest = float(np.max(np.abs(fit.traces.velocity)))
     distances = np.array([reversal_distance(each, fastest) for each in drawn])
     middle = reversal_distance(model, fastest)
     card = distance_card(fit, None)
-    assert card.half == pytest.approx(100.0 * 1.959964 * 1.482602 * np.median(np.abs(distances - middle)) / middle, rel=1e-4)
+    assert card.half == pytest.approx(
+        100.0 * 1.959964 * 1.482602 * np.median(np.abs(distances - middle)) / middle, rel=1e-4
+    )
     assert numbers(card.value)[0] * 1e-6 == pytest.approx(middle, rel=0.05)
-    wild = replace(fit, resampling=Some(bands=Some(models=lambda model, most: [model.with_values(sigma_0=model.sigma_0 / 50.0)] * 4)))
+    wild = replace(
+        fit,
+        resampling=Some(
+            bands=Some(
+                models=lambda model, most: [model.with_values(sigma_0=model.sigma_0 / 50.0)] * 4
+            )
+        ),
+    )
     assert (distance_card(wild, None).half, distance_card(wild, None).open) == (None, True)
     assert distance_card(replace(fit, friction=example_of(MODELS["coulomb"])), None) is None
 
 
 def test_a_bar_ends_at_thirty_percent():
-    assert [Card("", "", half=half).reach for half in (3.0, 30.0, 300.0, 0.01)] == pytest.approx([5.0, 50.0, 50.0, 1.0])
+    assert [Card("", "", half=half).reach for half in (3.0, 30.0, 300.0, 0.01)] == pytest.approx(
+        [5.0, 50.0, 50.0, 1.0]
+    )
     assert Card("", "").reach == 0.0
 
 
@@ -276,13 +387,17 @@ def test_card_of_an_unknown_gain_has_its_reason(simulation, following, usable, r
     assert no_gain(simulation, following, None, usable=usable).remark == remark
 
 
-@pytest.mark.parametrize(("status", "is_shown"), [("held", True), ("identified", True), ("unidentifiable", False)])
+@pytest.mark.parametrize(
+    ("status", "is_shown"), [("held", True), ("identified", True), ("unidentifiable", False)]
+)
 def test_a_constant_force_is_on_the_card_only_if_it_is_known(stage, monkeypatch, status, is_shown):
     best = stage.identified.best
     levels = level_values(best)._replace(constant=2.0)
     monkeypatch.setattr("bristle.report.cards.level_values", lambda fit: levels)
     offset = replace(best.estimates[-1], name="offset", status=status)
-    card = by_label(cards_of(replace(best, estimates=(*best.estimates[:-1], offset)), None, usable=True))["Lowest sliding friction"]
+    card = by_label(
+        cards_of(replace(best, estimates=(*best.estimates[:-1], offset)), None, usable=True)
+    )["Lowest sliding friction"]
     assert ("constant 2" in card.remark) is is_shown
 
 
@@ -296,6 +411,14 @@ def test_samples_of_a_fit_are_not_decimated(stage):
     assert np.median(apart) < 0.01 * np.max(np.abs(best.traces.predicted))
     few = dict(treatment) | {"decimation": 1.0}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(import_module("bristle.prediction.predict"), "MOST_SAMPLES", len(stage.log) // 3)
-        assert fit_at_samples(best, stage.log, stage.axis, treatment).traces.time.size < 0.5 * fine.traces.time.size
-        assert fit_at_samples(best, stage.log, stage.axis, few).traces.time.size > 0.5 * fine.traces.time.size
+        patch.setattr(
+            import_module("bristle.prediction.predict"), "MOST_SAMPLES", len(stage.log) // 3
+        )
+        assert (
+            fit_at_samples(best, stage.log, stage.axis, treatment).traces.time.size
+            < 0.5 * fine.traces.time.size
+        )
+        assert (
+            fit_at_samples(best, stage.log, stage.axis, few).traces.time.size
+            > 0.5 * fine.traces.time.size
+        )

@@ -19,12 +19,31 @@ RMS = "following_error.rms"
 
 
 def change(name=RMS, before=2e-5, after=1e-5, interval=(-1.2e-5, -0.8e-5)):
-    return Change(name, "force" if name.startswith(("effort", "friction")) else "length", before, after, interval)
+    return Change(
+        name,
+        "force" if name.startswith(("effort", "friction")) else "length",
+        before,
+        after,
+        interval,
+    )
 
 
 def compared(*changes, diagnostics=(), turns=(), curve=(), logs=2, **shared):
-    known = {"motions": 1, "paired": True, "cycles_before": 8, "cycles_after": 9, "complete": True, "before_percent": 100.0}
-    log = Some(source=Some(name="<a.csv>"), origin=Some(name="a.csv"), sample_time=1e-3, duration=4.0, notes=())
+    known = {
+        "motions": 1,
+        "paired": True,
+        "cycles_before": 8,
+        "cycles_after": 9,
+        "complete": True,
+        "before_percent": 100.0,
+    }
+    log = Some(
+        source=Some(name="<a.csv>"),
+        origin=Some(name="a.csv"),
+        sample_time=1e-3,
+        duration=4.0,
+        notes=(),
+    )
 
     return Some(
         kind="translational",
@@ -51,8 +70,18 @@ HARDLY = change(after=1.92e-5, interval=(-1.2e-6, -0.4e-6))
     [
         (change(), "usable", "It helped", "It helped: the following error is lower."),
         # From five percent on.
-        (change(after=1.89e-5, interval=(-1.2e-6, -0.4e-6)), "usable", "It helped", "It helped: the following error is lower."),
-        (HARDLY, "with_care", "It hardly helped", "It hardly helped: the following error is lower, by less than 5 %."),
+        (
+            change(after=1.89e-5, interval=(-1.2e-6, -0.4e-6)),
+            "usable",
+            "It helped",
+            "It helped: the following error is lower.",
+        ),
+        (
+            HARDLY,
+            "with_care",
+            "It hardly helped",
+            "It hardly helped: the following error is lower, by less than 5 %.",
+        ),
         (HIGHER, "no", "It did not help", "It did not help: the following error is higher."),
         (
             OPEN,
@@ -60,7 +89,12 @@ HARDLY = change(after=1.92e-5, interval=(-1.2e-6, -0.4e-6))
             "No clear change",
             "These logs do not show whether the change helped: the 95 % interval of the change in following error contains zero.",
         ),
-        (ONCE, "with_care", "Effect unknown", "These logs do not show whether the change helped: a single cycle gives no interval."),
+        (
+            ONCE,
+            "with_care",
+            "Effect unknown",
+            "These logs do not show whether the change helped: a single cycle gives no interval.",
+        ),
     ],
 )
 def test_verdict_follows_the_change_of_the_following_error(item, level, words, sentence):
@@ -72,10 +106,16 @@ def test_verdict_follows_the_change_of_the_following_error(item, level, words, s
 
 def test_verdict_has_the_numbers_of_the_change():
     (reason,) = report.comparison_ruling(compared(change())).reasons
-    assert reason.replace("\u00a0", " ") == "following error, root mean square: 10 µm instead of 20 µm, −50 % (95 % interval −60 to −40 %)"
+    assert (
+        reason.replace("\u00a0", " ")
+        == "following error, root mean square: 10 µm instead of 20 µm, −50 % (95 % interval −60 to −40 %)"
+    )
 
 
-DOUBT, NOTE = Diagnostic("few_cycles", "", "warning", {"cycles": 3}), Diagnostic("one_recording", "", "note")
+DOUBT, NOTE = (
+    Diagnostic("few_cycles", "", "warning", {"cycles": 3}),
+    Diagnostic("one_recording", "", "note"),
+)
 FEW = "the cycles are too few to estimate their scatter"
 
 
@@ -96,7 +136,10 @@ def test_warning_lowers_the_verdict_to_care(item, diagnostics, level, reasons):
 def test_without_a_reference_the_effect_is_unknown():
     untold = report.comparison_ruling(compared(change("effort.rms", 9.0, 8.0, (-1.5, -0.5))))
     assert untold.reasons == ("without a reference, the following error is unknown",)
-    assert report.comparison_sentences(compared())[0] == "Without a reference, the effect on the following error is unknown."
+    assert (
+        report.comparison_sentences(compared())[0]
+        == "Without a reference, the effect on the following error is unknown."
+    )
 
 
 def test_each_quantity_has_its_interval():
@@ -136,7 +179,11 @@ def test_percentage_has_its_sign(percent, item, text):
 @pytest.mark.parametrize(
     ("shared", "turns", "words"),
     [
-        ({}, (), "bristle compared 8 cycles before and 9 after, of one motion. The intervals resample them in pairs"),
+        (
+            {},
+            (),
+            "bristle compared 8 cycles before and 9 after, of one motion. The intervals resample them in pairs",
+        ),
         (
             {"motions": 3, "paired": False, "complete": False},
             (1,),
@@ -146,14 +193,18 @@ def test_percentage_has_its_sign(percent, item, text):
     ],
 )
 def test_compared_cycles_are_listed_between_warnings_and_notes(shared, turns, words):
-    remarks = report.remarks_of(compared(change(), diagnostics=(NOTE, DOUBT), turns=turns, **shared))
+    remarks = report.remarks_of(
+        compared(change(), diagnostics=(NOTE, DOUBT), turns=turns, **shared)
+    )
     assert remarks[0].startswith("warning: one side has only 3 cycles")
     assert remarks[1] == words
     assert remarks[2].startswith("one side has a single log")
 
 
 def front(item, files=None, **options):
-    return report._front(compared(*item, **options), "axis", files or {"before": "a.csv", "after": ""})
+    return report._front(
+        compared(*item, **options), "axis", files or {"before": "a.csv", "after": ""}
+    )
 
 
 def test_first_page_has_gain_and_uncertainty():
@@ -168,7 +219,10 @@ def test_first_page_has_gain_and_uncertainty():
         ("Forward to backward", "no clear change", "95 %: −50 to +25 %"),
         ("Effort, rms", "+12.5 %", "95 %: +6.2 to +18.8 %"),
     ]
-    assert (page.next.text, page.next.command[:14]) == ("Keep the change, and identify the remaining friction", "bristle identi")
+    assert (page.next.text, page.next.command[:14]) == (
+        "Keep the change, and identify the remaining friction",
+        "bristle identi",
+    )
 
 
 def test_worse_change_advises_the_old_values():
@@ -177,7 +231,9 @@ def test_worse_change_advises_the_old_values():
     assert page.next == ("Undo the change, then", "bristle identify BEFORE --axis axis.toml")
 
 
-@pytest.mark.parametrize(("item", "also"), [((OPEN,), ""), ((ONCE,), ""), ((), ", with the reference")])
+@pytest.mark.parametrize(
+    ("item", "also"), [((OPEN,), ""), ((ONCE,), ""), ((), ", with the reference")]
+)
 def test_unclear_change_asks_for_more_cycles(item, also):
     assert front(item).next.text == f"Record ten cycles or more of one motion on each side{also}"
 
@@ -199,12 +255,28 @@ def test_basis_has_the_motion_common_to_both(monkeypatch, shared, words):
 
 
 def test_summary_of_a_comparison_is_grouped_by_quantity(monkeypatch):
-    turn, level = change("reversals.forward_to_backward"), change("friction.level", 5.0, 5.1, (-0.2, 0.4))
+    turn, level = (
+        change("reversals.forward_to_backward"),
+        change("friction.level", 5.0, 5.1, (-0.2, 0.4)),
+    )
     monkeypatch.setattr(report, "_logs", len)
-    summary = report.comparison_summary(compared(change(), turn, level, curve=((0.01, level),)), name="axis", provenance={})
-    assert (summary["following_error"]["rms"]["before"], summary["friction"]["at_speeds"][0]["speed"]) == (2e-5, 0.01)
-    assert (list(summary["reversals"]), summary["reversals"]["window"]) == (["window", "forward_to_backward"], 0.15)
-    expected = {"effort": None, "error_unit": "m", "effort_unit": "N", "logs": {"before": 2, "after": 2}}
+    summary = report.comparison_summary(
+        compared(change(), turn, level, curve=((0.01, level),)), name="axis", provenance={}
+    )
+    assert (
+        summary["following_error"]["rms"]["before"],
+        summary["friction"]["at_speeds"][0]["speed"],
+    ) == (2e-5, 0.01)
+    assert (list(summary["reversals"]), summary["reversals"]["window"]) == (
+        ["window", "forward_to_backward"],
+        0.15,
+    )
+    expected = {
+        "effort": None,
+        "error_unit": "m",
+        "effort_unit": "N",
+        "logs": {"before": 2, "after": 2},
+    }
     assert {name: summary[name] for name in expected} == expected
     bare = report.comparison_summary(compared(change()), name="axis", provenance={})
     assert (bare["reversals"], bare["friction"]) == (None, None)
@@ -235,7 +307,9 @@ def test_comparison_is_plain_data(result):
     assert message["helped"] is True
     assert message["reversals"]["window"] == result.window
     assert message["shared"]["cycles_before"] == 8
-    assert [diagnostic["code"] for diagnostic in message["diagnostics"]] == [diagnostic.code for diagnostic in result.diagnostics]
+    assert [diagnostic["code"] for diagnostic in message["diagnostics"]] == [
+        diagnostic.code for diagnostic in result.diagnostics
+    ]
 
 
 def test_data_frame_has_a_row_for_each_quantity(result):
@@ -248,14 +322,22 @@ def test_data_frame_has_a_row_for_each_quantity(result):
 def test_small_reduction_hardly_helped():
     message = br.compare(log(1, sine(12), scatter=0.0), log(2, sine(12), scatter=0.0, gain=0.97))
     assert message.changes["following_error.rms"].verdict == "lower"
-    assert message.sentences[0] == "It hardly helped: the following error is lower, by less than 5 %."
+    assert (
+        message.sentences[0] == "It hardly helped: the following error is lower, by less than 5 %."
+    )
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_report_of_a_comparison_has_verdict_changes_and_command(result, tmp_path):
     page = Page(result.report(tmp_path / "report.html").read_text(encoding="utf-8"))
     assert not page.unbalanced
-    for told in ("It helped", "bristle.compare('before', 'after')", "lower", "95 % interval", "Friction at the same speeds"):
+    for told in (
+        "It helped",
+        "bristle.compare('before', 'after')",
+        "lower",
+        "95 % interval",
+        "Friction at the same speeds",
+    ):
         assert told in page.words
 
 
@@ -284,7 +366,9 @@ def test_figure_draws_the_numbers_of_the_changes(result):
     drawn = [as_csv(panel) for panel in numbers_of(result.plot())]
     assert len(drawn) == 6
     rows = [line for line in drawn[-1].splitlines() if ",change,points," in line]
-    assert [float(row.split(",")[5]) for row in rows] == pytest.approx([change.change_percent for change in result.changes.values()])
+    assert [float(row.split(",")[5]) for row in rows] == pytest.approx(
+        [change.change_percent for change in result.changes.values()]
+    )
 
 
 # --- The call that repeats a result, with the names of its logs and models, and its options
@@ -305,8 +389,20 @@ def log_named(name="", source="<columns>"):
             {},
             "bristle.identify(['a.csv', 'b.csv'], 'dahl,own', axis=axis)",
         ),
-        ([log_named()], "lugre", [1], {"draws": 0}, "bristle.identify('columns', 'lugre', axis=axis, draws=0)"),
-        ([log_named(source="<>")], "lugre", [None], {"draws": 1000}, "bristle.identify('log', 'lugre')"),
+        (
+            [log_named()],
+            "lugre",
+            [1],
+            {"draws": 0},
+            "bristle.identify('columns', 'lugre', axis=axis, draws=0)",
+        ),
+        (
+            [log_named(source="<>")],
+            "lugre",
+            [None],
+            {"draws": 1000},
+            "bristle.identify('log', 'lugre')",
+        ),
     ],
 )
 def test_call_of_an_identification_has_the_non_default_options(logs, model, axes, options, call):
@@ -326,9 +422,15 @@ def sides(monkeypatch):
     """Comparisons of logs that are not read."""
     fields = dict.fromkeys(Comparison.__dataclass_fields__)
     seen = []
-    monkeypatch.setattr(sides_module, "sides_compared", lambda *arguments: seen.append(arguments) or Some(**fields))
+    monkeypatch.setattr(
+        sides_module, "sides_compared", lambda *arguments: seen.append(arguments) or Some(**fields)
+    )
     monkeypatch.setattr(sides_module, "axes_for", lambda axis, count: [axis] * count)
-    monkeypatch.setattr(sides_module, "logs_and_axes", lambda logs, axes, size_limit: list(zip(logs, axes, strict=True)))
+    monkeypatch.setattr(
+        sides_module,
+        "logs_and_axes",
+        lambda logs, axes, size_limit: list(zip(logs, axes, strict=True)),
+    )
     return seen
 
 
@@ -338,12 +440,23 @@ def test_call_of_a_comparison_has_both_sides(sides):
     assert whole.call == "bristle.compare(['a.csv', 'b.csv'], 'c.csv', axis=axis, window=0.1)"
     assert whole.axis_name == "stage"
     before, after, window = sides[0]
-    assert ([item for item, _ in before], [item for item, _ in after], window) == ([first, second], [third], 0.1)
+    assert ([item for item, _ in before], [item for item, _ in after], window) == (
+        [first, second],
+        [third],
+        0.1,
+    )
     plain = sides_module.compared_as(first, log_named(source="<>"))
     assert plain.call == "bristle.compare('a.csv', 'after')"
     assert (plain.axis_name, plain.read, plain.figures) == ("columns", {}, ())
-    named_call = sides_module.compared_as(first, third, call="mine", name="press", read={"axis": 1}, figures=[1])
-    assert (named_call.call, named_call.axis_name, named_call.read, named_call.figures) == ("mine", "press", {"axis": 1}, (1,))
+    named_call = sides_module.compared_as(
+        first, third, call="mine", name="press", read={"axis": 1}, figures=[1]
+    )
+    assert (named_call.call, named_call.axis_name, named_call.read, named_call.figures) == (
+        "mine",
+        "press",
+        {"axis": 1},
+        (1,),
+    )
 
 
 def test_unreadable_log_names_its_side(sides, monkeypatch):
@@ -361,4 +474,7 @@ def test_axis_file_is_written_once(monkeypatch):
     monkeypatch.setattr("bristle.report.identified.axis_text", lambda axis, log: texts[axis])
     identification = Some(log=1, further_logs=(2, 3, 4), axes=("a", "b", "c", "d"))
     fields = dict.fromkeys(identified.Outcome.__dataclass_fields__)
-    assert identified.Outcome(**fields | {"identification": identification})._axis_texts == (b"one", b"two")
+    assert identified.Outcome(**fields | {"identification": identification})._axis_texts == (
+        b"one",
+        b"two",
+    )

@@ -51,7 +51,9 @@ def test_error_proportional_to_velocity_is_lag(stage):
     for name in ("feedforward", "compensated"):
         result = with_error(stage.looped, name, lambda item: 2.5e-3 * velocity_of(item))
     step = gain_of(result).steps[-1]
-    assert (step.lag, step.lag_share, step.beyond_lag) == pytest.approx((2.5e-3, 1.0, 0.0), abs=1e-12)
+    assert (step.lag, step.lag_share, step.beyond_lag) == pytest.approx(
+        (2.5e-3, 1.0, 0.0), abs=1e-12
+    )
     assert "a lag of 2.5 ms" in " ".join(gain_of(result).sentences())
 
 
@@ -72,9 +74,13 @@ def test_caveat_states_the_limits_of_the_simulation(stage):
     def caveat(**changes):
         experiment = stage.looped.experiment
         variants = tuple(replace(variant, **changes) for variant in experiment.variants)
-        return gain_of(replace(stage.looped, experiment=replace(experiment, variants=variants))).caveat
+        return gain_of(
+            replace(stage.looped, experiment=replace(experiment, variants=variants))
+        ).caveat
 
-    assert "upper limit" in caveat(friction=stage.looped.experiment.variants[-1].feedforward.friction)
+    assert "upper limit" in caveat(
+        friction=stage.looped.experiment.variants[-1].feedforward.friction
+    )
     assert "includes the unexplained force" in caveat(disturbance=np.zeros(6000))
     assert caveat() == "This is a simulation: confirm the gain on the machine."
 
@@ -97,7 +103,14 @@ def test_viscous_friction_without_feedforward_is_named_as_cause(stage):
     """The loop has feedforward of velocity and Coulomb friction, so viscous friction remains."""
     film = friction.coulomb_viscous(F_C=8.0, F_v=200.0)
     law = controllers.cascade(k_p=80.0, k_v=3000.0)
-    experiment = compensation_experiment(plants.inertia(M=12.0), film, friction.coulomb(F_C=8.0), law, stage.log.reference.values, 1e-3)
+    experiment = compensation_experiment(
+        plants.inertia(M=12.0),
+        film,
+        friction.coulomb(F_C=8.0),
+        law,
+        stage.log.reference.values,
+        1e-3,
+    )
     gain = gain_of(simulate(experiment))
     assert gain.steps[-1].lag_share > 0.9
     assert "viscous friction without feedforward" in " ".join(gain.sentences())
@@ -110,11 +123,31 @@ def step(name, peak, beyond=1e-6, lag=2e-3, share=0.0):
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
-        (8e-6, 2e-6, "lowers the following error from 8 µm (plain) to 2 µm (fed) peak to peak, by a factor of 4.0."),
-        (8e-6, 7.5e-6, "lowers the following error from 8 µm (plain) to 7.5 µm (fed) peak to peak, by a factor of 1.1."),
-        (8e-6, 7.7e-6, "hardly changes the following error: 8 µm (plain) without it, 7.7 µm (fed) with it."),
-        (8e-6, 8.3e-6, "hardly changes the following error: 8 µm (plain) without it, 8.3 µm (fed) with it."),
-        (8e-6, 8.5e-6, "raises the following error from 8 µm (plain) to 8.5 µm (fed) peak to peak. Do not use this compensation."),
+        (
+            8e-6,
+            2e-6,
+            "lowers the following error from 8 µm (plain) to 2 µm (fed) peak to peak, by a factor of 4.0.",
+        ),
+        (
+            8e-6,
+            7.5e-6,
+            "lowers the following error from 8 µm (plain) to 7.5 µm (fed) peak to peak, by a factor of 1.1.",
+        ),
+        (
+            8e-6,
+            7.7e-6,
+            "hardly changes the following error: 8 µm (plain) without it, 7.7 µm (fed) with it.",
+        ),
+        (
+            8e-6,
+            8.3e-6,
+            "hardly changes the following error: 8 µm (plain) without it, 8.3 µm (fed) with it.",
+        ),
+        (
+            8e-6,
+            8.5e-6,
+            "raises the following error from 8 µm (plain) to 8.5 µm (fed) peak to peak. Do not use this compensation.",
+        ),
         (8e-6, 0.0, "lowers the following error from 8 µm (plain) to 0 m (fed) peak to peak."),
     ],
 )
@@ -136,7 +169,9 @@ def test_lag_is_reported_from_half_of_the_mean_square_on(share, told):
     lines = Gain(steps, "translational", "Confirm.").sentences()
     begin = f"{100.0 * share:.3g} % of the mean square of the remaining error is proportional to velocity, like a lag of 2.5 ms."
     end = "Without this lag, compensation changes the error from 5.00 to 1.23 µm peak to peak."
-    assert [re.fullmatch(f"{begin} Likely cause: .*{end}", line) is not None for line in lines[1:-1]] == [True] * told
+    assert [
+        re.fullmatch(f"{begin} Likely cause: .*{end}", line) is not None for line in lines[1:-1]
+    ] == [True] * told
 
 
 NOTHING = np.zeros(2)
@@ -154,7 +189,9 @@ def test_measured_error_is_followed_by_the_simulated_error():
     )
     assert rest == gain.sentences()
     alone = about_loop(None, replace(FOLLOWED, simulated=None), "rotational")
-    assert alone == ["In the log, the following error is 9 µrad peak to peak and 3 µrad root mean square."]
+    assert alone == [
+        "In the log, the following error is 9 µrad peak to peak and 3 µrad root mean square."
+    ]
 
 
 def test_no_gain_is_predicted_if_the_log_contradicts_the_loop():
@@ -183,7 +220,12 @@ def test_variants_are_equal_within_five_percent_or_their_scatter(best, other, al
 
 
 @pytest.mark.parametrize(
-    ("arguments", "text"), [(["abcd"], "a, b, c, d"), (["abcdef"], "a, b, c, d and 2 more"), (["abc", 2], "a, b and 1 more")]
+    ("arguments", "text"),
+    [
+        (["abcd"], "a, b, c, d"),
+        (["abcdef"], "a, b, c, d and 2 more"),
+        (["abc", 2], "a, b and 1 more"),
+    ],
 )
 def test_long_lists_of_names_are_shortened(arguments, text):
     assert names_text(*arguments) == text
@@ -194,14 +236,26 @@ def test_error_is_split_into_lag_and_rest():
     reference = np.sin(6.0 * time)
     velocity = np.gradient(reference, 1e-3)
     run = Some(settle=1.0, sample_time=1e-3)
-    late = Loop(reference=reference, measured=reference - 2e-3 * velocity - 1e-4 * np.where(time < 1.0, 50.0, 1.0) * reference)
+    late = Loop(
+        reference=reference,
+        measured=reference - 2e-3 * velocity - 1e-4 * np.where(time < 1.0, 50.0, 1.0) * reference,
+    )
     late.following_error = errors(1e-2, 0.0)
     parts = _errors(Some(name="a", run=run), late)
     assert (parts.name, parts.peak_to_peak) == ("a", 1e-2)
-    assert (parts.lag, parts.beyond_lag) == (pytest.approx(2e-3, rel=0.01), pytest.approx(2e-4, rel=0.05))
+    assert (parts.lag, parts.beyond_lag) == (
+        pytest.approx(2e-3, rel=0.01),
+        pytest.approx(2e-4, rel=0.05),
+    )
     assert 0.99 < parts.lag_share < 1.0
     # The reference of a motor that leads by the wind-up is not that of the load.
-    leading = Loop(at_load=True, reference=reference, load_reference=0.9 * reference, measured=late.measured, position=0.9 * late.measured)
+    leading = Loop(
+        at_load=True,
+        reference=reference,
+        load_reference=0.9 * reference,
+        measured=late.measured,
+        position=0.9 * late.measured,
+    )
     leading.true_error = errors(3e-3, 0.0)
     parts = _errors(Some(name="a", run=run), leading)
     assert (parts.peak_to_peak, parts.lag) == (3e-3, pytest.approx(1.8e-3, rel=0.01))
@@ -216,7 +270,12 @@ def message(*variants, refused=(), unstable=()):
     fed = SimpleNamespace(friction=None)
     shown = [SimpleNamespace(name=item.name, reference=None, feedforward=fed) for item in variants]
     experiment = SimpleNamespace(kind="translational", variants=shown)
-    result = SimulationResult(experiment, {item.name: item for item in variants}, dict.fromkeys(refused, "unstable"), unstable)
+    result = SimulationResult(
+        experiment,
+        {item.name: item for item in variants},
+        dict.fromkeys(refused, "unstable"),
+        unstable,
+    )
     return " ".join(closing_sentences(result)).replace("\u00a0", " ")
 
 
@@ -227,7 +286,12 @@ WILD = Status.NOT_FINITE
     ("variants", "refused", "words"),
     [
         (
-            [variant("base", 2e-6), variant("worse", 3e-6), variant("best", 5e-7), variant("good", 1e-6)],
+            [
+                variant("base", 2e-6),
+                variant("worse", 3e-6),
+                variant("best", 5e-7),
+                variant("good", 1e-6),
+            ],
             [],
             "0.500 µm (best) instead of 2 µm (base) peak to peak, 75 % less.",
         ),
@@ -242,7 +306,11 @@ WILD = Status.NOT_FINITE
             [],
             "1 µm (best) instead of 2 µm (base) peak to peak, 50 % less.",
         ),
-        ([variant("a", 5e-6), variant("b", 2e-6), variant("best", 1e-6)], [], "1 µm (best) instead of 5 µm (a) peak to peak, 80 % less."),
+        (
+            [variant("a", 5e-6), variant("b", 2e-6), variant("best", 1e-6)],
+            [],
+            "1 µm (best) instead of 5 µm (a) peak to peak, 80 % less.",
+        ),
         (
             [variant("a", 20e-6), variant("b", 2e-6), variant("best", 1e-6)],
             [],
@@ -250,7 +318,11 @@ WILD = Status.NOT_FINITE
         ),
         # A large gain is a factor, up to a hundred.
         *(
-            ([variant("base", 2e-6), variant("best", best)], [], f"{text} (best) instead of 2 µm (base) peak to peak, {words}.")
+            (
+                [variant("base", 2e-6), variant("best", best)],
+                [],
+                f"{text} (best) instead of 2 µm (base) peak to peak, {words}.",
+            )
             for best, text, words in (
                 (2.2e-7, "0.220 µm", "89 % less"),
                 (1.9e-7, "0.190 µm", "smaller by a factor of 11"),
@@ -284,15 +356,23 @@ WILD = Status.NOT_FINITE
     ],
 )
 def test_best_variant_is_compared_with_the_base(variants, refused, words):
-    head = "The best variant is best: following error " if "(best)" in words else "No variant is better than base: "
+    head = (
+        "The best variant is best: following error "
+        if "(best)" in words
+        else "No variant is better than base: "
+    )
     tail = "" if "(best)" in words else " peak to peak."
     assert message(*variants, refused=refused) == (words and head + words + tail)
 
 
-@pytest.mark.parametrize(("unstable", "best"), [((), "wild"), (("wild",), "base"), (("base", "wild"), "base")])
+@pytest.mark.parametrize(
+    ("unstable", "best"), [((), "wild"), (("wild",), "base"), (("base", "wild"), "base")]
+)
 def test_an_unstable_loop_is_never_the_best(unstable, best):
     words = "The best variant is wild" if best == "wild" else "No variant is better than base"
-    assert message(variant("base", 2e-6), variant("wild", 1e-6), unstable=unstable).startswith(words)
+    assert message(variant("base", 2e-6), variant("wild", 1e-6), unstable=unstable).startswith(
+        words
+    )
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -311,15 +391,24 @@ def test_gain_belongs_to_the_best_compensator(stage):
     result = replace(
         stage.looped,
         experiment=replace(experiment, variants=(*experiment.variants, other)),
-        variants={**stage.looped.variants, "finer": replace(stage.looped.variants["compensated"], name="finer")},
+        variants={
+            **stage.looped.variants,
+            "finer": replace(stage.looped.variants["compensated"], name="finer"),
+        },
     )
     wave = np.sin(40.0 * stage.looped.variants["feedforward"].time)
     for name, error in (("feedforward", 1e-5), ("compensated", 8e-6), ("finer", 2e-6)):
         result = with_error(result, name, lambda _, error=error: error * wave)
     assert [item.name for item in pair_in(result)] == ["feedforward", "finer"]
-    assert re.search(r"\(feedforward\) to .*\(finer\) peak to peak, by a factor of 5.0", gain_of(result).sentences()[0])
+    assert re.search(
+        r"\(feedforward\) to .*\(finer\) peak to peak, by a factor of 5.0",
+        gain_of(result).sentences()[0],
+    )
     wild = replace(result.variants["finer"], status=Status.NOT_FINITE)
-    assert pair_in(replace(result, variants={**result.variants, "finer": wild}))[1].name == "compensated"
+    assert (
+        pair_in(replace(result, variants={**result.variants, "finer": wild}))[1].name
+        == "compensated"
+    )
 
 
 def test_gain_of_another_law_is_not_credited_to_feedforward(stage):
@@ -338,7 +427,9 @@ def looped(stage, *sizes):
     """The loop of the stage with given following errors, peak to peak [m]."""
     result = stage.looped
     for name, size in zip(result.variants, sizes, strict=True):
-        result = with_error(result, name, lambda item, size=size: 0.5 * size * np.sin(40.0 * item.time))
+        result = with_error(
+            result, name, lambda item, size=size: 0.5 * size * np.sin(40.0 * item.time)
+        )
     return result
 
 
@@ -346,7 +437,13 @@ def looped(stage, *sizes):
     ("sizes", "level", "words", "change", "gain"),
     [
         ((20e-6, 9e-6, 4e-6), "usable", "Compensation helps", "9 → 4", ", ×2.2"),
-        ((20e-6, 19.5e-6, 19.4e-6), "with_care", "Compensation hardly helps", "19.5 → 19.4", ": no improvement"),
+        (
+            (20e-6, 19.5e-6, 19.4e-6),
+            "with_care",
+            "Compensation hardly helps",
+            "19.5 → 19.4",
+            ": no improvement",
+        ),
         ((4e-6, 9e-6, 20e-6), "no", "Compensation does not help", "9 → 20", ": no improvement"),
         ((20e-6, 4e-6, 9e-6), "usable", "Another loop helps", "4 → 9", ": no improvement"),
         ((20e-6, 4.05e-6, 4e-6), "usable", "Another loop helps", "4.05 → 4", ": no improvement"),
@@ -355,7 +452,10 @@ def looped(stage, *sizes):
 def test_verdict_of_a_run_follows_the_errors(stage, sizes, level, words, change, gain):
     result = looped(stage, *sizes)
     assert simulation_module.simulation_ruling(result)[:2] == (level, words)
-    assert simulation_module._front(result, ()).title.replace("\u00a0", " ") == f"Friction feedforward: {change} µm peak to peak{gain}"
+    assert (
+        simulation_module._front(result, ()).title.replace("\u00a0", " ")
+        == f"Friction feedforward: {change} µm peak to peak{gain}"
+    )
 
 
 def test_variants_with_another_motion_are_not_compared_with_the_base(stage):

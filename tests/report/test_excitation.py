@@ -19,11 +19,26 @@ from bristle.report.next_motion import is_open, next_motion
 
 
 def piece(purpose, name, amplitude, speed, duration=2.0):
-    return Some(purpose=purpose, name=name, amplitude=amplitude, speed=speed, duration=duration, reference=Some(name="ramp"))
+    return Some(
+        purpose=purpose,
+        name=name,
+        amplitude=amplitude,
+        speed=speed,
+        duration=duration,
+        reference=Some(name="ramp"),
+    )
 
 
 def estimate(name, value, status="identified", half=5.0):
-    return Some(name=name, value=value, unit="N", description="level", status=status, interval_percent=half, reason=None)
+    return Some(
+        name=name,
+        value=value,
+        unit="N",
+        description="level",
+        status=status,
+        interval_percent=half,
+        reason=None,
+    )
 
 
 ESTIMATES = (
@@ -34,7 +49,9 @@ ESTIMATES = (
     estimate("e", 9.0, "held"),
     estimate("f", 3.0, half=None),
 )
-OTHER = log_of(sines(1.0, amplitudes=(1e-4, 0.0, 0.0)), np.zeros(1000), step=1e-7)  # of other strokes than any log here
+OTHER = log_of(
+    sines(1.0, amplitudes=(1e-4, 0.0, 0.0)), np.zeros(1000), step=1e-7
+)  # of other strokes than any log here
 TRUTH = {"a": 5.0, "b": 5.0, "c": 1.0, "d": 2.0, "f": 0.0}
 
 
@@ -44,9 +61,20 @@ def motion():
         piece("presliding", "loops", 2e-6, 2e-4),
         piece("stribeck", "slides", 0.1, 0.05, 3.0),
     ]
-    signals = {"position": np.array([-0.01, 0.05]), "velocity": np.array([-0.2, 0.1]), "acceleration": np.array([1.0, -3.0])}
+    signals = {
+        "position": np.array([-0.01, 0.05]),
+        "velocity": np.array([-0.2, 0.1]),
+        "acceleration": np.array([1.0, -3.0]),
+    }
     return Some(
-        kind="translational", pieces=pieces, begins=(0.0, 2.0, 4.0), duration=7.0, time=np.arange(8), sample_time=1e-3, start=0.0, **signals
+        kind="translational",
+        pieces=pieces,
+        begins=(0.0, 2.0, 4.0),
+        duration=7.0,
+        time=np.arange(8),
+        sample_time=1e-3,
+        start=0.0,
+        **signals,
     )
 
 
@@ -63,8 +91,19 @@ def excited(
     **changes,
 ):
     best = Some(name="lugre", estimates=estimates, diagnostics=())
-    known = {"truth": truth, "peak_effort": 8.0, "lag": 1e-6, "following_error": 2e-5, "loop": True, "friction": np.zeros(2)}
-    rehearsal = Some(log=None, identification=Some(best=best, sweep=None), **known | changes) if rehearsed else None
+    known = {
+        "truth": truth,
+        "peak_effort": 8.0,
+        "lag": 1e-6,
+        "following_error": 2e-5,
+        "loop": True,
+        "friction": np.zeros(2),
+    }
+    rehearsal = (
+        Some(log=None, identification=Some(best=best, sweep=None), **known | changes)
+        if rehearsed
+        else None
+    )
     limits = Some(travel=0.1, velocity=None, acceleration=5.0, presliding=presliding)
     prior = Some(assumed=assumed, friction=Some(name="dahl"))
     axis = Some(name="stage", effort_limit=limit, following_error_limit=error_limit)
@@ -94,20 +133,40 @@ def test_expected_results_have_found_and_true_values():
         "95 % interval [%]": "± 5.0",
         "Remark": "",
     }
-    assert (rows["b"]["Error [%]"], rows["b"]["Remark"]) == ("10", "true value outside the interval")
-    assert (rows["d"]["Remark"], rows["d"]["95 % interval [%]"], rows["d"]["Error [%]"]) == ("not identified", "–", "")
+    assert (rows["b"]["Error [%]"], rows["b"]["Remark"]) == (
+        "10",
+        "true value outside the interval",
+    )
+    assert (rows["d"]["Remark"], rows["d"]["95 % interval [%]"], rows["d"]["Error [%]"]) == (
+        "not identified",
+        "–",
+        "",
+    )
     assert [rows[name]["Identified"] for name in "cd"] == ["not identified"] * 2
-    assert (rows["f"]["True value"], rows["f"]["Error [%]"], rows["f"]["95 % interval [%]"]) == ("0", "", "–")
+    assert (rows["f"]["True value"], rows["f"]["Error [%]"], rows["f"]["95 % interval [%]"]) == (
+        "0",
+        "",
+        "–",
+    )
     unknown = report.outlook_table(excited((estimate("a", 5.0, half=math.inf),), truth={}))
     assert not {"True value", "95 % interval [%]"} & set(unknown.heads)
 
 
 @pytest.mark.parametrize(
     ("value", "put_in", "unit"),
-    [(0.0, 3e-3, "mN"), (0.0, 3.0, "N"), (0.0, 0.0, "N"), (0.0, None, "N"), (4e-3, 3.0, "mN"), (4.0, 3e-3, "N")],
+    [
+        (0.0, 3e-3, "mN"),
+        (0.0, 3.0, "N"),
+        (0.0, 0.0, "N"),
+        (0.0, None, "N"),
+        (4e-3, 3.0, "mN"),
+        (4.0, 3e-3, "N"),
+    ],
 )
 def test_unit_follows_the_true_value_if_the_found_value_is_zero(value, put_in, unit):
-    table = report.outlook_table(excited((estimate("a", value, half=None),), truth={} if put_in is None else {"a": put_in}))
+    table = report.outlook_table(
+        excited((estimate("a", value, half=None),), truth={} if put_in is None else {"a": put_in})
+    )
     assert dict(zip(table.heads, table.rows[0], strict=True))["Unit"] == unit
 
 
@@ -150,8 +209,15 @@ def test_reasons_against_a_motion_name_the_parameters():
         "raise the gains for this motion: the controller follows the pre-sliding loops only within 1 µm",
     ]
     # An interval around a true value of zero may be as wide as it is.
-    assert report.excitation_ruling(excited((estimate("a", 5.0), estimate("f", 3.0, half=484.0)))).reasons == ()
-    edge = report.excitation_ruling(excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0))))
+    assert (
+        report.excitation_ruling(
+            excited((estimate("a", 5.0), estimate("f", 3.0, half=484.0)))
+        ).reasons
+        == ()
+    )
+    edge = report.excitation_ruling(
+        excited((estimate("a", 5.0, "at_edge"), estimate("b", 5.0, half=100.0)))
+    )
     assert edge.reasons == ("not identified: a", "hardly identified: b")
 
 
@@ -191,29 +257,60 @@ def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level
             "LOG at.csv",
         ),
         ((50.0, 99.0), False, "with_care", "biased: b", "LOG"),
-        ((7.0, 8.0), False, "no", "no motion within the limits is better", "at.csv"),  # no more than the scatter of half-widths
-        ((50.0, 99.0), True, "no", "no motion within the limits is better than the log at hand: a ± 50 % against ± 50 %", "at.csv"),
+        (
+            (7.0, 8.0),
+            False,
+            "no",
+            "no motion within the limits is better",
+            "at.csv",
+        ),  # no more than the scatter of half-widths
+        (
+            (50.0, 99.0),
+            True,
+            "no",
+            "no motion within the limits is better than the log at hand: a ± 50 % against ± 50 %",
+            "at.csv",
+        ),
     ],
 )
 def test_a_motion_is_compared_with_the_log_at_hand(monkeypatch, log, is_repeat, level, words, logs):
     monkeypatch.setitem(Excitation.is_worse.fget.__globals__, "holds", lambda *logs: is_repeat)
-    known = Some(log=None, best=Some(estimates=[estimate(name, 5.0, half=half) for name, half in zip("ab", log, strict=True)]))
+    known = Some(
+        log=None,
+        best=Some(
+            estimates=[estimate(name, 5.0, half=half) for name, half in zip("ab", log, strict=True)]
+        ),
+    )
     found = replace(excited(ESTIMATES[:2]), earlier=known)
     ruling = report.excitation_ruling(found)
     assert (ruling.level, " ".join(ruling.reasons)[: len(words)]) == (level, words)
-    command = report.DesignedMotion(found, None, None, "x", Some(source="at.csv")).next_command("axis.toml")
+    command = report.DesignedMotion(found, None, None, "x", Some(source="at.csv")).next_command(
+        "axis.toml"
+    )
     assert command.startswith(f"bristle identify {logs} --axis")
-    assert report._front(found, command).next[0].startswith("Run motion.csv" if "LOG" in logs else "Identify the log at hand")
+    assert (
+        report._front(found, command)
+        .next[0]
+        .startswith("Run motion.csv" if "LOG" in logs else "Identify the log at hand")
+    )
 
 
 def test_each_exceeded_limit_is_a_reason_against_a_motion():
-    both = report.excitation_ruling(excited(ESTIMATES[:1], exceeded=("effort", "following error"), limit=7.9))
-    assert both.reasons == ("the effort exceeds the limit of the drive", "the following error exceeds the limit of the axis")
+    both = report.excitation_ruling(
+        excited(ESTIMATES[:1], exceeded=("effort", "following error"), limit=7.9)
+    )
+    assert both.reasons == (
+        "the effort exceeds the limit of the drive",
+        "the following error exceeds the limit of the axis",
+    )
 
 
 def test_first_page_of_a_motion_lists_identifiable_parameters():
     front = report._front(excited(limit=20.0), "bristle identify LOG")
-    assert (front.heading, front.title) == ("stage: a motion to run", "Determines 2 of 5 parameters")
+    assert (front.heading, front.title) == (
+        "stage: a motion to run",
+        "Determines 2 of 5 parameters",
+    )
     assert front.facts.endswith("7 s")
     assert [(card.value.replace("\u00a0", " "), card.half) for card in front.cards] == [
         ("5.00 N", 5.0),
@@ -226,20 +323,43 @@ def test_first_page_of_a_motion_lists_identifiable_parameters():
 
 def test_motion_without_rehearsal_has_no_expected_results():
     front = report._front(excited(rehearsed=False, assumed=()), "bristle identify LOG")
-    assert (front.title, front.basis, front.ruling.reasons) == ("A motion of 7 s", "(not rehearsed)", ("the motion was not rehearsed",))
+    assert (front.title, front.basis, front.ruling.reasons) == (
+        "A motion of 7 s",
+        "(not rehearsed)",
+        ("the motion was not rehearsed",),
+    )
     assert [card.label for card in front.cards] == ["Travel", "Velocity"]
 
 
 def test_summary_of_a_motion_has_its_numbers():
-    summary = report.excitation_summary(excited(), files={"motion": "motion.csv"}, identify="x", provenance={})
-    assert [summary["motion"][key] for key in ("travel", "velocity_max", "acceleration_max")] == pytest.approx([0.06, 0.2, 3.0])
+    summary = report.excitation_summary(
+        excited(), files={"motion": "motion.csv"}, identify="x", provenance={}
+    )
+    assert [
+        summary["motion"][key] for key in ("travel", "velocity_max", "acceleration_max")
+    ] == pytest.approx([0.06, 0.2, 3.0])
     assert (summary["motion"]["samples"], summary["motion"]["units"]["force"]) == (8, "N")
-    assert [(item["begin"], item["reference"]) for item in summary["pieces"]] == [(0.0, "ramp"), (2.0, "ramp"), (4.0, "ramp")]
+    assert [(item["begin"], item["reference"]) for item in summary["pieces"]] == [
+        (0.0, "ramp"),
+        (2.0, "ramp"),
+        (4.0, "ramp"),
+    ]
     found = summary["parameters"]["b"]
     assert (found["error_percent"], found["put_in"]) == pytest.approx((10.0, 5.0))
-    assert (summary["model"], summary["peak_effort"], summary["following_error"]) == ("lugre", 8.0, 2e-5)
-    assert report.excitation_summary(excited(loop=False), files={}, identify="x", provenance={})["following_error"] is None
-    bare = report.excitation_summary(excited(rehearsed=False), files={}, identify="x", provenance={})
+    assert (summary["model"], summary["peak_effort"], summary["following_error"]) == (
+        "lugre",
+        8.0,
+        2e-5,
+    )
+    assert (
+        report.excitation_summary(excited(loop=False), files={}, identify="x", provenance={})[
+            "following_error"
+        ]
+        is None
+    )
+    bare = report.excitation_summary(
+        excited(rehearsed=False), files={}, identify="x", provenance={}
+    )
     assert (bare["parameters"], bare["diagnostics"], "model" in bare) == ({}, [], False)
 
 
@@ -281,12 +401,19 @@ def test_page_of_a_motion_has_the_demands_on_the_axis(monkeypatch):
     assert outlook.blocks[1].rows
     assert (assumptions.blocks[0].content, seen["expected"].size) == (("a note",), 2)
     report.excitation_report(excited(error_limit=1e-4), identify="x")
-    assert seen["sections"][0].blocks[3].content[-1] == ("Following error in the loop", "20 µm of 100 µm allowed")
+    assert seen["sections"][0].blocks[3].content[-1] == (
+        "Following error in the loop",
+        "20 µm of 100 µm allowed",
+    )
     report.excitation_report(excited(loop=False), identify="x")
     assert seen["sections"][1].blocks[0] == basis.format("along the motion, without a stable loop")
     assert seen["sections"][0].blocks[3].content[-1] == ("Effort by the assumed model", "8 N")
     report.excitation_report(excited(rehearsed=False), identify="x")
-    assert (seen["expected"], seen["sections"][1].blocks, len(seen["sections"][0].blocks[3].content)) == (None, [""], 3)
+    assert (
+        seen["expected"],
+        seen["sections"][1].blocks,
+        len(seen["sections"][0].blocks[3].content),
+    ) == (None, [""], 3)
 
 
 # --- The motion to record next: which of the motions that `excite` designs narrows open intervals, and by how much
@@ -300,7 +427,11 @@ def fit():
 def opened(fit, **statuses):
     """The same fit, in which these parameters matter and have this status; all others are identified."""
     changed = [
-        replace(estimate, status=statuses.get(estimate.name, "identified"), effect=1.0 if estimate.name in statuses else 0.0)
+        replace(
+            estimate,
+            status=statuses.get(estimate.name, "identified"),
+            effect=1.0 if estimate.name in statuses else 0.0,
+        )
         for estimate in fit.estimates
     ]
     return replace(fit, estimates=tuple(changed))
@@ -319,12 +450,18 @@ def rehearsals(monkeypatch, fit, widths, off=1.0, exceeded=(), log=OTHER):
                 estimate,
                 status="identified",
                 interval=tuple(
-                    off * estimate.value * (1.0 + side * widths[purposes].get(estimate.name, 200.0) / 100.0) for side in (-1.0, 1.0)
+                    off
+                    * estimate.value
+                    * (1.0 + side * widths[purposes].get(estimate.name, 200.0) / 100.0)
+                    for side in (-1.0, 1.0)
                 ),
             )
             for estimate in fit.estimates
         ]
-        return Some(rehearsal=Some(identification=Some(best=Some(estimates=found)), log=log), exceeded=exceeded)
+        return Some(
+            rehearsal=Some(identification=Some(best=Some(estimates=found)), log=log),
+            exceeded=exceeded,
+        )
 
     monkeypatch.setattr(bristle.prediction.excitation, "excite", excite)
     return asked
@@ -332,8 +469,15 @@ def rehearsals(monkeypatch, fit, widths, off=1.0, exceeded=(), log=OTHER):
 
 def test_a_parameter_that_does_not_matter_or_is_known_is_not_open(fit):
     value = fit.parameters["F_S"].value
-    known = replace(fit.parameters["F_S"], status="identified", effect=1.0, interval=(0.9 * value, 1.1 * value))
-    changes = ({}, {"status": "unidentifiable"}, {"status": "unidentifiable", "effect": 0.0}, {"interval": (0.5 * value, 1.5 * value)})
+    known = replace(
+        fit.parameters["F_S"], status="identified", effect=1.0, interval=(0.9 * value, 1.1 * value)
+    )
+    changes = (
+        {},
+        {"status": "unidentifiable"},
+        {"status": "unidentifiable", "effect": 0.0},
+        {"interval": (0.5 * value, 1.5 * value)},
+    )
     assert [is_open(replace(known, **change)) for change in changes] == [False, True, False, True]
 
 
@@ -345,7 +489,9 @@ def test_a_fit_without_open_intervals_asks_for_no_motion(fit, monkeypatch):
 
 def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypatch):
     rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0, "v_S": 90.0}})
-    motion = next_motion(opened(fit, F_S="unidentifiable", v_S="unidentifiable"), Axis(), sliding_log())
+    motion = next_motion(
+        opened(fit, F_S="unidentifiable", v_S="unidentifiable"), Axis(), sliding_log()
+    )
     assert (motion.purposes, motion.text) == ("stribeck", "F_S open → ± 4.0 %")
     assert motion.half_widths["F_S"][1] == pytest.approx(4.0)
 
@@ -353,7 +499,10 @@ def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypa
 @pytest.mark.parametrize(
     ("widths", "how"),
     [
-        ({"stribeck": {"F_S": 4.0}}, {"off": 1.1}),  # the interval of the rehearsal misses its own truth
+        (
+            {"stribeck": {"F_S": 4.0}},
+            {"off": 1.1},
+        ),  # the interval of the rehearsal misses its own truth
         ({"stribeck": {"F_S": 4.0}}, {"exceeded": ("effort",)}),  # beyond the limits of the axis
         ({}, {}),  # the axis does not allow it
         ({"stribeck": {"F_S": 4.0}}, {"log": sliding_log()}),  # the log already holds it
@@ -366,18 +515,27 @@ def test_a_motion_that_promises_nothing_is_not_proposed(fit, monkeypatch, widths
 
 def test_the_motion_that_narrows_more_intervals_is_proposed(fit, monkeypatch):
     fit = replace(fit, friction=lugre(F_C=20.0, F_S=30.0, v_S=4e-3, sigma_0=1e6))
-    fit = replace(fit, estimates=tuple(replace(fit.parameters["F_S"], name=name) for name in ("F_S", "sigma_0", "sigma_1")))
+    fit = replace(
+        fit,
+        estimates=tuple(
+            replace(fit.parameters["F_S"], name=name) for name in ("F_S", "sigma_0", "sigma_1")
+        ),
+    )
     unknown = opened(fit, F_S="unidentifiable", sigma_0="unidentifiable", sigma_1="unidentifiable")
     gentle, slow = "presliding,break-away,damping", "stribeck"
     for better, worse in ((gentle, slow), (slow, gentle)):
-        asked = rehearsals(monkeypatch, fit, {better: {"F_S": 4.0, "sigma_0": 9.0}, worse: {"sigma_1": 2.0}})
+        asked = rehearsals(
+            monkeypatch, fit, {better: {"F_S": 4.0, "sigma_0": 9.0}, worse: {"sigma_1": 2.0}}
+        )
         assert next_motion(unknown, Axis(), sliding_log()).purposes == better
         assert {purposes for purposes, *_ in asked} == {gentle, slow}
 
 
 def test_an_axis_without_limits_gets_those_of_its_log(fit, monkeypatch):
     asked = rehearsals(monkeypatch, fit, {"stribeck": {"F_S": 4.0}})
-    motion = next_motion(opened(fit, F_S="unidentifiable"), Axis(acceleration_limit=3.0), sliding_log())
+    motion = next_motion(
+        opened(fit, F_S="unidentifiable"), Axis(acceleration_limit=3.0), sliding_log()
+    )
     ((_, axis, travel),) = asked
     assert axis.velocity_limit == pytest.approx(np.max(np.abs(fit.traces.velocity)), rel=0.05)
     assert axis.acceleration_limit == 3.0
@@ -389,8 +547,14 @@ def test_an_axis_without_limits_gets_those_of_its_log(fit, monkeypatch):
 def test_slow_motion_is_proposed_where_the_fall_of_friction_is_open():
     motion = sines(10.0, amplitudes=(0.02, 0.0, 0.0))
     level = 20.0 + 10.0 * np.exp(-((motion.velocity / 0.004) ** 2))
-    effort = 12.0 * motion.acceleration + np.where(motion.velocity < 0.0, -level, level) + 40.0 * motion.velocity
-    log = log_of(motion, effort + np.random.default_rng(0).normal(0.0, 1.0, motion.time.size), step=1e-7)
+    effort = (
+        12.0 * motion.acceleration
+        + np.where(motion.velocity < 0.0, -level, level)
+        + 40.0 * motion.velocity
+    )
+    log = log_of(
+        motion, effort + np.random.default_rng(0).normal(0.0, 1.0, motion.time.size), step=1e-7
+    )
     axis = Axis(resolution=1e-7, method="inverse_dynamics")
     best = identify(log, "lugre", axis=axis, draws=20).best
     found = next_motion(best, axis, log)

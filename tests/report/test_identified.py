@@ -52,10 +52,17 @@ def loaded(folder):
     return br.load(folder)
 
 
-@pytest.mark.parametrize("claim", [{"least_distance": 1e-3, "slowest_move": None, "longest_rest": 0.3}])
+@pytest.mark.parametrize(
+    "claim", [{"least_distance": 1e-3, "slowest_move": None, "longest_rest": 0.3}]
+)
 def test_saved_gain_and_claims_are_read_even_without_a_factor(loaded, claim):
-    known = replace(loaded, summary=loaded.summary | {"feedforward": {"first_gain": 0.7, "claims": [claim]}})
-    assert known.compensation[::2] == (loaded.compensation.rule._replace(gain=0.7), ((1e-3, None, 0.3, None),))
+    known = replace(
+        loaded, summary=loaded.summary | {"feedforward": {"first_gain": 0.7, "claims": [claim]}}
+    )
+    assert known.compensation[::2] == (
+        loaded.compensation.rule._replace(gain=0.7),
+        ((1e-3, None, 0.3, None),),
+    )
 
 
 def same(single, other):
@@ -73,7 +80,9 @@ def same(single, other):
     )
     for name, draws in single.draws.items():
         np.testing.assert_array_equal(draws, other.draws[name])
-    assert vars(single.best.resampling.bands) | {"draws": 0} == vars(other.best.resampling.bands) | {"draws": 0}
+    assert vars(single.best.resampling.bands) | {"draws": 0} == vars(
+        other.best.resampling.bands
+    ) | {"draws": 0}
     assert [vars(each) for each in single.diagnostics] == [vars(each) for each in other.diagnostics]
     assert single.drive_table(12) == other.drive_table(12)
     assert single.to_dict() == other.to_dict()
@@ -92,17 +101,31 @@ def test_columns_and_log_give_the_same_result(columns, result):
 def test_data_frame_gives_the_same_result(columns, result):
     frame = pytest.importorskip("pandas").DataFrame(columns)
     again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0, blocks=0)
-    assert {name: item.value for name, item in again.parameters.items()} == {name: item.value for name, item in result.parameters.items()}
+    assert {name: item.value for name, item in again.parameters.items()} == {
+        name: item.value for name, item in result.parameters.items()
+    }
 
 
 def test_columns_of_a_rotary_axis_need_only_its_kind(columns):
-    turned = br.identify(columns, "coulomb_viscous", axis=br.Axis(kind="rotational"), cutoff=60.0, decimation=7, draws=0, blocks=0)
+    turned = br.identify(
+        columns,
+        "coulomb_viscous",
+        axis=br.Axis(kind="rotational"),
+        cutoff=60.0,
+        decimation=7,
+        draws=0,
+        blocks=0,
+    )
     assert (turned.parameters["M"].unit, turned.model.kind) == ("kg*m^2", "rotational")
 
 
 def test_identify_has_the_arguments_of_the_identification():
-    ours, low = (inspect.signature(each).parameters for each in (br.identify, identification.identify))
-    assert {name: item.default for name, item in ours.items()} == {name: item.default for name, item in low.items()}
+    ours, low = (
+        inspect.signature(each).parameters for each in (br.identify, identification.identify)
+    )
+    assert {name: item.default for name, item in ours.items()} == {
+        name: item.default for name, item in low.items()
+    }
 
 
 def test_most_of_the_effort_is_in_the_band_of_its_prediction(columns, result):
@@ -114,11 +137,22 @@ def test_most_of_the_effort_is_in_the_band_of_its_prediction(columns, result):
 
 def test_covariance_is_of_the_identified_parameters(columns, result):
     names, covariance = result.covariance_names, result.covariance
-    assert set(names) == {name for name, item in result.parameters.items() if item.status == "identified"}
-    assert np.sqrt(np.diag(covariance)) == pytest.approx([result.parameters[name].std for name in names])
+    assert set(names) == {
+        name for name, item in result.parameters.items() if item.status == "identified"
+    }
+    assert np.sqrt(np.diag(covariance)) == pytest.approx(
+        [result.parameters[name].std for name in names]
+    )
     np.testing.assert_allclose(covariance, covariance.T)
-    assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))).min() > 0.0
-    fixed = br.identify(columns, "coulomb_viscous", mass=12.0, cutoff=60.0, decimation=7, draws=0, blocks=0)
+    assert (
+        np.linalg.eigvalsh(
+            covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+        ).min()
+        > 0.0
+    )
+    fixed = br.identify(
+        columns, "coulomb_viscous", mass=12.0, cutoff=60.0, decimation=7, draws=0, blocks=0
+    )
     assert "M" not in fixed.covariance_names
     assert fixed.covariance.shape == (len(fixed.covariance_names),) * 2
 
@@ -156,31 +190,51 @@ def test_without_pyarrow_draws_are_npz(result, tmp_path, monkeypatch):
 
 def test_folder_has_the_files_for_further_use(result, folder):
     table = br.read_axis(folder / "axis.toml")
-    assert {name: item.name for name, item in table.columns.items()} == {name: name for name in ("time", "position", "effort")}
+    assert {name: item.name for name, item in table.columns.items()} == {
+        name: name for name in ("time", "position", "effort")
+    }
     curve = np.loadtxt(folder / "friction_curve.csv", delimiter=",", skiprows=1)
     assert np.all(np.diff(curve[:, 0]) >= 0.0)
     velocity, force = curve[-1, :2]
-    assert force == pytest.approx(result.model.F_C + result.model.F_v * velocity + result.parameters["offset"].value, rel=1e-4)
+    assert force == pytest.approx(
+        result.model.F_C + result.model.F_v * velocity + result.parameters["offset"].value, rel=1e-4
+    )
     summary = json.loads((folder / "summary.json").read_text())
     assert summary["parameters"]["M"]["value"] == result.parameters["M"].value
-    assert ("passive" in summary["certificates"], "identify" in summary["provenance"]["command"]) == (True, True)
+    assert (
+        "passive" in summary["certificates"],
+        "identify" in summary["provenance"]["command"],
+    ) == (True, True)
 
 
 def test_report_is_a_self_contained_file(result, loaded, tmp_path):
     page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
     assert [item.name for item in tmp_path.iterdir()] == ["report.html"]
-    assert [part in page for part in ("Certificates of", 'src="http', 'href="http', "<link")] == [True, False, False, False]
+    assert [part in page for part in ("Certificates of", 'src="http', 'href="http', "<link")] == [
+        True,
+        False,
+        False,
+        False,
+    ]
     assert loaded.report(tmp_path / "again.html").read_text(encoding="utf-8") == page
 
 
 def test_figure_has_the_effort_whole_and_close_up(result):
-    whole, close = ([(line.get_label(), np.ptp(line.get_xdata())) for line in axes.lines[:2]] for axes in result.plot().axes)
+    whole, close = (
+        [(line.get_label(), np.ptp(line.get_xdata())) for line in axes.lines[:2]]
+        for axes in result.plot().axes
+    )
     assert [name for name, _ in (*whole, *close)] == ["measured", "predicted"] * 2
     assert 0.0 < close[0][1] < whole[0][1]
 
 
 @pytest.mark.parametrize(
-    ("files", "words"), [({}, "summary.json"), ({"traces.parquet": b"no table"}, "cannot be read"), ({"summary.json": b"{"}, "is not JSON")]
+    ("files", "words"),
+    [
+        ({}, "summary.json"),
+        ({"traces.parquet": b"no table"}, "cannot be read"),
+        ({"summary.json": b"{"}, "is not JSON"),
+    ],
 )
 def test_folder_without_identification_is_refused(tmp_path, folder, files, words):
     if files:
@@ -211,7 +265,10 @@ def test_notebook_runs_and_its_job_has_ten_lines(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     notebook = json.loads((ROOT / "examples" / "notebook.ipynb").read_text(encoding="utf-8"))
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
-    first, last = (next(i for i, cell in enumerate(cells) if word in cell) for word in ("br.identify", ".save("))
+    first, last = (
+        next(i for i, cell in enumerate(cells) if word in cell)
+        for word in ("br.identify", ".save(")
+    )
     assert sum(len(cell.splitlines()) for cell in cells[first : last + 1]) <= 10
     names = {}
     for cell in cells:
@@ -219,7 +276,9 @@ def test_notebook_runs_and_its_job_has_ten_lines(tmp_path, monkeypatch):
     mass = names["found"].parameters["M"]
     assert names["again"].parameters["M"].value == mass.value
     assert mass.interval[0] < 12.0 < mass.interval[1]
-    assert {"model.toml", "report.html", "draws.parquet"} <= {item.name for item in Path("results").iterdir()}
+    assert {"model.toml", "report.html", "draws.parquet"} <= {
+        item.name for item in Path("results").iterdir()
+    }
     assert Path("report.html").is_file()
 
 
@@ -228,14 +287,25 @@ def test_without_draws_the_bands_come_from_the_model_file(folder, result, tmp_pa
     (file,) = bare.glob("draws.*")
     file.unlink()
     bands = br.load(bare).best.resampling.bands
-    few, all_draws = (next(iter(each.draws.values())) for each in (bands, result.best.resampling.bands))
+    few, all_draws = (
+        next(iter(each.draws.values())) for each in (bands, result.best.resampling.bands)
+    )
     assert 0 < few.size <= all_draws.size
     assert vars(bands) | {"draws": 0} == vars(result.best.resampling.bands) | {"draws": 0}
 
 
 def test_reason_of_a_parameter_is_its_first_diagnostic():
-    first, second = (Diagnostic(code, "F_C", "warning", {}, "translational") for code in ("wide", "follows"))
-    entry = {"value": 1.0, "unit": "N", "description": "Coulomb friction", "std": 9.0, "status": "not identified", "interval": None}
+    first, second = (
+        Diagnostic(code, "F_C", "warning", {}, "translational") for code in ("wide", "follows")
+    )
+    entry = {
+        "value": 1.0,
+        "unit": "N",
+        "description": "Coulomb friction",
+        "std": 9.0,
+        "status": "not identified",
+        "interval": None,
+    }
     (estimate,) = kept._estimates({"F_C": entry}, (first, second))
     assert estimate.reason is first
 
@@ -244,7 +314,14 @@ def test_reason_of_a_parameter_is_its_first_diagnostic():
 
 
 def estimate(name, std=0.5, status="identified"):
-    known = {"value": 3.0, "unit": "N", "robust_std": 0.6, "interval": (2.0, 4.0), "description": name, "interval_percent": 10.0}
+    known = {
+        "value": 3.0,
+        "unit": "N",
+        "robust_std": 0.6,
+        "interval": (2.0, 4.0),
+        "description": name,
+        "interval_percent": 10.0,
+    }
     return Some(name=name, std=std, status=status, **known)
 
 
@@ -259,10 +336,24 @@ def in_hand(**changes):
         estimate("c", None),
         estimate("d", np.inf),
     )
-    known = {"estimates": items, "correlation_names": names, "correlation": correlation, "resampling": None, "friction": "f", "plant": "p"}
-    known |= {"parameters": {item.name: item for item in items}, "diagnostics": (Diagnostic("switching_law", "", "warning"),)}
+    known = {
+        "estimates": items,
+        "correlation_names": names,
+        "correlation": correlation,
+        "resampling": None,
+        "friction": "f",
+        "plant": "p",
+    }
+    known |= {
+        "parameters": {item.name: item for item in items},
+        "diagnostics": (Diagnostic("switching_law", "", "warning"),),
+    }
     model = model_in_hand.ModelInHand()
-    model.best, model.axis, model.treatment = Some(**known | changes), "axis", {"cutoff": 60.0, "decimation": 7.0, "rows": 3}
+    model.best, model.axis, model.treatment = (
+        Some(**known | changes),
+        "axis",
+        {"cutoff": 60.0, "decimation": 7.0, "rows": 3},
+    )
     return model
 
 
@@ -276,7 +367,10 @@ def test_inertia_from_before_the_fit_is_independent_in_the_covariance():
 
 def test_draws_equal_those_of_the_bands():
     assert in_hand().draws == {}
-    assert in_hand(resampling=Some(bands=Some(draws={"a": [1.0, 2.0]}))).draws["a"].tolist() == [1.0, 2.0]
+    assert in_hand(resampling=Some(bands=Some(draws={"a": [1.0, 2.0]}))).draws["a"].tolist() == [
+        1.0,
+        2.0,
+    ]
 
 
 def test_a_prediction_takes_each_number_of_a_treatment():
@@ -305,10 +399,18 @@ def test_a_data_frame_has_a_row_for_each_parameter():
     pytest.importorskip("pandas")
     frame = in_hand().to_dataframe()
     assert list(frame.index) == ["M", "a", "gone", "b", "c", "d"]
-    assert frame.loc["a", ["value", "std", "robust_std", "low", "high"]].tolist() == [3.0, 0.5, 0.6, 2.0, 4.0]
+    assert frame.loc["a", ["value", "std", "robust_std", "low", "high"]].tolist() == [
+        3.0,
+        0.5,
+        0.6,
+        2.0,
+        4.0,
+    ]
     model = in_hand()
     model.best.parameters["a"].interval = None
-    assert model.to_dataframe().loc["a", "low"] is None or np.isnan(model.to_dataframe().loc["a", "low"])
+    assert model.to_dataframe().loc["a", "low"] is None or np.isnan(
+        model.to_dataframe().loc["a", "low"]
+    )
 
 
 def test_text_of_a_diagnostic_is_its_sentence():
@@ -318,10 +420,16 @@ def test_text_of_a_diagnostic_is_its_sentence():
 
 
 def test_saved_model_lists_the_next_models():
-    summary = {"models": [{"name": "a"}, {"name": "b"}, {"name": "c"}], "provenance": {"log": "a.csv"}}
+    summary = {
+        "models": [{"name": "a"}, {"name": "b"}, {"name": "c"}],
+        "provenance": {"log": "a.csv"},
+    }
     loaded = model_in_hand.Loaded(None, {}, None, summary, "page")
     assert loaded._words() == ("a.csv", ["next in rank: b, c"])
-    assert model_in_hand.Loaded(None, {}, None, {"models": [{"name": "a"}]}, "")._words() == ("", [])
+    assert model_in_hand.Loaded(None, {}, None, {"models": [{"name": "a"}]}, "")._words() == (
+        "",
+        [],
+    )
     assert (loaded.to_dict(), loaded.to_dict() is summary) == (summary, False)
 
 
@@ -334,7 +442,9 @@ def test_saved_model_lists_the_next_models():
         ('{"parameters": {}}', "p", {"time": 1}, "has missing or invalid entries"),
     ],
 )
-def test_folder_without_plant_traces_or_numbers_is_refused(tmp_path, monkeypatch, summary, plant, traces, words):
+def test_folder_without_plant_traces_or_numbers_is_refused(
+    tmp_path, monkeypatch, summary, plant, traces, words
+):
     (tmp_path / "summary.json").write_text(summary)
     monkeypatch.setattr(model_in_hand, "read_model", lambda *a, **k: (plant, "f", {"bands": None}))
     monkeypatch.setattr(model_in_hand, "read_arrays", lambda *a: traces)
@@ -345,7 +455,11 @@ def test_folder_without_plant_traces_or_numbers_is_refused(tmp_path, monkeypatch
 def test_folder_is_loaded_with_its_axis_and_page(tmp_path, monkeypatch):
     (tmp_path / "summary.json").write_text('{"parameters": {}, "treatment": {"cutoff": 60.0}}')
     seen = []
-    monkeypatch.setattr(model_in_hand, "read_model", lambda *a, allow_code: seen.append(allow_code) or ("p", "f", {"bands": None}))
+    monkeypatch.setattr(
+        model_in_hand,
+        "read_model",
+        lambda *a, allow_code: seen.append(allow_code) or ("p", "f", {"bands": None}),
+    )
     monkeypatch.setattr(model_in_hand, "read_arrays", lambda place, name: {"time": name})
     monkeypatch.setattr(model_in_hand, "fit_of", lambda *arguments: arguments)
     monkeypatch.setattr(model_in_hand, "read_axis", lambda file: file.name)
@@ -365,7 +479,10 @@ def test_folder_is_loaded_with_its_axis_and_page(tmp_path, monkeypatch):
 RATED = {
     "schema": 1,
     "kind": "translational",
-    "columns": {name: {"column": name, "unit": unit} for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"))},
+    "columns": {
+        name: {"column": name, "unit": unit}
+        for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"))
+    },
     "effort": {"rated": "100 N"},
 }
 
@@ -385,14 +502,22 @@ def test_level_above_the_effort_of_the_log_is_not_identified(log, never_slid):
     level = never_slid.best.parameters["f_p"]
     assert level.value > 1.2 * np.max(np.abs(log.effort.values))
     assert (level.status, level.reason.code) == ("unidentifiable", "beyond_effort")
-    (message,) = [diagnostic for diagnostic in never_slid.best.diagnostics if diagnostic.code == "never_slides"]
+    (message,) = [
+        diagnostic
+        for diagnostic in never_slid.best.diagnostics
+        if diagnostic.code == "never_slides"
+    ]
     assert "f_p" in message.numbers["names"]
 
 
 @pytest.mark.slow
 def test_log_without_sliding_gives_no_level_and_no_table(never_slid, tmp_path):
     best = never_slid.best
-    assert (level_values(best), drive_table(best), model_tables.values_to_enter(best, None).rows) == (None, [], [])
+    assert (
+        level_values(best),
+        drive_table(best),
+        model_tables.values_to_enter(best, None).rows,
+    ) == (None, [], [])
     never_slid.save(tmp_path / "out")
     assert not (tmp_path / "out" / "drive_table.csv").exists()
 
@@ -400,11 +525,22 @@ def test_log_without_sliding_gives_no_level_and_no_table(never_slid, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
 def test_drive_files_have_the_warning(never_slid, tmp_path, target, points, monkeypatch):
-    monkeypatch.setattr("bristle.exports.writing.effect_of_files", lambda *_, **__: None)  # it runs the model uncompiled
+    monkeypatch.setattr(
+        "bristle.exports.writing.effect_of_files", lambda *_, **__: None
+    )  # it runs the model uncompiled
     never_slid.save(tmp_path / "out")
     plant, friction, info = read_model(tmp_path / "out" / "model.toml")
     source = Source(info["provenance"], info["uncertainty"])
-    requested = Request(friction, "axis_x", 1e-3, source, speed=0.1, points=points, plant=plant, axis=axis_from(RATED))
+    requested = Request(
+        friction,
+        "axis_x",
+        1e-3,
+        source,
+        speed=0.1,
+        points=points,
+        plant=plant,
+        axis=axis_from(RATED),
+    )
     product = writing.files_for(target, requested)
     assert "do not use" in product.notes[0]
     assert "f_p" in product.notes[0]
@@ -416,8 +552,12 @@ def test_drive_files_have_the_warning(never_slid, tmp_path, target, points, monk
 def test_level_within_the_effort_has_the_warning(never_slid):
     entry = {"std": 0.1, "status": "identified", "note": "the log contains only pre-sliding"}
     friction = never_slid.best.friction
-    message = writing.files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": entry}), speed=0.1)).notes
-    plain = writing.files_for("table", Request(friction, "x", 1e-3, Source({}, {"f_p": {"status": "held"}}), speed=0.1)).notes
+    message = writing.files_for(
+        "table", Request(friction, "x", 1e-3, Source({}, {"f_p": entry}), speed=0.1)
+    ).notes
+    plain = writing.files_for(
+        "table", Request(friction, "x", 1e-3, Source({}, {"f_p": {"status": "held"}}), speed=0.1)
+    ).notes
     assert len(message) == len(plain) + 1
 
 
@@ -433,18 +573,29 @@ def test_pre_sliding_is_named_before_position_dependence(log):
 def test_compared_models_are_not_suggested(log):
     fits = br.identify(log, "coulomb_viscous,preisach_contact", draws=0, blocks=0).fits
     static = next(fit for fit in fits if fit.name == "coulomb_viscous")
-    named = structure.with_structure(static, None, settings.DEFAULT, compared=["preisach_contact"]).diagnostics[0].numbers
+    named = (
+        structure.with_structure(static, None, settings.DEFAULT, compared=["preisach_contact"])
+        .diagnostics[0]
+        .numbers
+    )
     assert (named["model"], named["compared"]) == ("", "preisach_contact")
 
 
 def test_of_several_logs_those_that_are_too_short_are_named_and_the_others_go_on(columns):
-    whole, *short = ({name: values[:count] for name, values in columns.items()} for count in (4000, 60, 150))
+    whole, *short = (
+        {name: values[:count] for name, values in columns.items()} for count in (4000, 60, 150)
+    )
     with pytest.warns(InputWarning, match="leaves out a log: "):
         result = br.identify([short[0], whole, short[1]], "viscous", draws=0, blocks=0)
     named = [note for note in result.log.notes if note.startswith("bristle leaves out a log: ")]
     assert (len(result.axes), len(result.log)) == (1, 4000)
-    assert ["(60 instead of" in named[0], "(150 samples without a gap instead of" in named[1]] == [True, True]
-    with pytest.raises(InputError, match=r"all 2 logs are too short: .*\(60 instead of .*, .*\(60 instead of"):
+    assert ["(60 instead of" in named[0], "(150 samples without a gap instead of" in named[1]] == [
+        True,
+        True,
+    ]
+    with pytest.raises(
+        InputError, match=r"all 2 logs are too short: .*\(60 instead of .*, .*\(60 instead of"
+    ):
         br.identify(short[:1] * 2, "viscous")
 
 
@@ -454,4 +605,6 @@ def test_lines_of_a_second_pass_stand_in_the_axis_of_the_log_that_was_used(resul
 
     logs = [replace(result.log, source=Path(name)) for name in ("short.csv", "long.csv")]
     logs[0] = replace(logs[0], time=replace(logs[0].time))
-    assert [axis.name for axis in identified._in_hand(fitted)(logs, "viscous", None).axes] == ["long"]
+    assert [axis.name for axis in identified._in_hand(fitted)(logs, "viscous", None).axes] == [
+        "long"
+    ]

@@ -9,7 +9,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from tests.examples import data
-from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log
+from tests.identification.known_logs import (
+    STATED,
+    TRUTH,
+    log_of,
+    sines,
+    sliding_effort,
+    sliding_log,
+)
 from tests.report import known
 from tests.report.known import estimate
 from tests.report.pages import Page, plain
@@ -25,7 +32,12 @@ from bristle.prediction import Following, drive_table, following_of, level_value
 from bristle.prediction.claims import claims_for
 from bristle.report import judgement, messages, model_tables, page
 from bristle.report.brief import brief
-from bristle.report.identification import _correlations, identification_report, next_steps, why_only_similar
+from bristle.report.identification import (
+    _correlations,
+    identification_report,
+    next_steps,
+    why_only_similar,
+)
 from bristle.report.judgement import (
     ADVICE,
     DOUBTS,
@@ -59,16 +71,25 @@ def test_clean_log_is_usable(actual):
 
 @pytest.mark.parametrize(
     ("code", "severity", "level"),
-    [*((code, "warning", "with_care") for code in DOUBTS), ("structure", "note", "usable"), ("sign_reversed", "error", "measure_again")],
+    [
+        *((code, "warning", "with_care") for code in DOUBTS),
+        ("structure", "note", "usable"),
+        ("sign_reversed", "error", "measure_again"),
+    ],
 )
 def test_severity_of_a_diagnostic_decides_with_its_reason(actual, code, severity, level):
     ruling = judged(doubted(actual.best, Diagnostic(code, severity=severity)), USUAL)
-    assert (ruling.level, ruling.reasons) == (level, () if severity == "note" else (SENTENCES[code].means,))
+    assert (ruling.level, ruling.reasons) == (
+        level,
+        () if severity == "note" else (SENTENCES[code].means,),
+    )
 
 
 def with_open(fit, count, **changes):
     """Return a fit whose first parameters are not identified."""
-    open_ = [replace(estimate, status="unidentifiable", **changes) for estimate in fit.estimates[:count]]
+    open_ = [
+        replace(estimate, status="unidentifiable", **changes) for estimate in fit.estimates[:count]
+    ]
     return replace(fit, estimates=(*open_, *fit.estimates[count:]))
 
 
@@ -81,26 +102,42 @@ def test_unidentified_parameters_ask_for_care_and_levels_for_another_log(actual)
 
 def test_zero_level_needs_no_other_log(actual):
     fit = doubted(actual.best)
-    estimates = tuple(replace(item, value=0.0, status="at_edge") if item.name == "F_C" else item for item in fit.estimates)
+    estimates = tuple(
+        replace(item, value=0.0, status="at_edge") if item.name == "F_C" else item
+        for item in fit.estimates
+    )
     level, _, reasons = judged(replace(fit, estimates=estimates), USUAL)
-    assert (level, reasons) == ("usable", ("not identified, but with little effect on the force: F_C",))
+    assert (level, reasons) == (
+        "usable",
+        ("not identified, but with little effect on the force: F_C",),
+    )
 
 
 @pytest.mark.parametrize(("takes", "level"), [(0.9, "usable"), (1.1, "with_care")])
 def test_unidentified_parameter_of_little_effect_is_only_named(actual, takes, level):
     fit = doubted(actual.best)
-    ruling = judged(with_open(fit, 1, effect=takes * MATTERS / abs(fit.parameters["M"].value)), USUAL)
+    ruling = judged(
+        with_open(fit, 1, effect=takes * MATTERS / abs(fit.parameters["M"].value)), USUAL
+    )
     assert (ruling.level, ruling.reasons[-1][-1]) == (level, "M")
 
 
 @pytest.mark.parametrize(
     ("half", "effect", "level", "reasons"),
-    [(0.4, 1.0, "usable", ()), (0.6, 1.0, "with_care", ("roughly identified: F_v",)), (0.6, 1e-6, "usable", ())],
+    [
+        (0.4, 1.0, "usable", ()),
+        (0.6, 1.0, "with_care", ("roughly identified: F_v",)),
+        (0.6, 1e-6, "usable", ()),
+    ],
 )
 def test_wide_interval_asks_for_care_if_the_parameter_matters(actual, half, effect, level, reasons):
     fit = doubted(actual.best)
     viscous = fit.parameters["F_v"]
-    wide = replace(viscous, interval=(viscous.value * (1.0 - half), viscous.value * (1.0 + half)), effect=effect)
+    wide = replace(
+        viscous,
+        interval=(viscous.value * (1.0 - half), viscous.value * (1.0 + half)),
+        effect=effect,
+    )
     estimates = tuple(wide if estimate is viscous else estimate for estimate in fit.estimates)
     ruling = judged(replace(fit, estimates=estimates), USUAL)
     assert (ruling.level, ruling.reasons) == (level, reasons)
@@ -112,22 +149,33 @@ def test_grave_faults_come_first_among_the_next_steps(actual):
 
 
 def test_parameters_with_the_same_motion_share_a_line(actual, monkeypatch):
-    by_excite = [(name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`") for name in ("F_S", "v_S")]
+    by_excite = [
+        (name, f"Move slowly.{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`")
+        for name in ("F_S", "v_S")
+    ]
     monkeypatch.setattr("bristle.report.identification.next_measurements", lambda fit: by_excite)
     message = next_steps(actual.best, usable=True)
-    assert message == ["for F_S, v_S: generate a motion with `bristle excite AXIS.toml --for stribeck`"]
+    assert message == [
+        "for F_S, v_S: generate a motion with `bristle excite AXIS.toml --for stribeck`"
+    ]
 
 
 def test_error_relative_to_friction_decides(actual):
     error = actual.best.friction_alone_error_percent
-    for usable, useless, level in ((1.1, 2.0, "usable"), (0.9, 2.0, "with_care"), (0.5, 0.9, "measure_again")):
+    for usable, useless, level in (
+        (1.1, 2.0, "usable"),
+        (0.9, 2.0, "with_care"),
+        (0.5, 0.9, "measure_again"),
+    ):
         settings = Settings.of({"usable_error": usable * error, "useless_error": useless * error})
         assert judged(doubted(actual.best), settings).level == level
 
 
 def test_contradicted_loop_asks_for_care(actual):
     nothing = statistics_of(np.zeros(2))
-    following = Following(np.zeros(2), np.zeros(2), nothing, contradiction=Diagnostic("loop_contradicts"))
+    following = Following(
+        np.zeros(2), np.zeros(2), nothing, contradiction=Diagnostic("loop_contradicts")
+    )
     assert judged(doubted(actual.best), USUAL, following).level == "with_care"
 
 
@@ -135,7 +183,11 @@ def test_contradicted_loop_asks_for_care(actual):
 def test_levels_are_by_direction_without_the_weight():
     motion = sines(20.0, 2e-3, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     effort = sliding_effort(motion, F_C=8.0) + np.where(motion.velocity > 0.0, 1.5, 0.0) + 20.0
-    levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, blocks=0, cutoff=60.0, offset=20.0).best)
+    levels = level_values(
+        identify(
+            log_of(motion, effort), "coulomb+asymmetry", draws=0, blocks=0, cutoff=60.0, offset=20.0
+        ).best
+    )
     viscous = TRUTH["F_v"] * np.max(np.abs(motion.velocity))
     assert (levels.constant, levels.inertia) == pytest.approx((20.0, TRUTH["M"]), rel=0.01)
     assert levels.forward - levels.backward == pytest.approx(1.5 + 2.0 * TRUTH["offset"], abs=0.25)
@@ -144,7 +196,11 @@ def test_levels_are_by_direction_without_the_weight():
 
 
 def test_errors_come_before_warnings(actual):
-    fit = doubted(actual.best, Diagnostic("delay_unknown", severity="warning"), Diagnostic("sign_reversed", "", "error", {"percent": 73.0}))
+    fit = doubted(
+        actual.best,
+        Diagnostic("delay_unknown", severity="warning"),
+        Diagnostic("sign_reversed", "", "error", {"percent": 73.0}),
+    )
     assert "sign of the effort" in messages.warnings_of(fit)[0]
 
 
@@ -158,7 +214,11 @@ def test_errors_come_before_warnings(actual):
         (symbolic, "a < b", "a &lt; b"),
         (symbolic, "M ± 2 %", "<i>M</i> ± 2 %"),
         (symbolic, "F+ 30 N", "<i>F</i><sub>+</sub> 30 N"),
-        (page.worded, 'F_C: `F_C = "2 N*m"`, not 2 N*m < 3', "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3"),
+        (
+            page.worded,
+            'F_C: `F_C = "2 N*m"`, not 2 N*m < 3',
+            "<i>F</i><sub>C</sub>: <code>F_C = &#34;2 N*m&#34;</code>, not 2 N·m &lt; 3",
+        ),
     ],
 )
 def test_parameter_names_are_symbols_and_code_is_not_typeset(written, text, symbol):
@@ -171,7 +231,12 @@ KIND = SimpleNamespace(kind="translational")
 def measured(**changes):
     """A fit with model errors of 5 % of the effort and 12 % of friction, and a held-out error of 6 %."""
     known = {"plant": KIND, "levels": ("F_C",), "position_rmse": None, "loop_rmse": None}
-    known |= {"force_error_percent": 5.0, "friction_alone_error_percent": 12.0, "missed_percent": 11.0, "error_percent": 5.0}
+    known |= {
+        "force_error_percent": 5.0,
+        "friction_alone_error_percent": 12.0,
+        "missed_percent": 11.0,
+        "error_percent": 5.0,
+    }
     known |= {"held_out": SimpleNamespace(of="time blocks", mean_percent=6.0)}
     return SimpleNamespace(**known | changes)
 
@@ -184,7 +249,10 @@ OF_EFFORT = "model error 5.00 % of the effort, 12.0 % of the friction"
     ("changes", "lines"),
     [
         ({}, [OF_EFFORT, HELD_OUT]),
-        ({"position_rmse": 4e-7, "loop_rmse": 1.0}, ["model error 0.400 µm of the position", HELD_OUT]),
+        (
+            {"position_rmse": 4e-7, "loop_rmse": 1.0},
+            ["model error 0.400 µm of the position", HELD_OUT],
+        ),
         ({"loop_rmse": 0.25}, ["model error 250 mN of the effort in the loop", HELD_OUT]),
         ({"held_out": None}, [OF_EFFORT, "no held-out stretches"]),
     ],
@@ -199,12 +267,17 @@ def test_held_out_error_is_clearly_larger_above_a_quarter(percent, larger):
     assert ("clearly larger" in text) is larger
 
 
-@pytest.mark.parametrize(("changes", "percent"), [({}, 11.0), ({"position_rmse": 1e-6}, 5.0), ({"loop_rmse": 1.0}, 5.0)])
+@pytest.mark.parametrize(
+    ("changes", "percent"), [({}, 11.0), ({"position_rmse": 1e-6}, 5.0), ({"loop_rmse": 1.0}, 5.0)]
+)
 def test_error_of_the_simulation_decides_for_simulated_loops(changes, percent):
     assert _error(measured(**changes)) == percent
 
 
-@pytest.mark.parametrize(("error", "level"), [(20.0, "usable"), (20.1, "with_care"), (60.0, "with_care"), (60.1, "measure_again")])
+@pytest.mark.parametrize(
+    ("error", "level"),
+    [(20.0, "usable"), (20.1, "with_care"), (60.0, "with_care"), (60.1, "measure_again")],
+)
 def test_verdict_follows_the_error_limits_of_the_settings(error, level, monkeypatch):
     monkeypatch.setattr("bristle.report.judgement.level_values", lambda fit: None)
     ruling = judged(measured(missed_percent=error, diagnostics=(), estimates=()), USUAL)
@@ -214,11 +287,15 @@ def test_verdict_follows_the_error_limits_of_the_settings(error, level, monkeypa
 
 def test_reasons_name_causes_and_unidentified_parameters(actual):
     fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("lag", "play")}))
-    assert judged(fit, USUAL).reasons == (f"{SENTENCES['structure'].means}: friction that lags the speed, play of the drive",)
+    assert judged(fit, USUAL).reasons == (
+        f"{SENTENCES['structure'].means}: friction that lags the speed, play of the drive",
+    )
     first, second, third, *rest = fit.estimates
     edge = replace(doubted(fit), estimates=(replace(first, status="at_edge"), second, third, *rest))
     assert judged(edge, USUAL).reasons == (f"not identified: {first.name}",)
-    held_fit = replace(doubted(fit), estimates=tuple(replace(item, status="held") for item in fit.estimates))
+    held_fit = replace(
+        doubted(fit), estimates=tuple(replace(item, status="held") for item in fit.estimates)
+    )
     assert judged(held_fit, USUAL).reasons == ()
     twice = doubted(fit, *[Diagnostic("sign_reversed", "", "error", {"percent": 90.0})] * 2)
     assert judged(twice, USUAL).reasons == (SENTENCES["sign_reversed"].means,)
@@ -229,12 +306,32 @@ def test_next_motion_excites_the_unidentified_parameters():
         return SimpleNamespace(excitation=excitation)
 
     plant = SimpleNamespace(component=SimpleNamespace(variables={"M": variable("acceleration")}))
-    contact = {"F_C": variable("sliding"), "v_S": variable("stribeck"), "k": variable("displacement"), "q": variable("nothing")}
+    contact = {
+        "F_C": variable("sliding"),
+        "v_S": variable("stribeck"),
+        "k": variable("displacement"),
+        "q": variable("nothing"),
+    }
     friction = SimpleNamespace(component=SimpleNamespace(variables=contact))
-    names = {"M": "at_edge", "F_C": "unidentifiable", "v_S": "identified", "k": "unidentifiable", "q": "at_edge", "far": "at_edge"}
-    estimates = [SimpleNamespace(name=name, status=status, reason=None) for name, status in names.items()]
-    reported = next_measurements(SimpleNamespace(plant=plant, friction=friction, estimates=estimates))
-    assert [(item, WRITTEN_BY in motion) for item, motion in reported] == [("M", True), ("F_C", True), ("k", False)]
+    names = {
+        "M": "at_edge",
+        "F_C": "unidentifiable",
+        "v_S": "identified",
+        "k": "unidentifiable",
+        "q": "at_edge",
+        "far": "at_edge",
+    }
+    estimates = [
+        SimpleNamespace(name=name, status=status, reason=None) for name, status in names.items()
+    ]
+    reported = next_measurements(
+        SimpleNamespace(plant=plant, friction=friction, estimates=estimates)
+    )
+    assert [(item, WRITTEN_BY in motion) for item, motion in reported] == [
+        ("M", True),
+        ("F_C", True),
+        ("k", False),
+    ]
     assert reported[1][1].endswith(f"{WRITTEN_BY}`bristle excite AXIS.toml --for stribeck`")
 
 
@@ -263,20 +360,29 @@ def test_correlations_are_listed_strongest_first_without_zeros():
 
 def test_next_steps_are_errors_then_missing_models(actual):
     grave = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
-    lacking = [Diagnostic("missing_lag", "", "warning", {"model": model}) for model in ("lugre", "dahl", "lugre", "")]
+    lacking = [
+        Diagnostic("missing_lag", "", "warning", {"model": model})
+        for model in ("lugre", "dahl", "lugre", "")
+    ]
     fit = doubted(actual.best, grave, *lacking)
     tried = f"try a model with the missing force: `--model {fit.name},lugre,dahl`"
     assert next_steps(fit, usable=True) == [SENTENCES["sign_reversed"].advice, tried]
     assert next_steps(doubted(fit), usable=True) == [
         "enter the values on the machine, record again, and measure the gain with `bristle compare before.csv after.csv --axis axis.toml`"
     ]
-    assert next_steps(doubted(fit), usable=False) == ["record the axis again, in both directions and at several speeds"]
+    assert next_steps(doubted(fit), usable=False) == [
+        "record the axis again, in both directions and at several speeds"
+    ]
 
 
 def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
     assert set(LACKING) == set(structure.CODES)
-    fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("ripple", "humidity")}))
-    assert judged(fit, USUAL).reasons[0].endswith(": a ripple over position, friction over humidity")
+    fit = doubted(
+        actual.best, Diagnostic("structure", "", "warning", {"causes": ("ripple", "humidity")})
+    )
+    assert (
+        judged(fit, USUAL).reasons[0].endswith(": a ripple over position, friction over humidity")
+    )
 
 
 HELPS = "safe to try at gain 0.9; beside acceleration feedforward it helps quick moves of"
@@ -291,16 +397,39 @@ HELPS = "safe to try at gain 0.9; beside acceleration feedforward it helps quick
             f"{HELPS} 3\u00a0mm or more with rests up to 0.3 s; quick moves of 3\u00a0m or more with rests up to 0.3 s",
         ),
         ({"claims": ()}, "safe to try at gain 0.25"),
-        ({"friction_alone_error_percent": 63.0}, "do not try it: the model error is 63 % of the friction"),
-        ({"diagnostics": (Diagnostic("sign_reversed", severity="error"),)}, f"do not try it: {SENTENCES['sign_reversed'].means}"),
-        ({"diagnostics": (Diagnostic("one_direction"),)}, f"do not try it: {SENTENCES['one_direction'].means}"),
+        (
+            {"friction_alone_error_percent": 63.0},
+            "do not try it: the model error is 63 % of the friction",
+        ),
+        (
+            {"diagnostics": (Diagnostic("sign_reversed", severity="error"),)},
+            f"do not try it: {SENTENCES['sign_reversed'].means}",
+        ),
+        (
+            {"diagnostics": (Diagnostic("one_direction"),)},
+            f"do not try it: {SENTENCES['one_direction'].means}",
+        ),
         ({"position_rmse": 1e-6}, "not judged, because the model was fitted to the position"),
     ],
 )
-def test_a_feedforward_is_judged_by_the_model_and_the_log_and_not_by_open_parameters(changes, text, monkeypatch):
-    facts = {"diagnostics": (Diagnostic("structure"),), "friction_alone_error_percent": 20.0, "position_rmse": None, "estimates": ()}
-    facts |= {"friction": SimpleNamespace(kind="translational"), "claims": claims_for(1e-3)} | changes
-    monkeypatch.setattr(judgement, "compensation_of", lambda *_: SimpleNamespace(rule=SimpleNamespace(gain=0.9), claims=facts["claims"]))
+def test_a_feedforward_is_judged_by_the_model_and_the_log_and_not_by_open_parameters(
+    changes, text, monkeypatch
+):
+    facts = {
+        "diagnostics": (Diagnostic("structure"),),
+        "friction_alone_error_percent": 20.0,
+        "position_rmse": None,
+        "estimates": (),
+    }
+    facts |= {
+        "friction": SimpleNamespace(kind="translational"),
+        "claims": claims_for(1e-3),
+    } | changes
+    monkeypatch.setattr(
+        judgement,
+        "compensation_of",
+        lambda *_: SimpleNamespace(rule=SimpleNamespace(gain=0.9), claims=facts["claims"]),
+    )
     assert feedforward_of(SimpleNamespace(best=SimpleNamespace(**facts), treatment={})) == text
 
 
@@ -313,7 +442,9 @@ def test_a_log_to_measure_again_may_give_a_feedforward(actual):
 
 
 def test_the_verdict_of_two_encoders_is_that_of_both_sides(actual):
-    bad = SimpleNamespace(best=doubted(actual.best, Diagnostic("sign_reversed", severity="error")), settings=USUAL)
+    bad = SimpleNamespace(
+        best=doubted(actual.best, Diagnostic("sign_reversed", severity="error")), settings=USUAL
+    )
     good = SimpleNamespace(best=actual.best, settings=USUAL)
     sides = {"motor": good, "load": good}
     whole = SimpleNamespace(**vars(bad), two_masses=SimpleNamespace(load=good, sides=sides))
@@ -327,11 +458,17 @@ def test_the_verdict_of_two_encoders_is_that_of_both_sides(actual):
 
 def test_a_contradicted_loop_asks_for_care_with_two_encoders(actual):
     good = SimpleNamespace(best=actual.best, settings=USUAL)
-    whole = SimpleNamespace(**vars(good), two_masses=SimpleNamespace(load=good, sides={"motor": good, "load": good}))
+    whole = SimpleNamespace(
+        **vars(good), two_masses=SimpleNamespace(load=good, sides={"motor": good, "load": good})
+    )
     code = next(iter(SENTENCES))
     contradicted = SimpleNamespace(contradiction=Diagnostic(code))
     assert ruling_of(whole).level == "usable"
-    assert ruling_of(whole, contradicted) == ("with_care", "Use with care", (SENTENCES[code].means,))
+    assert ruling_of(whole, contradicted) == (
+        "with_care",
+        "Use with care",
+        (SENTENCES[code].means,),
+    )
 
 
 def test_the_feedforward_of_a_plant_with_two_masses_is_that_of_one_mass(actual):
@@ -352,17 +489,26 @@ def moved_by(shift):
     log = sliding_log()
     part = slice(50, 4050)
     effort = np.roll(log.effort.values, shift)[part]
-    return Log(time=log.time.values[part], position=log.position.values[part], effort=effort, sample_time=1e-3)
+    return Log(
+        time=log.time.values[part],
+        position=log.position.values[part],
+        effort=effort,
+        sample_time=1e-3,
+    )
 
 
 def told_of(log, **options):
-    return " ".join(messages.assumptions_of(identify(log, "coulomb_viscous", draws=0, blocks=0, **options).best))
+    return " ".join(
+        messages.assumptions_of(identify(log, "coulomb_viscous", draws=0, blocks=0, **options).best)
+    )
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("shift", "stands"), [(3, "lags"), (-3, "leads")])
 def test_removed_delay_is_reported(shift, stands):
-    words = rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and removed it"
+    words = (
+        rf"the effort {stands} the position by \d\.\d+ ms \(\d\.\d\d samples; .*, and removed it"
+    )
     assert re.search(words, told_of(moved_by(shift)))
 
 
@@ -378,31 +524,59 @@ def test_interval_of_the_table_uses_the_larger_error(workbench):
     table = model_tables.parameter_table(replace(fit, estimates=wider))
     shown = [row[table.heads.index("95 % interval [%]")] for row in table.rows]
     # Of what was found before any model, the interval itself is known.
-    percents = [item.interval_percent if item.interval else 3.0 * 1.96 * item.relative_std_percent for item in fit.estimates if item.std]
-    assert [float(cell.removeprefix("± ")) for cell in shown if cell != "–"] == pytest.approx(percents, rel=0.06)
+    percents = [
+        item.interval_percent if item.interval else 3.0 * 1.96 * item.relative_std_percent
+        for item in fit.estimates
+        if item.std
+    ]
+    assert [float(cell.removeprefix("± ")) for cell in shown if cell != "–"] == pytest.approx(
+        percents, rel=0.06
+    )
 
 
 def test_unidentified_parameter_has_advice_to_measure(workbenches):
     bench = workbenches["rotational"]
     richer_first = replace(bench.identified, fits=bench.identified.fits[::-1])
     bench = replace(bench, identified=richer_first)
-    unknown = [estimate.name for estimate in bench.identified.best.estimates if estimate.status == "unidentifiable"]
+    unknown = [
+        estimate.name
+        for estimate in bench.identified.best.estimates
+        if estimate.status == "unidentifiable"
+    ]
     assert unknown
     words = Page(identification_page(bench)).words
-    assert all(Page(page.worded(warning)).words in words for warning in messages.warnings_of(bench.identified.best))
+    assert all(
+        Page(page.worded(warning)).words in words
+        for warning in messages.warnings_of(bench.identified.best)
+    )
     for names, motion in next_measurements(bench.identified.best):
         assert Page(page.worded(f"{names}: {motion}")).words in words
 
 
 def test_every_excitation_has_advice():
-    requested = {variable.excitation for model in MODELS.values() for variable in model.variables.values()}
+    requested = {
+        variable.excitation for model in MODELS.values() for variable in model.variables.values()
+    }
     assert requested - {""} <= set(ADVICE)
 
 
 def test_report_has_assumptions_and_provenance(stage):
     words = Page(identification_page(stage)).words
-    assert all(Page(page.worded(item)).words in words for item in messages.assumptions_of(stage.identified.best))
-    assert all(fact in words for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"))
+    assert all(
+        Page(page.worded(item)).words in words
+        for item in messages.assumptions_of(stage.identified.best)
+    )
+    assert all(
+        fact in words
+        for fact in (
+            "stage.csv",
+            "0" * 64,
+            "1 ms (1000 Hz)",
+            "6 s",
+            "made by a simulation",
+            "column q",
+        )
+    )
 
 
 def test_report_has_the_assumptions_of_the_prediction(stage):
@@ -410,14 +584,24 @@ def test_report_has_the_assumptions_of_the_prediction(stage):
     best = stage.identified.best
     predicted = predict(best.plant, best.friction, stage.log, axis, "closed-loop")
     assumed = Page(identification_page(stage, prediction=predicted)).words.split("Assumptions")[-1]
-    assert "closed-loop prediction: bristle simulated the static friction with the pre-sliding distance of the axis file, 2 µm" in assumed
+    assert (
+        "closed-loop prediction: bristle simulated the static friction with the pre-sliding distance of the axis file, 2 µm"
+        in assumed
+    )
 
 
 @pytest.mark.slow
 def test_parameters_at_an_edge_or_infinite_are_reported(stage):
     lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0, draws=0)
-    assert "∞" in Page(identification_page(stage, identification=lugre, simulation=None, prediction=None)).words
-    assert [estimate.name for estimate in lugre.best.estimates if math.isinf(estimate.value)] == ["v_d"]
+    assert (
+        "∞"
+        in Page(
+            identification_page(stage, identification=lugre, simulation=None, prediction=None)
+        ).words
+    )
+    assert [estimate.name for estimate in lugre.best.estimates if math.isinf(estimate.value)] == [
+        "v_d"
+    ]
 
 
 @pytest.mark.slow
@@ -438,7 +622,11 @@ def test_the_report_of_a_measured_axis():
         provenance={},
     )
     words = Page(text).words
-    for told in ("model coulomb_viscous+asymmetry", "Values to enter into the drive", "lowers the following error"):
+    for told in (
+        "model coulomb_viscous+asymmetry",
+        "Values to enter into the drive",
+        "lowers the following error",
+    ):
         assert told in words
 
 
@@ -446,12 +634,21 @@ def test_unidentified_parameters_are_named_once_on_the_first_page(workbenches):
     bench = workbenches["rotational"]
     fit = bench.identified.best
     open_ = tuple(replace(estimate, status="unidentifiable") for estimate in fit.estimates)
-    text = identification_page(bench, identification=replace(bench.identified, fits=(replace(fit, estimates=open_),)))
-    assert "the level of friction is not identified" in Page(text.partition('<div class="tabs">')[0]).words
+    text = identification_page(
+        bench, identification=replace(bench.identified, fits=(replace(fit, estimates=open_),))
+    )
+    assert (
+        "the level of friction is not identified"
+        in Page(text.partition('<div class="tabs">')[0]).words
+    )
     assert "Values to enter" not in Page(text).words
     assert Page(text).words.count("not identified: M") == 1
 
 
 def test_without_simulation_the_following_error_is_measured(stage):
-    words = Page(identification_page(stage, simulation=None, following=following_of(stage.log))).words
-    assert [told in words for told in ("Following error in the log", "without and with compensation")] == [True, False]
+    words = Page(
+        identification_page(stage, simulation=None, following=following_of(stage.log))
+    ).words
+    assert [
+        told in words for told in ("Following error in the log", "without and with compensation")
+    ] == [True, False]

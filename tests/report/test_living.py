@@ -64,7 +64,9 @@ const frictionInRows = (contact, rows) => weighed(rows, rows.stretches.map((stre
 def computed(living, folder, script):
     """Return the output of a script on the data of a report, in node."""
     values = f"const data = {living.data}, say = (v) => console.log(JSON.stringify(v));"
-    return printed(folder, [*SHARED, "paths.js", "rows.js"], values, BEGIN, f"(async () => {{{script}}})();")
+    return printed(
+        folder, [*SHARED, "paths.js", "rows.js"], values, BEGIN, f"(async () => {{{script}}})();"
+    )
 
 
 LEFT = """
@@ -81,11 +83,15 @@ say([rms, 100 * share, [...rows.t], [...predicted], [...rows.velocity]]);
 def test_residual_of_the_page_equals_that_of_the_report(workbench, tmp_path):
     fit = workbench.identified.best
     rms, percent, times, predicted, velocity = computed(living_of(workbench), tmp_path, LEFT)
-    assert (rms, percent) == pytest.approx((np.sqrt(np.mean(fit.traces.residual**2)), fit.force_error_percent), rel=AGREES)
+    assert (rms, percent) == pytest.approx(
+        (np.sqrt(np.mean(fit.traces.residual**2)), fit.force_error_percent), rel=AGREES
+    )
     assert times == pytest.approx(fit.traces.time.tolist())
     away = np.array(predicted) - fit.traces.predicted
     assert np.sqrt(np.mean(away**2)) < 0.06 * rms
-    assert velocity == pytest.approx(fit.traces.velocity, abs=0.01 * np.max(np.abs(fit.traces.velocity)))
+    assert velocity == pytest.approx(
+        fit.traces.velocity, abs=0.01 * np.max(np.abs(fit.traces.velocity))
+    )
 
 
 @pytest.mark.slow
@@ -131,7 +137,9 @@ def test_long_logs_are_thinned(stage, monkeypatch):
     times = log.sample_time * stretch.rows + stretch.time
     kept = np.searchsorted(fit.traces.time, times - 1e-9)
     assert fit.traces.time[kept] == pytest.approx(times)
-    assert rows.measured.step * rows.measured.numbers == pytest.approx(fit.traces.measured[kept], abs=rows.measured.step)
+    assert rows.measured.step * rows.measured.numbers == pytest.approx(
+        fit.traces.measured[kept], abs=rows.measured.step
+    )
     # The number of the report is that of all rows.
     assert rows.percent == pytest.approx(fit.force_error_percent)
 
@@ -146,13 +154,18 @@ say([...error]);
 def run_as(bench, **changes):
     """Return the loop of a bench with other run settings."""
     experiment = bench.looped.experiment
-    variants = tuple(replace(variant, run=replace(variant.run, **changes)) for variant in experiment.variants)
+    variants = tuple(
+        replace(variant, run=replace(variant.run, **changes)) for variant in experiment.variants
+    )
     return simulate(replace(experiment, variants=variants))
 
 
 @pytest.mark.fast_cases(1)
 @needs_node
-@pytest.mark.parametrize(("changes", "share"), [({}, 1.0), ({"delay": 1, "current_lag": 5e-4}, 1.0), ({"effort_limit": 33.0}, 0.95)])
+@pytest.mark.parametrize(
+    ("changes", "share"),
+    [({}, 1.0), ({"delay": 1, "current_lag": 5e-4}, 1.0), ({"effort_limit": 33.0}, 0.95)],
+)
 def test_loop_of_the_page_equals_the_simulation(changes, share, stage, tmp_path):
     simulation = run_as(stage, **changes) if changes else stage.looped
     result = simulation.variants[COMPENSATED]
@@ -165,8 +178,12 @@ def test_loop_of_the_page_equals_the_simulation(changes, share, stage, tmp_path)
     # Where both read the same count, the peaks are the same; where they do not, it is the next one.
     same = np.abs(error - wanted)[judged] < 0.5 * count
     assert np.mean(same) >= 0.8 * share
-    assert np.ptp(error[judged][same]) == pytest.approx(np.ptp(wanted[judged][same]), rel=1e-4, abs=0.01 * count)
-    assert np.ptp(error[judged]) == pytest.approx(result.following_error.peak_to_peak, rel=1e-4, abs=1.01 * count)
+    assert np.ptp(error[judged][same]) == pytest.approx(
+        np.ptp(wanted[judged][same]), rel=1e-4, abs=0.01 * count
+    )
+    assert np.ptp(error[judged]) == pytest.approx(
+        result.following_error.peak_to_peak, rel=1e-4, abs=1.01 * count
+    )
 
 
 @needs_node
@@ -177,7 +194,16 @@ def test_loop_that_begins_in_motion_begins_sliding(stage, tmp_path):
     plant, law = experiment.variants[0].plant, experiment.variants[0].controller
     t = 1e-3 * np.arange(2000)
     simulation = simulate(
-        compensation_experiment(plant, model, model, law, 0.02 * np.sin(3.0 * t), 1e-3, resolution=2e-7, start=Start(0.0, 0.06, 0.0, 9.0))
+        compensation_experiment(
+            plant,
+            model,
+            model,
+            law,
+            0.02 * np.sin(3.0 * t),
+            1e-3,
+            resolution=2e-7,
+            start=Start(0.0, 0.06, 0.0, 9.0),
+        )
     )
     best = replace(stage.identified.best, friction=model)
     bench = replace(stage, identified=replace(stage.identified, fits=(best,)))
@@ -192,7 +218,9 @@ def test_models_with_load_are_not_interactive(stage):
     best = stage.identified.best
     component = friction.with_slots(friction.stribeck, ["load", "asymmetry"])
     loaded = replace(best, friction=Model(component, best.friction.parameters, best.friction.kind))
-    assert rows_module.fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
+    assert (
+        rows_module.fitted_rows(loaded, stage.log, stage.axis, stage.identified.treatment) is None
+    )
 
 
 def test_unrepeatable_treatment_is_not_interactive(stage):
@@ -209,10 +237,15 @@ def test_policy_allows_only_the_scripts_and_report_stays_small(report, plain):
     rules = dict(rule.strip().split(" ", 1) for rule in policy.split(";"))
     assert rules["default-src"] == "'none'"
     scripts = re.findall(r'<script(?: id="shared")?>(.*?)</script>', report, re.DOTALL)
-    hashes = {f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'" for text in scripts}
+    hashes = {
+        f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+        for text in scripts
+    }
     assert len(scripts) == 3
     assert set(rules["script-src"].split()) == hashes | {"'wasm-unsafe-eval'"}
-    assert not re.search(r"https?:|//[a-z]+\.|@import|\bfetch\(|XMLHttp|importScripts|\son[a-z]+=\"", report)
+    assert not re.search(
+        r"https?:|//[a-z]+\.|@import|\bfetch\(|XMLHttp|importScripts|\son[a-z]+=\"", report
+    )
 
 
 @pytest.mark.slow
@@ -220,7 +253,9 @@ def test_without_scripts_the_pictures_remain(report, plain):
     section = next(attrs for _, attrs in Page(report).tags if attrs.get("id") == "alive")
     assert "hidden" in section
     assert len(Page(plain).named("script")) == 1
-    assert [attrs["id"] for attrs in Page(plain).named("figure")] == [attrs["id"] for attrs in Page(report).named("figure")]
+    assert [attrs["id"] for attrs in Page(plain).named("figure")] == [
+        attrs["id"] for attrs in Page(report).named("figure")
+    ]
 
 
 SLIDE = """
@@ -270,7 +305,9 @@ def test_page_is_interactive_without_errors(file, width, shown):
     tab.drag((x + 0.3 * wide, y + 0.3 * high), (x + 0.5 * wide, y + 0.31 * high))
     low, high_end = tab.run(VIEW)
     assert 0.1 < low < high_end < 0.9
-    tab.run("document.querySelector('#figure-velocity svg').dispatchEvent(new MouseEvent('dblclick'))")
+    tab.run(
+        "document.querySelector('#figure-velocity svg').dispatchEvent(new MouseEvent('dblclick'))"
+    )
     assert tab.run(VIEW) == [0, 1]
     zoom = f"document.querySelector('#figure-velocity svg').dispatchEvent({WHEEL})"
     place = (x + 0.5 * wide, y + 0.5 * high)
@@ -285,7 +322,9 @@ def test_page_is_interactive_without_errors(file, width, shown):
     tab.run("plots.forEach((plot) => plot.all())")
     assert {name: tab.run(PATHS % name) for name in before} == before
     assert tab.run("document.documentElement.scrollWidth <= innerWidth")
-    assert {address for address in tab.asked_for() if not address.startswith("blob:null/")} == {file.as_uri()}
+    assert {address for address in tab.asked_for() if not address.startswith("blob:null/")} == {
+        file.as_uri()
+    }
 
 
 @pytest.mark.slow
@@ -293,7 +332,9 @@ def test_the_strip_selects_the_part_of_the_large_picture(file, shown):
     tab = shown(file.as_uri(), width=1366, height=768)
     tab.run(READY)
     at = "(({ x, y }) => [x, y])(((svg, { left, right, top, bottom }) => new DOMPoint(left + %f * (right - left), 0.5 * (top + bottom))"
-    at += ".matrixTransform(svg.getScreenCTM()))(plots.get('gain').svg, plots.get('gain').panels[1]))"
+    at += (
+        ".matrixTransform(svg.getScreenCTM()))(plots.get('gain').svg, plots.get('gain').panels[1]))"
+    )
     (first, middle), (second, _) = (tab.run(at % share) for share in (0.2, 0.5))
     tab.drag((first, middle), (second, middle))
     low, high_end, span = tab.run(
@@ -302,7 +343,12 @@ def test_the_strip_selects_the_part_of_the_large_picture(file, shown):
     wanted = [span[0] + share * (span[1] - span[0]) for share in (0.2, 0.5)]
     assert [low, high_end] == pytest.approx(wanted, abs=0.02 * (span[1] - span[0]))
     # The large picture has lines there, too.
-    assert tab.run("plots.get('gain').panels[0].pointsOf(plots.get('gain').panels[0].curves[1]).length") > 500
+    assert (
+        tab.run(
+            "plots.get('gain').panels[0].pointsOf(plots.get('gain').panels[0].curves[1]).length"
+        )
+        > 500
+    )
 
 
 STIFFER = """
@@ -330,12 +376,16 @@ def test_a_stiffer_contact_builds_up_its_friction_earlier(tmp_path, shown):
     page = tmp_path / "demo" / "report.html"
     assert len(page.read_bytes()) <= 800_000
     tab = shown(page.as_uri(), width=1366, height=768)
-    tab.run("new Promise((done) => { const look = () => (document.body.dataset.alive ? done(true) : setTimeout(look, 50)); look(); })")
+    tab.run(
+        "new Promise((done) => { const look = () => (document.body.dataset.alive ? done(true) : setTimeout(look, 50)); look(); })"
+    )
     tab.run(UNFOLD)
     shares = (0.05, 0.9)
     before = [tab.run(HEIGHT_AT % share) for share in shares]
     tab.run(STIFFER)
-    early, late = (old - tab.run(HEIGHT_AT % share) for share, old in zip(shares, before, strict=True))
+    early, late = (
+        old - tab.run(HEIGHT_AT % share) for share, old in zip(shares, before, strict=True)
+    )
     assert early > 8.0  # points upwards
     assert abs(late) < 2.0
     tab.run("byId('alive-reset').click()")
@@ -354,8 +404,13 @@ def test_a_stiffer_contact_builds_up_its_friction_earlier(tmp_path, shown):
 @pytest.mark.slow
 def test_a_link_opens_the_tab_of_its_section(file, shown):
     tab = shown(f"{file.as_uri()}#log", width=1366, height=768)
-    assert tab.run("getComputedStyle(document.getElementById('log').parentElement).display") == "block"
-    assert tab.run("getComputedStyle(document.getElementById('drive').parentElement).display") == "none"
+    assert (
+        tab.run("getComputedStyle(document.getElementById('log').parentElement).display") == "block"
+    )
+    assert (
+        tab.run("getComputedStyle(document.getElementById('drive').parentElement).display")
+        == "none"
+    )
 
 
 WAIT = """
@@ -415,4 +470,8 @@ def test_report_of_a_loop_prints_on_eight_pages(stage, tmp_path):
         capture_output=True,
         timeout=120,
     )
-    assert 1 <= len(re.findall(rb"/Type\s*/Page[^s]", (tmp_path / "report.pdf").read_bytes())) <= MOST_PAGES
+    assert (
+        1
+        <= len(re.findall(rb"/Type\s*/Page[^s]", (tmp_path / "report.pdf").read_bytes()))
+        <= MOST_PAGES
+    )

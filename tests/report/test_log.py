@@ -16,16 +16,38 @@ from bristle.report import exported, log as report
 
 
 def passage(kind, begin=0.0, end=1.0, **changes):
-    known = {"kind": kind, "begin": begin, "end": end, "legs": 0, "amplitudes": (1e-3, 2e-3), "speeds": (0.01, 0.02)}
+    known = {
+        "kind": kind,
+        "begin": begin,
+        "end": end,
+        "legs": 0,
+        "amplitudes": (1e-3, 2e-3),
+        "speeds": (0.01, 0.02),
+    }
     return known | {"frequencies": (), "depth": 0, "levels": 0} | changes
 
 
 def test_passages_of_a_kind_share_a_row():
     table = report.passage_table(
-        [passage("moves", 1.0, 3.0), passage("rest", 3.0, 4.0), passage("moves", 4.5, 5.0, speeds=(0.04,))], "translational"
+        [
+            passage("moves", 1.0, 3.0),
+            passage("rest", 3.0, 4.0),
+            passage("moves", 4.5, 5.0, speeds=(0.04,)),
+        ],
+        "translational",
     )
-    assert table.heads == ["Passages", "Count", "Total time [s]", "First begins at [s]", "Amplitude", "Speed"]
-    assert table.rows == [["ordinary moves", "2", "2.5", "1", "1 mm to 2 mm", "10 mm/s to 40 mm/s"], ["rest", "1", "1", "3", "", ""]]
+    assert table.heads == [
+        "Passages",
+        "Count",
+        "Total time [s]",
+        "First begins at [s]",
+        "Amplitude",
+        "Speed",
+    ]
+    assert table.rows == [
+        ["ordinary moves", "2", "2.5", "1", "1 mm to 2 mm", "10 mm/s to 40 mm/s"],
+        ["rest", "1", "1", "3", "", ""],
+    ]
 
 
 def test_kinds_of_passages_have_a_fixed_order():
@@ -36,7 +58,11 @@ def test_kinds_of_passages_have_a_fixed_order():
 
 @pytest.mark.parametrize(
     ("depth", "levels", "remark"),
-    [(2, 1, "1 amplitude, not nested"), (3, 4, "4 amplitudes, nested 3 deep"), (0, 0, "0 amplitudes, not nested")],
+    [
+        (2, 1, "1 amplitude, not nested"),
+        (3, 4, "4 amplitudes, nested 3 deep"),
+        (0, 0, "0 amplitudes, not nested"),
+    ],
 )
 def test_loops_are_reported_with_their_depth(depth, levels, remark):
     loops = passage("loops", legs=8, depth=depth, levels=levels)
@@ -49,7 +75,11 @@ def test_loops_are_reported_with_their_depth(depth, levels, remark):
     ("passages", "remarks"),
     [
         (
-            [passage("chirp", frequencies=(1.0, 9.0)), passage("oscillation"), passage("moves", frequencies=(3.0,))],
+            [
+                passage("chirp", frequencies=(1.0, 9.0)),
+                passage("oscillation"),
+                passage("moves", frequencies=(3.0,)),
+            ],
             ["1 Hz to 9 Hz", "", ""],
         ),
         ([passage("oscillation", frequencies=(2.0,))], ["2 Hz"]),
@@ -60,7 +90,14 @@ def test_oscillations_are_reported_with_their_frequencies(passages, remarks):
 
 
 def test_treatment_of_a_log_has_units():
-    treatment = {"cutoff": 60.0, "decimation": 7.0, "delay": 1.234e-3, "rest_percent": 3.456, "velocity_max": 0.25, "other": 1.0}
+    treatment = {
+        "cutoff": 60.0,
+        "decimation": 7.0,
+        "delay": 1.234e-3,
+        "rest_percent": 3.456,
+        "velocity_max": 0.25,
+        "other": 1.0,
+    }
     assert report.treatment_facts(treatment, "translational") == [
         ("Cut-off of the zero-phase filter", "60 Hz"),
         ("Samples for one row of the regression", "7"),
@@ -73,12 +110,20 @@ def test_treatment_of_a_log_has_units():
 
 def test_scatter_of_friction_is_in_percent():
     def scattering(share, kind="translational"):
-        bands, scatter = simulated_bands.Bands({}, share, 0.05, 1.5), result.Scatter(share, 0.02, 0.041)
-        return known.fit(kind=kind, resampling=result.Resampling(bands, scatter, 30, 1e-6, True, {}))
+        bands, scatter = (
+            simulated_bands.Bands({}, share, 0.05, 1.5),
+            result.Scatter(share, 0.02, 0.041),
+        )
+        return known.fit(
+            kind=kind, resampling=result.Resampling(bands, scatter, 30, 1e-6, True, {})
+        )
 
     assert report.scatter_facts(scattering(0.0312)) == [
         ("Noise of the effort, sample by sample", "50 mN"),
-        ("Scatter of friction from reversal to reversal", "3.1 %, 95 % interval 2.0 to 4.1 %, 30 half-cycles"),
+        (
+            "Scatter of friction from reversal to reversal",
+            "3.1 %, 95 % interval 2.0 to 4.1 %, 30 half-cycles",
+        ),
         ("Residual without noise, encoder steps and scatter", "1.5 N, root mean square"),
     ]
     assert report.scatter_facts(scattering(0.0, "rotational")) == [
@@ -118,10 +163,24 @@ def recorded(**changes):
         channel([0.0, 1e-3, 3e-3, 2e-3], "m", "x"),
         channel([1.0, -2.0, 3.0, 0.0], "N", "u"),
     )
-    known = {"time": time, "position": position, "effort": effort, "reference": None, "kind": "translational", "sample_time": 1e-3}
-    known |= {"velocity": None, "origin": Some(name="a.csv", checksum="0f"), "source": Some(name="<a.csv>"), "segments": (slice(0, 4),)}
+    known = {
+        "time": time,
+        "position": position,
+        "effort": effort,
+        "reference": None,
+        "kind": "translational",
+        "sample_time": 1e-3,
+    }
+    known |= {
+        "velocity": None,
+        "origin": Some(name="a.csv", checksum="0f"),
+        "source": Some(name="<a.csv>"),
+        "segments": (slice(0, 4),),
+    }
     known |= changes
-    known["channels"] = lambda: [(name, known[name]) for name in ("time", "position", "effort") if known[name] is not None]
+    known["channels"] = lambda: [
+        (name, known[name]) for name in ("time", "position", "effort") if known[name] is not None
+    ]
 
     class Log(Some):
         def __len__(self):
@@ -142,7 +201,11 @@ def test_facts_of_a_log_are_file_samples_and_channels():
     ]
     odd = dict(report.log_facts(recorded(sample_time=1.23456e-3)))
     assert (odd["Sample time"], odd["Duration"]) == ("1.235 ms (810.0 Hz)", "4.938 ms")
-    facts = dict(report.log_facts(recorded(segments=(1, 2)), [recorded(), recorded(origin=Some(name="b.csv"))]))
+    facts = dict(
+        report.log_facts(
+            recorded(segments=(1, 2)), [recorded(), recorded(origin=Some(name="b.csv"))]
+        )
+    )
     assert (facts["Samples"], facts["Further logs"]) == ("4 in 2 stretches", "a.csv, b.csv")
 
 
@@ -173,10 +236,19 @@ def front_of(log, segments=(), diagnostics=()):
 
 
 def test_first_page_of_a_log_has_durations_of_passages():
-    segments = [Passage("moves", slice(0, 1), 0.0, 1.0), Passage("rest", slice(1, 2), 1.0, 3.0), Passage("moves", slice(2, 3), 3.0, 3.5)]
+    segments = [
+        Passage("moves", slice(0, 1), 0.0, 1.0),
+        Passage("rest", slice(1, 2), 1.0, 3.0),
+        Passage("moves", slice(2, 3), 3.0, 3.5),
+    ]
     front = front_of(recorded(), segments)
-    assert (front.title.replace("\u00a0", " "), front.basis) == ("Rest 2 s, ordinary moves 1.5 s", "(a.csv)")
-    assert [(card.label, card.value.replace("\u00a0", " "), card.remark) for card in front.cards] == [
+    assert (front.title.replace("\u00a0", " "), front.basis) == (
+        "Rest 2 s, ordinary moves 1.5 s",
+        "(a.csv)",
+    )
+    assert [
+        (card.label, card.value.replace("\u00a0", " "), card.remark) for card in front.cards
+    ] == [
         ("Stroke", "3 mm", ""),
         ("Largest speed", "1.5 m/s", ""),
         ("Effort, span", "5 N", "column u"),
@@ -185,16 +257,25 @@ def test_first_page_of_a_log_has_durations_of_passages():
     assert front.facts.replace("\u00a0", " ").endswith("log a.csv, 4 ms · no reference")
     assert front.next.command == "bristle identify a.csv --axis axis.toml --out results"
     assert front_of(recorded()).title == "Motion without a known pattern"
-    assert front_of(recorded(position=channel([1.0] * 4, "m", "x"))).title == "The axis does not move"
+    assert (
+        front_of(recorded(position=channel([1.0] * 4, "m", "x"))).title == "The axis does not move"
+    )
 
 
 def test_first_page_of_a_log_lists_corrections():
     log = recorded(effort=None, reference=1, segments=(1, 2))
-    doubts = [diagnosed("clipped", "warning"), diagnosed("resampled", "note"), diagnosed("clipped", "error")]
+    doubts = [
+        diagnosed("clipped", "warning"),
+        diagnosed("resampled", "note"),
+        diagnosed("clipped", "error"),
+    ]
     front = front_of(log, (), doubts)
     assert report._advice(doubts) == ["Lower the acceleration, or widen the range of the channel"]
     assert (front.cards[2].value, front.cards[2].open, front.ruling.level) == ("–", True, "no")
-    assert (front.next.text, front.next.command) == ("Correct the cause, then check the log again:", "bristle log a.csv --axis axis.toml")
+    assert (front.next.text, front.next.command) == (
+        "Correct the cause, then check the log again:",
+        "bristle log a.csv --axis axis.toml",
+    )
     assert "no reference" not in front.facts
 
 
@@ -202,8 +283,13 @@ def test_first_page_of_a_log_lists_corrections():
 def test_page_is_written_only_for_a_readable_log(tmp_path):
     written = {}
     folder = Some(write=lambda name, text: written.update({name: text}))
-    log, summary = sliding_log(), {"file": "press.csv", "provenance": {"bristle": "0"}, "diagnostics": []}
-    report.Inspected.write(Some(log=log, axis=None, passages=(), summary=summary), folder, "bristle log press.csv")
+    log, summary = (
+        sliding_log(),
+        {"file": "press.csv", "provenance": {"bristle": "0"}, "diagnostics": []},
+    )
+    report.Inspected.write(
+        Some(log=log, axis=None, passages=(), summary=summary), folder, "bristle log press.csv"
+    )
     assert set(written) == {"summary.json", "report.html"}
     assert "press: a log" in written["report.html"]
     written.clear()
@@ -215,7 +301,9 @@ def test_page_is_written_only_for_a_readable_log(tmp_path):
 
 
 def written(effect=None, beside=(), error=None):
-    product = Some(files={"a.c": "int a;", "a.h": b"h"}, effect=effect, notes=("one note",), error=error)
+    product = Some(
+        files={"a.c": "int a;", "a.h": b"h"}, effect=effect, notes=("one note",), error=error
+    )
     return exported.ExportedModel("c", product, "lugre", {"bristle": "0"}, beside)
 
 
@@ -266,9 +354,16 @@ def test_operator_is_exported_with_its_constant_and_models_if_admitted(holds_ope
     admitted = []
     monkeypatch.setattr("bristle.files.holds_operator", lambda file: holds_operator)
     monkeypatch.setattr("bristle.files.read_operator", lambda file: ("operator", 2.0, None))
-    monkeypatch.setattr("bristle.files.read_model", lambda file, allow_code: ("plant", "friction", {"known": allow_code}))
-    monkeypatch.setattr("bristle.models.hysteresis.with_constant", lambda operator, offset: (operator, offset))
+    monkeypatch.setattr(
+        "bristle.files.read_model",
+        lambda file, allow_code: ("plant", "friction", {"known": allow_code}),
+    )
+    monkeypatch.setattr(
+        "bristle.models.hysteresis.with_constant", lambda operator, offset: (operator, offset)
+    )
     monkeypatch.setattr("bristle.contract.admit", admitted.append)
     of_operator = (None, ("operator", 2.0), {"uncertainty": {}, "treatment": {}})
-    assert exported._read("file", allow_code=True) == (of_operator if holds_operator else ("plant", "friction", {"known": True}))
+    assert exported._read("file", allow_code=True) == (
+        of_operator if holds_operator else ("plant", "friction", {"known": True})
+    )
     assert admitted == ([] if holds_operator else ["friction"])

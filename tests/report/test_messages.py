@@ -87,7 +87,9 @@ def fits():
     motion = sines(10.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
     slow = log_of(motion, sliding_effort(motion, noise=3.0))
     flat = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0))
-    result = identify(slow, "coulomb_viscous,lugre,bouc_wen_classic", axis=STATED, blocks=0, draws=20).fits
+    result = identify(
+        slow, "coulomb_viscous,lugre,bouc_wen_classic", axis=STATED, blocks=0, draws=20
+    ).fits
     return (*result, *identify(flat, "stribeck", axis=STATED, draws=0).fits)
 
 
@@ -96,15 +98,33 @@ def test_diagnostics_have_the_numbers_of_their_sentences(fits):
     seen = set()
     for item in (each for fit in fits for each in fit.diagnostics):
         needed = (
-            {name for _, name, _, _ in Formatter().parse(SENTENCES[item.code].template(item.numbers)) if name} - {"parameter"} - WRITTEN
+            {
+                name
+                for _, name, _, _ in Formatter().parse(SENTENCES[item.code].template(item.numbers))
+                if name
+            }
+            - {"parameter"}
+            - WRITTEN
         )
         if "cause" not in item.numbers:
             assert needed <= set(item.numbers), item
-            assert set(item.numbers) - set(fields_of(item.code)) <= {"value", "unit", "std_percent", "slowest", "fastest", "direction"}, (
-                item
-            )
+            assert set(item.numbers) - set(fields_of(item.code)) <= {
+                "value",
+                "unit",
+                "std_percent",
+                "slowest",
+                "fastest",
+                "direction",
+            }, item
         seen.add(item.code)
-    assert {"low_speed", "low_acceleration", "filtered", "intervals", "held_default", "redundant"} <= seen
+    assert {
+        "low_speed",
+        "low_acceleration",
+        "filtered",
+        "intervals",
+        "held_default",
+        "redundant",
+    } <= seen
 
 
 @pytest.mark.slow
@@ -112,14 +132,24 @@ def test_diagnostic_survives_pickle_and_json_has_its_sentence(fits):
     every = fits[0].diagnostics
     assert pickle.loads(pickle.dumps(every)) == every
     data = as_data(every)
-    assert [item["message"] for item in data if item["severity"] == "warning"] == list(warnings_of(fits[0]))
-    assert all(set(item) == {"code", "parameter", "severity", "numbers", "message"} for item in data)
+    assert [item["message"] for item in data if item["severity"] == "warning"] == list(
+        warnings_of(fits[0])
+    )
+    assert all(
+        set(item) == {"code", "parameter", "severity", "numbers", "message"} for item in data
+    )
 
 
 def test_units_follow_the_kind_of_axis():
     turning = Diagnostic("low_speed", "F_v", numbers={"speed": 2.0}, kind="rotational")
-    assert message(turning) == f"F_v cannot be identified: {clause(turning)}" == "F_v cannot be identified: the log never exceeds 2 rad/s"
-    assert all(exponents_of(spec) for spec in fields_of("few_reversals").values() if "length" in spec)
+    assert (
+        message(turning)
+        == f"F_v cannot be identified: {clause(turning)}"
+        == "F_v cannot be identified: the log never exceeds 2 rad/s"
+    )
+    assert all(
+        exponents_of(spec) for spec in fields_of("few_reversals").values() if "length" in spec
+    )
 
 
 @pytest.mark.slow
@@ -142,7 +172,9 @@ def test_edge_names_its_cause():
     )
 
 
-@pytest.mark.parametrize(("samples", "held"), [(0.48, False), (-0.48, True), (-0.55, True), (-0.3, False), (-1.5, False)])
+@pytest.mark.parametrize(
+    ("samples", "held"), [(0.48, False), (-0.48, True), (-0.55, True), (-0.3, False), (-1.5, False)]
+)
 def test_lead_of_half_a_sample_is_explained_by_a_zero_order_hold(samples, held):
     numbers = {"delay": samples * 1e-3, "samples": samples, "half_width": 1e-5}
     words = message(Diagnostic("delay_found", "", "note", numbers))
@@ -181,17 +213,29 @@ def test_number_follows_its_format(template, value, text):
 
 def test_sentence_begins_with_a_capital_and_ends_with_a_full_stop():
     assert (
-        whole_sentence(Diagnostic("low_speed", "F_v", numbers={"speed": 1.0})) == "F_v cannot be identified: the log never exceeds 1 m/s."
+        whole_sentence(Diagnostic("low_speed", "F_v", numbers={"speed": 1.0}))
+        == "F_v cannot be identified: the log never exceeds 1 m/s."
     )
-    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith("The control law chatters")
+    assert whole_sentence(Diagnostic("switching_law", "", "note")).startswith(
+        "The control law chatters"
+    )
 
 
 @pytest.mark.parametrize(
     ("diagnostic", "words"),
     [
-        (Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"}), "M is held constant at 12 kg: given as known"),
-        (Diagnostic("held_known", "M", "warning", {"value": 12.0, "unit": "kg"}), "M cannot be identified: given as known"),
-        (Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"}), "in this log friction does not fall"),
+        (
+            Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"}),
+            "M is held constant at 12 kg: given as known",
+        ),
+        (
+            Diagnostic("held_known", "M", "warning", {"value": 12.0, "unit": "kg"}),
+            "M cannot be identified: given as known",
+        ),
+        (
+            Diagnostic("edge_no_fall", "F_S", "note", {"value": 1.0, "unit": "N"}),
+            "in this log friction does not fall",
+        ),
     ],
 )
 def test_head_of_a_sentence_follows_the_status_of_the_parameter(diagnostic, words):
@@ -203,12 +247,19 @@ def fit_with(*diagnostics):
 
 
 def test_warnings_list_errors_first_and_no_notes():
-    note, warning = Diagnostic("switching_law", "", "note"), Diagnostic("one_recording", "", "warning")
+    note, warning = (
+        Diagnostic("switching_law", "", "note"),
+        Diagnostic("one_recording", "", "warning"),
+    )
     error = Diagnostic("sign_reversed", "", "error", {"percent": 90.0})
     fit = fit_with(note, warning, error)
     assert warnings_of(fit) == (message(error), message(warning))
     assert assumptions_of(fit) == (message(note),)
-    assert notes_of(fit) == (message(note), f"warning: {message(warning)}", f"error: {message(error)}")
+    assert notes_of(fit) == (
+        message(note),
+        f"warning: {message(warning)}",
+        f"error: {message(error)}",
+    )
 
 
 FORCE_LACKS = "the model lacks a force"
@@ -228,7 +279,10 @@ def test_reason_of_effective_parameters_is_model_or_log(codes, reason):
 
 
 def test_fields_of_a_sentence_have_their_formats():
-    formats = {"low_speed": {"speed": "length/time", "std_percent": ".0f"}, "held_levels": {"levels": ""}}
+    formats = {
+        "low_speed": {"speed": "length/time", "std_percent": ".0f"},
+        "held_levels": {"levels": ""},
+    }
     formats |= {"filter_suspect": {"lag": "time", "channel": "", "half_width": ""}}
     assert {code: fields_of(code) for code in formats} == formats
     assert "parameter" not in fields_of("noisy_acceleration")
@@ -237,14 +291,22 @@ def test_fields_of_a_sentence_have_their_formats():
 def test_a_note_is_the_reason_of_a_parameter():
     assert picked(SimpleNamespace(a=1, b=2, c=3), "a", "c") == {"a": 1, "c": 3}
     assert note_of(SimpleNamespace(reason=None)) == ""
-    assert note_of(SimpleNamespace(reason=Diagnostic("low_speed", "F_v", numbers={"speed": 1.0}))) == "the log never exceeds 1 m/s"
+    assert (
+        note_of(SimpleNamespace(reason=Diagnostic("low_speed", "F_v", numbers={"speed": 1.0})))
+        == "the log never exceeds 1 m/s"
+    )
 
 
-@pytest.mark.parametrize(("name", "head"), [("give", "parameter give"), ("n", "n"), ("F_C", "F_C"), ("give_pos", "give_pos")])
+@pytest.mark.parametrize(
+    ("name", "head"),
+    [("give", "parameter give"), ("n", "n"), ("F_C", "F_C"), ("give_pos", "give_pos")],
+)
 def test_a_parameter_whose_name_is_a_word_is_called_a_parameter(name, head):
     text = message(Diagnostic("few_strokes", name, "warning", {"stroke": 0.1}))
     assert text.startswith(f"{head} cannot be identified: ")
-    assert message(Diagnostic("held_known", name, "note", {"value": 1.0, "unit": "kg"})).startswith(f"{head} is held constant at 1 kg")
+    assert message(Diagnostic("held_known", name, "note", {"value": 1.0, "unit": "kg"})).startswith(
+        f"{head} is held constant at 1 kg"
+    )
 
 
 # --- The numbers of a diagnostic choose the text of its code
@@ -259,20 +321,74 @@ GROWN = {"percent": 26.0, "stroke": 0.5, "names": ("F_C",)}
 FILTER = {"cutoff": 60.0, "dropped": 5, "decimation": 1}
 LOOP = {"radius": 1.2, "why": "gains"}
 MARGIN = {"phase": 15.0, "enough": 30.0, "motions": "all"}
-FOLLOWS = {"simulated": 2e-6, "simulated_rms": 1e-6, "measured": 4e-6, "measured_rms": 3e-6, "suspects": (), "factors": ()}
-STRUCTURE = {"missing": 2.0, "percent": 12.0, "chance": 0.1, "names": (), "small": False, "causes": ()}
+FOLLOWS = {
+    "simulated": 2e-6,
+    "simulated_rms": 1e-6,
+    "measured": 4e-6,
+    "measured_rms": 3e-6,
+    "suspects": (),
+    "factors": (),
+}
+STRUCTURE = {
+    "missing": 2.0,
+    "percent": 12.0,
+    "chance": 0.1,
+    "names": (),
+    "small": False,
+    "causes": (),
+}
 RISE = {"first": 1.0, "level": 2.0, "speed": 0.01}
 DELAY = {"delay": 1e-3, "samples": 1.0, "half_width": 1e-5}
 
 # A code, its numbers, and the words that only this one of its texts has.
 CHOSEN = [
-    ("resampled", {"column": "u", "own_sample_time": 1e-3, "sample_time": 1e-2, "percent": 9.0, "error_percent": 1.0}, "column u was"),
-    ("resampled", {"percent": 9.0, "largest": 20.0, "sample_time": 1e-3, "position_error": 1e-6}, "error is about 1 µm in the position ("),
-    ("resampled", {"percent": 9.0, "largest": 20.0, "sample_time": 1e-3, "position_error": 1e-6, "effort_error": 2.0}, "and 2 N in the"),
-    ("velocity_contradicts", {"delay": 2e-3, "ratio": 1.0, "correlation": 0.9}, "lags the derivative of the position by 2 ms"),
-    ("velocity_contradicts", {"delay": 0.0, "ratio": 1.5, "correlation": 0.9}, "is 1.5 times the derivative of the position"),
-    ("resolution_contradicts", {"step": 1e-6, "times": 57.3, "resolution": 1e-6, "degrees": True}, "One radian has 57.3 degrees"),
-    ("clipped", {"level": 9.0, "samples": 5, "time": 1.0, "all": 7, "names": ("M",)}, ". The missing effort biases M"),
+    (
+        "resampled",
+        {
+            "column": "u",
+            "own_sample_time": 1e-3,
+            "sample_time": 1e-2,
+            "percent": 9.0,
+            "error_percent": 1.0,
+        },
+        "column u was",
+    ),
+    (
+        "resampled",
+        {"percent": 9.0, "largest": 20.0, "sample_time": 1e-3, "position_error": 1e-6},
+        "error is about 1 µm in the position (",
+    ),
+    (
+        "resampled",
+        {
+            "percent": 9.0,
+            "largest": 20.0,
+            "sample_time": 1e-3,
+            "position_error": 1e-6,
+            "effort_error": 2.0,
+        },
+        "and 2 N in the",
+    ),
+    (
+        "velocity_contradicts",
+        {"delay": 2e-3, "ratio": 1.0, "correlation": 0.9},
+        "lags the derivative of the position by 2 ms",
+    ),
+    (
+        "velocity_contradicts",
+        {"delay": 0.0, "ratio": 1.5, "correlation": 0.9},
+        "is 1.5 times the derivative of the position",
+    ),
+    (
+        "resolution_contradicts",
+        {"step": 1e-6, "times": 57.3, "resolution": 1e-6, "degrees": True},
+        "One radian has 57.3 degrees",
+    ),
+    (
+        "clipped",
+        {"level": 9.0, "samples": 5, "time": 1.0, "all": 7, "names": ("M",)},
+        ". The missing effort biases M",
+    ),
     ("one_direction", {"direction": "forward", "percent": 0.05}, "for all but 0.1 % of its travel"),
     (
         "one_direction",
@@ -280,40 +396,116 @@ CHOSEN = [
         "moves forward only, so a constant force and friction are confounded",
     ),
     ("one_speed", {"slowest": 0.01, "fastest": 0.02}, "one speed, 10 mm/s to 20 mm/s. Move"),
-    ("one_speed", {"slowest": 0.01, "fastest": 0.010001, "names": ("F_C",)}, "one speed, 10 mm/s. Move"),
+    (
+        "one_speed",
+        {"slowest": 0.01, "fastest": 0.010001, "names": ("F_C",)},
+        "one speed, 10 mm/s. Move",
+    ),
     ("few_cycles", {"cycles": 3}, "one side has only 3 cycles"),
     ("few_cycles", {"cycles": ""}, "a single cycle shows no scatter"),
     ("friction_not_told", {"why": ""}, "bristle does not compare friction: no speed"),
     ("friction_not_told", {"why": "no filter"}, "bristle does not compare friction: no filter"),
-    ("rising_friction", RISE | {"direction": ""}, "over the first 10 mm/s. The log shows no Stribeck"),
-    ("rising_friction", RISE | {"direction": "backward"}, "over the first 10 mm/s, moving backward. The log shows no Stribeck"),
-    ("filtered", FILTER | {"percent": 3.0, "decimation": 4}, "kept one row for 4 samples, to suppress noise"),
+    (
+        "rising_friction",
+        RISE | {"direction": ""},
+        "over the first 10 mm/s. The log shows no Stribeck",
+    ),
+    (
+        "rising_friction",
+        RISE | {"direction": "backward"},
+        "over the first 10 mm/s, moving backward. The log shows no Stribeck",
+    ),
+    (
+        "filtered",
+        FILTER | {"percent": 3.0, "decimation": 4},
+        "kept one row for 4 samples, to suppress noise",
+    ),
     ("filtered", FILTER | {"wanted": 60.0}, "sampled too slowly"),
     ("filtered", FILTER, "dropped 5 samples at each edge, and kept one row for each sample"),
-    ("filtered", FILTER | {"decimation": 4}, "dropped 5 samples at each edge, and kept one row for 4 samples"),
+    (
+        "filtered",
+        FILTER | {"decimation": 4},
+        "dropped 5 samples at each edge, and kept one row for 4 samples",
+    ),
     ("filtered", {"cutoff": 60.0, "decimation": 1}, "filtered effort and motion at 60 Hz"),
-    ("filtered", {"cutoff": 60.0, "decimation": 4}, "filtered effort and motion at 60 Hz, and kept one row for 4 samples"),
-    ("delay_found", DELAY, "the effort lags the position by 1 ms (1.00 samples; 95 % interval ±10 µs)"),
+    (
+        "filtered",
+        {"cutoff": 60.0, "decimation": 4},
+        "filtered effort and motion at 60 Hz, and kept one row for 4 samples",
+    ),
+    (
+        "delay_found",
+        DELAY,
+        "the effort lags the position by 1 ms (1.00 samples; 95 % interval ±10 µs)",
+    ),
     ("delay_found", DELAY | {"delay": 0.0, "samples": 0.0}, "the effort lags the position by 0 s"),
-    ("delay_found", DELAY | {"delay": -6e-4, "samples": -0.6}, "(0.60 samples, typical of the zero-order hold"),
-    ("delay_found", DELAY | {"delay": -4e-4, "samples": -0.4}, "(0.40 samples, typical of the zero-order hold"),
-    ("delay_found", DELAY | {"delay": -6.1e-4, "samples": -0.61}, "leads the position by 610 µs (0.61 samples; 95 %"),
+    (
+        "delay_found",
+        DELAY | {"delay": -6e-4, "samples": -0.6},
+        "(0.60 samples, typical of the zero-order hold",
+    ),
+    (
+        "delay_found",
+        DELAY | {"delay": -4e-4, "samples": -0.4},
+        "(0.40 samples, typical of the zero-order hold",
+    ),
+    (
+        "delay_found",
+        DELAY | {"delay": -6.1e-4, "samples": -0.61},
+        "leads the position by 610 µs (0.61 samples; 95 %",
+    ),
     ("delay_rough", DELAY, "lags the position by roughly 1 ms (1.0 samples"),
-    ("delay_rough", DELAY | {"delay": 0.0, "samples": 0.0}, "lags the position by roughly 0 s (0.0 samples"),
-    ("delay_rough", DELAY | {"delay": -2e-3, "samples": -2.0}, "leads the position by roughly 2 ms (2.0"),
-    ("delay_or_filter", {"delay": 1e-3, "names": ("M", "F_v")}, "removed it as a delay. M and F_v depend on this choice"),
-    ("filter_suspect", {"lag": 1e-3, "channel": "effort"}, "the effort passed a filter with 1 ms more lag"),
-    ("filter_suspect", {"lag": 1e-3, "channel": "position"}, "the position passed a filter with 1 ms more lag"),
-    ("filter_suspect", {"lag": 1e-3, "channel": "command"}, "the recorded effort is probably a command"),
+    (
+        "delay_rough",
+        DELAY | {"delay": 0.0, "samples": 0.0},
+        "lags the position by roughly 0 s (0.0 samples",
+    ),
+    (
+        "delay_rough",
+        DELAY | {"delay": -2e-3, "samples": -2.0},
+        "leads the position by roughly 2 ms (2.0",
+    ),
+    (
+        "delay_or_filter",
+        {"delay": 1e-3, "names": ("M", "F_v")},
+        "removed it as a delay. M and F_v depend on this choice",
+    ),
+    (
+        "filter_suspect",
+        {"lag": 1e-3, "channel": "effort"},
+        "the effort passed a filter with 1 ms more lag",
+    ),
+    (
+        "filter_suspect",
+        {"lag": 1e-3, "channel": "position"},
+        "the position passed a filter with 1 ms more lag",
+    ),
+    (
+        "filter_suspect",
+        {"lag": 1e-3, "channel": "command"},
+        "the recorded effort is probably a command",
+    ),
     ("rests", {"percent": 3.0}, "left out 3 % of the samples"),
     ("rests", {"resolution": 1e-6}, "encoder steps of 1 µm. bristle fitted all"),
-    ("worse_than_none", {"percent": 120.0, "signal": "position"}, "worse than a constant position of zero"),
-    ("worse_than_none", {"percent": 120.0, "signal": "effort"}, "worse than a constant effort of zero"),
+    (
+        "worse_than_none",
+        {"percent": 120.0, "signal": "position"},
+        "worse than a constant position of zero",
+    ),
+    (
+        "worse_than_none",
+        {"percent": 120.0, "signal": "effort"},
+        "worse than a constant effort of zero",
+    ),
     ("start_of_contact", {"percents": (10.0, -20.0)}, "deflected by 10 %, −20 % of the distance"),
     ("start_of_contact", {"periods": 1}, "the log is one period"),
     ("start_of_contact", {"periods": 3}, "the log is 3 equal periods"),
     ("start_of_contact", {}, "the motion begins at rest"),
-    ("loop_diverges", LOOP | {"largest_gain_percent": 50.0}, "stable with its gains lowered to 50 % or less"),
+    (
+        "loop_diverges",
+        LOOP | {"largest_gain_percent": 50.0},
+        "stable with its gains lowered to 50 % or less",
+    ),
     (
         "loop_diverges",
         LOOP | {"longest_delay": 2},
@@ -325,12 +517,20 @@ CHOSEN = [
         "with no samples of delay or with its gains lowered to 50",
     ),
     ("loop_diverges", LOOP, "Check the signs of the gains"),
-    ("loop_diverges", LOOP | {"mend": "raise_gains", "longest_delay": 2}, "Raise the gains, or add friction feedforward"),
+    (
+        "loop_diverges",
+        LOOP | {"mend": "raise_gains", "longest_delay": 2},
+        "Raise the gains, or add friction feedforward",
+    ),
     ("loop_oscillates", LOOP | {"motions": "small"}, "oscillates: for small motions the sampled"),
     ("loop_oscillates", LOOP | {"motions": "small"}, "Small motions grow"),
     ("loop_oscillates", LOOP | {"motions": "large"}, "The loop never settles. Check"),
     ("small_margin", MARGIN, "the phase margin is only 15° (usual: 30° or more). The loop rings"),
-    ("small_margin", MARGIN | {"gain": 1.5}, "or more), and 1.50 times the gain makes the loop unstable"),
+    (
+        "small_margin",
+        MARGIN | {"gain": 1.5},
+        "or more), and 1.50 times the gain makes the loop unstable",
+    ),
     ("loop_contradicts", FOLLOWS, "Its following error is 2 µm peak to peak"),
     ("loop_contradicts", FOLLOWS, "No single wrong gain"),
     (
@@ -338,46 +538,134 @@ CHOSEN = [
         {name: FOLLOWS[name] for name in FOLLOWS if "sim" not in name},
         "runs away, and the recorded loop does not. The recorded following error",
     ),
-    ("no_fall", SPEEDS | {"slowest": 0.01, "fastest": 0.02}, "the constant speeds are 10 mm/s to 20 mm/s"),
-    ("no_fall", SPEEDS | {"slowest": 0.01, "fastest": 0.010001}, "the only constant speed is 10 mm/s"),
+    (
+        "no_fall",
+        SPEEDS | {"slowest": 0.01, "fastest": 0.02},
+        "the constant speeds are 10 mm/s to 20 mm/s",
+    ),
+    (
+        "no_fall",
+        SPEEDS | {"slowest": 0.01, "fastest": 0.010001},
+        "the only constant speed is 10 mm/s",
+    ),
     ("no_fall", SPEEDS, "the log has no constant-velocity segment"),
     ("few_reversals", {}, "the log has no reversal"),
     ("few_reversals", {"reversals": 1}, "the log has only 1 reversal"),
     ("few_reversals", {"reversals": 2}, "the log has only 2 reversals"),
     ("few_reversals", ZONE | {"reversals": 1}, "the log has only 1 reversal. It crosses"),
-    ("few_reversals", ZONE | {"reversals": 20}, "the log has only 20 reversals. Each reversal crosses"),
+    (
+        "few_reversals",
+        ZONE | {"reversals": 20},
+        "the log has only 20 reversals. Each reversal crosses",
+    ),
     ("few_reversals", ZONE | {"reversals": 21}, "each of 21 reversals crosses"),
-    ("few_reversals", ZONE | {"reversals": 21, "samples": 8.0}, "the effect on the 21 reversals of the log is smaller"),
-    ("few_strokes", {"reversals": 2, "stroke": 0.1}, "the log does not separate this force from other forces. It has 2 reversals over"),
+    (
+        "few_reversals",
+        ZONE | {"reversals": 21, "samples": 8.0},
+        "the effect on the 21 reversals of the log is smaller",
+    ),
+    (
+        "few_strokes",
+        {"reversals": 2, "stroke": 0.1},
+        "the log does not separate this force from other forces. It has 2 reversals over",
+    ),
     ("few_strokes", {"stroke": 0.1}, "the force is a straight line over the stroke"),
     ("structure", STRUCTURE, "the model lacks a force. 2 N"),
-    ("structure", STRUCTURE | {"small": True, "names": ("M",)}, "a force, too small to matter in use. 2 N"),
-    ("structure", STRUCTURE | {"names": ("M", "F_C")}, "M, F_C are effective: valid for this model"),
+    (
+        "structure",
+        STRUCTURE | {"small": True, "names": ("M",)},
+        "a force, too small to matter in use. 2 N",
+    ),
+    (
+        "structure",
+        STRUCTURE | {"names": ("M", "F_C")},
+        "M, F_C are effective: valid for this model",
+    ),
     ("missing_speed", FORCE, "No model of bristle has a better curve"),
     ("missing_speed", FORCE | {"model": "lugre"}, "Next: try `lugre`"),
-    ("missing_speed", FORCE | {"model": "stribeck_free"}, "`stribeck_free`, also with its exponent"),
-    ("missing_speed", FORCE | {"compared": "lugre", "model": "x"}, "bristle also compared `lugre`, but its error is no smaller"),
+    (
+        "missing_speed",
+        FORCE | {"model": "stribeck_free"},
+        "`stribeck_free`, also with its exponent",
+    ),
+    (
+        "missing_speed",
+        FORCE | {"compared": "lugre", "model": "x"},
+        "bristle also compared `lugre`, but its error is no smaller",
+    ),
     ("missing_position", FORCE | {"model": "x", "percent": 318.0}, "318 %"),
     ("missing_position", FORCE | {"model": "x"}, "Next: try `x`"),
     ("missing_position", FORCE | {"compared": "x"}, "also compared `x`"),
-    ("like_a_spring", GROWN | {"next": "translational"}, 'Next: write `spring = "cubic"` under `[plant]` of the axis file. F_C and their'),
-    ("like_a_spring", GROWN | {"next": "rotational"}, 'or `gravity = "link"` if the axis turns an arm'),
-    ("like_a_spring", GROWN | {"next": "motion", "names": ()}, "Next: record strokes of several lengths, from several places"),
+    (
+        "like_a_spring",
+        GROWN | {"next": "translational"},
+        'Next: write `spring = "cubic"` under `[plant]` of the axis file. F_C and their',
+    ),
+    (
+        "like_a_spring",
+        GROWN | {"next": "rotational"},
+        'or `gravity = "link"` if the axis turns an arm',
+    ),
+    (
+        "like_a_spring",
+        GROWN | {"next": "motion", "names": ()},
+        "Next: record strokes of several lengths, from several places",
+    ),
     ("missing_play", FORCE | {"ratio": 3.0, "model": "x"}, "3 times larger than in the rest"),
-    ("missing_direction", FORCE | {"compared": "x"}, "bristle also compared `x`, but its error is no smaller"),
+    (
+        "missing_direction",
+        FORCE | {"compared": "x"},
+        "bristle also compared `x`, but its error is no smaller",
+    ),
     ("missing_direction", FORCE, "already has separate parameters for each direction"),
-    ("missing_ripple", RIPPLE, "Cogging or a screw is the likely cause. This model already has a ripple of one period"),
-    ("missing_ripple", RIPPLE | {"model": "x"}, "Cogging or a screw is the likely cause. Next: try `x`"),
-    ("missing_ripple", RIPPLE | {"compared": "x"}, "Cogging or a screw is the likely cause. bristle also compared `x`"),
-    ("missing_ripple", RIPPLE | {"pulls": "turning", "model": "x"}, "with the turns of a screw. Next: try `x`"),
-    ("missing_ripple", RIPPLE | {"pulls": "turning", "compared": "x"}, "with the turns of a screw. bristle also compared `x`"),
-    ("missing_ripple", RIPPLE | MOTORS, 'harmonics = [1, 2]` into the axis file, and `lead = "5.000 mm"` under'),
-    ("missing_ripple", RIPPLE | MOTORS | {"turner": "load", "model": "x"}, "into the axis file, or try `x`"),
-    ("missing_ripple", RIPPLE | MOTORS | {"turner": "load", "compared": "x"}, "into the axis file. bristle also compared `x`"),
+    (
+        "missing_ripple",
+        RIPPLE,
+        "Cogging or a screw is the likely cause. This model already has a ripple of one period",
+    ),
+    (
+        "missing_ripple",
+        RIPPLE | {"model": "x"},
+        "Cogging or a screw is the likely cause. Next: try `x`",
+    ),
+    (
+        "missing_ripple",
+        RIPPLE | {"compared": "x"},
+        "Cogging or a screw is the likely cause. bristle also compared `x`",
+    ),
+    (
+        "missing_ripple",
+        RIPPLE | {"pulls": "turning", "model": "x"},
+        "with the turns of a screw. Next: try `x`",
+    ),
+    (
+        "missing_ripple",
+        RIPPLE | {"pulls": "turning", "compared": "x"},
+        "with the turns of a screw. bristle also compared `x`",
+    ),
+    (
+        "missing_ripple",
+        RIPPLE | MOTORS,
+        'harmonics = [1, 2]` into the axis file, and `lead = "5.000 mm"` under',
+    ),
+    (
+        "missing_ripple",
+        RIPPLE | MOTORS | {"turner": "load", "model": "x"},
+        "into the axis file, or try `x`",
+    ),
+    (
+        "missing_ripple",
+        RIPPLE | MOTORS | {"turner": "load", "compared": "x"},
+        "into the axis file. bristle also compared `x`",
+    ),
 ]
 
 
-@pytest.mark.parametrize(("code", "numbers", "words"), CHOSEN, ids=[f"{code} {place}" for place, (code, *_) in enumerate(CHOSEN)])
+@pytest.mark.parametrize(
+    ("code", "numbers", "words"),
+    CHOSEN,
+    ids=[f"{code} {place}" for place, (code, *_) in enumerate(CHOSEN)],
+)
 def test_text_of_a_code_follows_the_numbers(code, numbers, words):
     assert words in clause(Diagnostic(code, "F_C", "note", numbers))
 
@@ -386,7 +674,11 @@ def test_text_of_a_code_follows_the_numbers(code, numbers, words):
     ("code", "numbers", "words"),
     [
         ("clipped", {"level": 9.0, "samples": 5, "time": 1.0, "all": 7}, "biases"),
-        ("resolution_contradicts", {"step": 1e-6, "times": 2.0, "resolution": 1e-6, "degrees": False}, "57.3"),
+        (
+            "resolution_contradicts",
+            {"step": 1e-6, "times": 2.0, "resolution": 1e-6, "degrees": False},
+            "57.3",
+        ),
         ("delay_or_filter", {"delay": 1e-3, "names": ()}, "depend on this choice"),
         ("loop_diverges", LOOP | {"longest_delay": 0}, "at most"),
         ("structure", STRUCTURE, "effective"),
@@ -405,23 +697,46 @@ def test_each_suspect_of_a_loop_has_its_factor():
 
 
 def test_intervals_of_a_loop_name_encoder_steps_in_the_loop():
-    numbers = {"draws": 20, "noise": 1.0, "resolution": 1e-6, "scatter_percent": 2.0, "half_cycles": 30, "unexplained": 0.5}
-    assert "noise of 1 N, encoder steps of 1 µm, and friction" in clause(Diagnostic("intervals", "", "note", numbers))
-    assert "encoder steps of 1 µm in the loop and friction" in clause(Diagnostic("intervals", "", "note", numbers | {"loop": True}))
+    numbers = {
+        "draws": 20,
+        "noise": 1.0,
+        "resolution": 1e-6,
+        "scatter_percent": 2.0,
+        "half_cycles": 30,
+        "unexplained": 0.5,
+    }
+    assert "noise of 1 N, encoder steps of 1 µm, and friction" in clause(
+        Diagnostic("intervals", "", "note", numbers)
+    )
+    assert "encoder steps of 1 µm in the loop and friction" in clause(
+        Diagnostic("intervals", "", "note", numbers | {"loop": True})
+    )
 
 
 def test_reason_ends_with_a_known_standard_error():
     sure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5})
     unsure = Diagnostic("low_speed", "F_v", "warning", {"speed": 0.5, "std_percent": 40.0})
     assert message(sure) == "F_v cannot be identified: the log never exceeds 500 mm/s"
-    assert message(unsure) == message(sure) + ". The standard error of F_v is 40 %, which allows for residuals correlated over time"
+    assert (
+        message(unsure)
+        == message(sure)
+        + ". The standard error of F_v is 40 %, which allows for residuals correlated over time"
+    )
 
 
 def test_short_forms_build_sentences():
     sentences = [says("a", "b"), held("a", "b", "c"), held("a", "b")]
-    assert sentences == [Sentence(("a",), "b", "nothing"), *(Sentence(("a",), "b", advice, "parameter") for advice in ("c", "nothing"))]
+    assert sentences == [
+        Sentence(("a",), "b", "nothing"),
+        *(Sentence(("a",), "b", advice, "parameter") for advice in ("c", "nothing")),
+    ]
     reason = cause("means", "advice", "text")
-    assert (reason.means, reason.advice, reason.about, reason.texts[0]) == ("means", "advice", "parameter", "text")
+    assert (reason.means, reason.advice, reason.about, reason.texts[0]) == (
+        "means",
+        "advice",
+        "parameter",
+        "text",
+    )
     assert reason.template({}) == "text"
 
 
@@ -452,4 +767,6 @@ def test_words_follow_the_known_numbers(told, given, words):
 
 def test_refused_loop_has_a_cause_for_each_reason():
     assert SENTENCES["loop_diverges"].also == SENTENCES["loop_oscillates"].also
-    assert "one sample of delay" in clause(Diagnostic("loop_diverges", "", "note", LOOP | {"why": "delay", "delay": 1}))
+    assert "one sample of delay" in clause(
+        Diagnostic("loop_diverges", "", "note", LOOP | {"why": "delay", "delay": 1})
+    )

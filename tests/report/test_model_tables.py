@@ -28,14 +28,37 @@ from bristle.report.table import (
 
 def estimate(name="F_C", value=8.0, unit="N", **changes):
     """An estimate with a standard error of 1 % and an interval of twice that."""
-    known = {"name": name, "value": value, "unit": unit, "description": "sliding", "status": "identified", "std": 0.01 * abs(value)}
-    known |= {"relative_std_percent": 1.0, "interval": (0.98 * value, 1.02 * value), "interval_percent": 2.0, "is_rough": False}
+    known = {
+        "name": name,
+        "value": value,
+        "unit": unit,
+        "description": "sliding",
+        "status": "identified",
+        "std": 0.01 * abs(value),
+    }
+    known |= {
+        "relative_std_percent": 1.0,
+        "interval": (0.98 * value, 1.02 * value),
+        "interval_percent": 2.0,
+        "is_rough": False,
+    }
     return Some(**known | changes)
 
 
 def fit(*estimates, **changes):
-    known = {"resampling": None, "estimates": estimates, "combinations": (), "name": "coulomb", "effective": (), "doubted": ()}
-    known |= {"with_constant": (), "plant": plants.inertia(M=12.0), "friction": friction.coulomb(F_C=8.0)}
+    known = {
+        "resampling": None,
+        "estimates": estimates,
+        "combinations": (),
+        "name": "coulomb",
+        "effective": (),
+        "doubted": (),
+    }
+    known |= {
+        "with_constant": (),
+        "plant": plants.inertia(M=12.0),
+        "friction": friction.coulomb(F_C=8.0),
+    }
     return Some(**known | changes)
 
 
@@ -60,12 +83,20 @@ def test_parameter_has_two_digits_of_its_standard_error():
 
 def test_numbers_of_a_parameter_share_a_scaled_unit():
     row = row_of(estimate("v_S", 2e-3, "m/s"))
-    assert [row[key] for key in ("Value", "Standard error", "95 % interval", "Unit")] == ["2.000", "± 0.020", "1.960 to 2.040", "mm/s"]
+    assert [row[key] for key in ("Value", "Standard error", "95 % interval", "Unit")] == [
+        "2.000",
+        "± 0.020",
+        "1.960 to 2.040",
+        "mm/s",
+    ]
 
 
 @pytest.mark.parametrize(
     ("item", "changes", "value"),
-    [(estimate(), {"resampling": Some()}, "8.00"), (estimate(std=math.inf, relative_std_percent=math.inf), {}, "8.00")],
+    [
+        (estimate(), {"resampling": Some()}, "8.00"),
+        (estimate(std=math.inf, relative_std_percent=math.inf), {}, "8.00"),
+    ],
 )
 def test_standard_errors_are_reported_without_intervals(item, changes, value):
     row = row_of(item, **changes)
@@ -74,8 +105,19 @@ def test_standard_errors_are_reported_without_intervals(item, changes, value):
 
 @pytest.mark.parametrize(("half", "value"), [(0.0, "8.000"), (1e-9, "8.000000")])
 def test_interval_without_width_has_a_thousandth_of_a_percent(half, value):
-    row = row_of(estimate(std=None, relative_std_percent=None, interval=(8.0 - half, 8.0 + half), interval_percent=10.0 * half))
-    assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == (value, "8.000000, to the last digit", "< 0.001")
+    row = row_of(
+        estimate(
+            std=None,
+            relative_std_percent=None,
+            interval=(8.0 - half, 8.0 + half),
+            interval_percent=10.0 * half,
+        )
+    )
+    assert (row["Value"], row["95 % interval"], row["95 % interval [%]"]) == (
+        value,
+        "8.000000, to the last digit",
+        "< 0.001",
+    )
 
 
 @pytest.mark.parametrize(
@@ -90,12 +132,21 @@ def test_interval_without_width_has_a_thousandth_of_a_percent(half, value):
     ],
 )
 def test_small_value_has_the_unit_of_its_interval(ends, unit, interval):
-    row = row_of(estimate(value=1e-3, std=None, relative_std_percent=None, interval=ends, interval_percent=3e5))
-    assert (row["Unit"], row["95 % interval"], row["95 % interval [%]"]) == (unit, interval, "> 1000")
+    row = row_of(
+        estimate(
+            value=1e-3, std=None, relative_std_percent=None, interval=ends, interval_percent=3e5
+        )
+    )
+    assert (row["Unit"], row["95 % interval"], row["95 % interval [%]"]) == (
+        unit,
+        interval,
+        "> 1000",
+    )
 
 
 @pytest.mark.parametrize(
-    ("value", "low", "unit"), [(0.5, -3.0, "mN"), (0.5, -0.1, "mN"), (0.3, -3.0, "N"), (0.3, -0.1, "N"), (0.3, 0.0, "mN")]
+    ("value", "low", "unit"),
+    [(0.5, -3.0, "mN"), (0.5, -0.1, "mN"), (0.3, -3.0, "N"), (0.3, -0.1, "N"), (0.3, 0.0, "mN")],
 )
 def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(value, low, unit):
     assert row_of(estimate(value=value, std=None, interval=(low, 4.0)))["Unit"] == unit
@@ -103,15 +154,25 @@ def test_value_below_a_tenth_of_its_interval_has_the_unit_of_the_interval(value,
 
 def test_infinite_constant_parameter_is_left_out():
     endless = estimate("v_S", math.inf, "m/s", status="held")
-    table = model_tables.parameter_table(fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge")))
-    assert [(row[0], row[-1]) for row in table.rows] == [("F_C", ""), ("M", "held constant"), ("F_v", "at the edge of its range")]
+    table = model_tables.parameter_table(
+        fit(estimate(), endless, estimate("M", status="held"), estimate("F_v", status="at_edge"))
+    )
+    assert [(row[0], row[-1]) for row in table.rows] == [
+        ("F_C", ""),
+        ("M", "held constant"),
+        ("F_v", "at the edge of its range"),
+    ]
     assert table.caption == "Parameters of coulomb"
 
 
 @pytest.mark.parametrize(
     ("item", "changes", "remark"),
     [
-        ({}, {"effective": ("F_C",), "doubted": ("F_C",), "with_constant": ("M",)}, "effective; doubtful: see the warnings"),
+        (
+            {},
+            {"effective": ("F_C",), "doubted": ("F_C",), "with_constant": ("M",)},
+            "effective; doubtful: see the warnings",
+        ),
         ({}, {"with_constant": ("F_C",)}, "valid only with the given offset"),
         ({"is_rough": True}, {"effective": ("F_C",)}, "roughly identified; effective"),
         ({"status": "unidentifiable"}, {"effective": ("F_C",)}, "not identified"),
@@ -123,7 +184,10 @@ def test_remarks_of_a_parameter_are_joined(item, changes, remark):
 
 def test_products_of_parameters_are_the_last_rows():
     table = model_tables.parameter_table(fit(estimate(), combinations=(estimate("a b", 3.0, "1"),)))
-    assert [(row[0], row[table.heads.index("Unit")]) for row in table.rows] == [("F_C", "N"), ("a b", "–")]
+    assert [(row[0], row[table.heads.index("Unit")]) for row in table.rows] == [
+        ("F_C", "N"),
+        ("a b", "–"),
+    ]
 
 
 VOLTS = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
@@ -131,17 +195,26 @@ VOLTS = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V"
 
 def test_parameter_is_also_in_units_of_the_drive():
     axis = Axis(columns=VOLTS)
-    assert model_tables.drive_values(fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis) == {
-        "F_C": {"V": pytest.approx(8.0 / 35.0)}
-    }
+    assert model_tables.drive_values(
+        fit(estimate(), estimate("F_v", math.inf, "N*s/m"), estimate("none")), axis
+    ) == {"F_C": {"V": pytest.approx(8.0 / 35.0)}}
     table = model_tables.parameter_table(fit(estimate()), axis)
     assert dict(zip(table.heads, table.rows[0], strict=True))["In the drive's units"] == "0.2286 V"
     assert model_tables.drive_values(fit(estimate()), None) == {}
 
 
 def model(name, error, held_out=(3.0, 4.0), status="identified", **changes):
-    known = {"name": name, "error_percent": error, "condition_number": 12.345, "further": 0, "information": Some(aic=0.0, bic=1.234)}
-    known |= {"held_out": held_out and HeldOut(held_out, sum(held_out) / 2, 0.7), "estimates": (estimate(), estimate("M", status=status))}
+    known = {
+        "name": name,
+        "error_percent": error,
+        "condition_number": 12.345,
+        "further": 0,
+        "information": Some(aic=0.0, bic=1.234),
+    }
+    known |= {
+        "held_out": held_out and HeldOut(held_out, sum(held_out) / 2, 0.7),
+        "estimates": (estimate(), estimate("M", status=status)),
+    }
     return Some(**known | changes)
 
 
@@ -153,11 +226,28 @@ def test_the_table_of_models_is_in_the_order_of_the_error_that_decides():
     )
     table = model_tables.comparison_table(Some(fits=fits))
     assert [row[:2] for row in table.rows] == [["best", ""], ["chosen", "yes"], ["last", ""]]
-    assert table.rows[1] == ["chosen", "yes", "2", "3.50", "+0.900 ± 0.10", "1.23", "0", "1.23", "12.3", "–"]
-    assert (table.rows[0][2:5], table.rows[0][-1], table.rows[2][2:5]) == (["5", "2.60", "0"], "M", ["1", "–", "–"])
+    assert table.rows[1] == [
+        "chosen",
+        "yes",
+        "2",
+        "3.50",
+        "+0.900 ± 0.10",
+        "1.23",
+        "0",
+        "1.23",
+        "12.3",
+        "–",
+    ]
+    assert (table.rows[0][2:5], table.rows[0][-1], table.rows[2][2:5]) == (
+        ["5", "2.60", "0"],
+        "M",
+        ["1", "–", "–"],
+    )
     assert "one standard error of the smallest" in table.caption
     short = model_tables.comparison_table(Some(fits=fits), details=False)
-    assert short.heads == [head for head in table.heads if "above the best" not in head and "Condition" not in head]
+    assert short.heads == [
+        head for head in table.heads if "above the best" not in head and "Condition" not in head
+    ]
 
 
 def test_without_held_out_blocks_the_table_of_models_names_the_error_of_the_fit_as_the_rule():
@@ -172,12 +262,28 @@ STEPS = [(-0.1, -9.0), (-0.0, -8.0), (0.0, 8.0), (0.1, 9.0)]
 def test_drive_table_has_a_row_for_each_side_of_rest():
     table = model_tables.drive_rows(STEPS, "translational")
     assert table.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]"]
-    assert table.rows == [["1", "−100.00", "−9.000"], ["2", "−0", "−8.000"], ["3", "+0", "8.000"], ["4", "100.00", "9.000"]]
-    assert model_tables.drive_rows([(0.0123456, 8.76543)], "translational").rows == [["1", "12.346", "8.765"]]
-    assert model_tables.drive_rows(STEPS, "rotational").heads == ["Entry", "Velocity [mrad/s]", "Friction torque [N·m]"]
+    assert table.rows == [
+        ["1", "−100.00", "−9.000"],
+        ["2", "−0", "−8.000"],
+        ["3", "+0", "8.000"],
+        ["4", "100.00", "9.000"],
+    ]
+    assert model_tables.drive_rows([(0.0123456, 8.76543)], "translational").rows == [
+        ["1", "12.346", "8.765"]
+    ]
+    assert model_tables.drive_rows(STEPS, "rotational").heads == [
+        "Entry",
+        "Velocity [mrad/s]",
+        "Friction torque [N·m]",
+    ]
     in_volts = model_tables.drive_rows(STEPS, "translational", Axis(columns=VOLTS))
     assert in_volts.heads == ["Entry", "Velocity [mm/s]", "Friction force [N]", "[V]"]
-    assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == ["−0.2571", "−0.2286", "0.2286", "0.2571"]
+    assert [row[in_volts.heads.index("[V]")] for row in in_volts.rows] == [
+        "−0.2571",
+        "−0.2286",
+        "0.2286",
+        "0.2571",
+    ]
 
 
 def test_changed_thresholds_are_listed_with_their_defaults():
@@ -206,7 +312,9 @@ def test_certificate_is_reported_with_its_uses():
 # --- Tables of text
 
 
-@given(values=st.lists(st.floats(-1e3, 1e3).filter(lambda v: abs(v) > 1e-9), min_size=1, max_size=8))
+@given(
+    values=st.lists(st.floats(-1e3, 1e3).filter(lambda v: abs(v) > 1e-9), min_size=1, max_size=8)
+)
 def test_cells_of_a_column_have_the_same_decimals(values):
     column = Quantity.of("m", values)
     cells = [column.cell(value) for value in values]
@@ -236,16 +344,27 @@ def is_number(*cells):
     ("function", "arguments", "text"),
     [
         # A column of numbers is distinguished from words, and an empty one or one of dashes is left out.
-        *((is_number, cells, True) for cells in (["−1.5", "± 0.2"], ["–", "∞"], ["1.5e−7"], ["± 3 ± 0.1"], ["−∞"])),
+        *(
+            (is_number, cells, True)
+            for cells in (["−1.5", "± 0.2"], ["–", "∞"], ["1.5e−7"], ["± 3 ± 0.1"], ["−∞"])
+        ),
         *((is_number, cells, False) for cells in (["3 mm", "4"], ["1,5"], [""], ["3 N"], [])),
         (
             Table("t", ["a", "b", "c"], [["1", "", "x"], ["2", "", ""]]).without_empty_columns,
             (),
             ("t", ["a", "c"], [["1", "x"], ["2", ""]]),
         ),
-        (Table("t", ["a", "b"], [["1", "–"], ["2", ""]]).without_empty_columns, (), ("t", ["a"], [["1"], ["2"]])),
+        (
+            Table("t", ["a", "b"], [["1", "–"], ["2", ""]]).without_empty_columns,
+            (),
+            ("t", ["a"], [["1"], ["2"]]),
+        ),
         # Rows by head make a table.
-        (Table.of, ("t", [{"a": "1", "b": "2"}, {"a": "3", "b": "4"}]), ("t", ["a", "b"], [["1", "2"], ["3", "4"]])),
+        (
+            Table.of,
+            ("t", [{"a": "1", "b": "2"}, {"a": "3", "b": "4"}]),
+            ("t", ["a", "b"], [["1", "2"], ["3", "4"]]),
+        ),
         (Table.of, ("t", []), ("t", [], [])),
         # Very large and small half-widths have no digits.
         (model_tables._half, (None,), "–"),
@@ -261,8 +380,16 @@ def is_number(*cells):
         (model_tables._in_unit, (5.0, "deg of the motor"), "5.000 deg (motor)"),
         (model_tables._in_unit, (5.0, "kg*m^2 at the motor"), "5 kg·m² (motor)"),
         # A drive table for copying is in SI.
-        (model_tables.as_csv, (STEPS[2:], "translational"), "velocity [m/s],effort [N]\n0,8\n0.1,9"),
-        (model_tables.as_csv, ([(1 / 3, 2 / 3)], "rotational"), "velocity [rad/s],effort [N*m]\n0.333333,0.666667"),
+        (
+            model_tables.as_csv,
+            (STEPS[2:], "translational"),
+            "velocity [m/s],effort [N]\n0,8\n0.1,9",
+        ),
+        (
+            model_tables.as_csv,
+            ([(1 / 3, 2 / 3)], "rotational"),
+            "velocity [rad/s],effort [N*m]\n0.333333,0.666667",
+        ),
         # The smallest unit of lengths is the micrometre.
         (length_text, (0.0, "translational"), "0\u00a0m"),
         (length_text, (4.19e-7, "translational"), "0.419\u00a0µm"),
@@ -297,7 +424,11 @@ def levels(**changes):
 
 
 def entered_fit(status="identified", *diagnostics, mass=None, kind="translational"):
-    estimates = [known.estimate("M", 12.0, mass or status), known.estimate("F_C", 8.0, status), known.estimate("F_v", 0.0, "held")]
+    estimates = [
+        known.estimate("M", 12.0, mass or status),
+        known.estimate("F_C", 8.0, status),
+        known.estimate("F_v", 0.0, "held"),
+    ]
     return known.fit(*estimates, kind=kind, velocity=(-0.5, 0.2), diagnostics=diagnostics)
 
 
@@ -306,7 +437,9 @@ def entered(monkeypatch):
     """The values to enter, for given levels."""
 
     def rows(axis=None, item=None, **changes):
-        monkeypatch.setattr("bristle.report.model_tables.level_values", lambda entered_fit: levels(**changes))
+        monkeypatch.setattr(
+            "bristle.report.model_tables.level_values", lambda entered_fit: levels(**changes)
+        )
         table = model_tables.values_to_enter(item or entered_fit(), axis)
         return table.caption, {row[0]: tuple(row[1:]) for row in table.rows}
 
@@ -315,7 +448,10 @@ def entered(monkeypatch):
 
 def test_levels_are_by_direction_with_the_viscous_part(entered):
     caption, rows = entered()
-    assert caption == "Values to enter into the drive: at most 500 mN below the steady friction, never above it"
+    assert (
+        caption
+        == "Values to enter into the drive: at most 500 mN below the steady friction, never above it"
+    )
     assert rows == {
         "Friction forward, F+": ("8 N",),
         "Friction backward, F−": ("9 N",),
@@ -344,13 +480,19 @@ def test_units_of_the_drive_are_first(entered):
     assert rows["Friction forward, F+"] == (f"{8.0 / 35.0:.3f} V", "8 N")
 
 
-@pytest.mark.parametrize(("deviation", "words"), [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")])
+@pytest.mark.parametrize(
+    ("deviation", "words"),
+    [(8.9e-6, "follow the model"), (9.1e-6, "deviate from the model by 9.1 µN at most")],
+)
 def test_straight_lines_follow_the_model_within_rounding(deviation, words, monkeypatch):
     monkeypatch.setattr(report, "largest_deviation", lambda entered_fit, table: deviation)
     lead, block = report._for_the_drive(entered_fit(), [(-0.1, -9.0), (0.1, 8.0)], None)
     assert f"Straight lines between the rows {words}." in lead
     assert block.content.rows[0][0] == "1"
-    assert block.further == ("The same table in SI units, to be copied:", "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8")
+    assert block.further == (
+        "The same table in SI units, to be copied:",
+        "velocity [m/s],effort [N]\n-0.1,-9\n0.1,8",
+    )
 
 
 # --- The summary of an identification: known_levels in each unit of the drive, and numbers of the draws
@@ -367,14 +509,23 @@ def known_levels():
 
 
 def fit_in_summary(**changes):
-    known = {"plant": Some(kind="translational"), "friction": "f", "traces": Some(velocity=np.array([-0.5, 0.2])), "lag": 1e-3}
+    known = {
+        "plant": Some(kind="translational"),
+        "friction": "f",
+        "traces": Some(velocity=np.array([-0.5, 0.2])),
+        "lag": 1e-3,
+    }
     return Some(**known | changes)
 
 
 def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
     requested = []
     monkeypatch.setattr(summary_module, "level_values", lambda fit_in_summary: known_levels())
-    monkeypatch.setattr(summary_module, "reversal_distance", lambda friction, speed: requested.append((friction, speed)) or 4e-6)
+    monkeypatch.setattr(
+        summary_module,
+        "reversal_distance",
+        lambda friction, speed: requested.append((friction, speed)) or 4e-6,
+    )
     columns = {"position": Column("x", "mm", "m", 1.0), "effort": Column("u", "V", "V", 35.0)}
     reported = summary_module._levels(fit_in_summary(), Axis(columns=columns))
     assert {name: reported[name] for name in vars(known_levels())} == vars(known_levels())
@@ -392,19 +543,40 @@ def test_levels_are_in_si_and_units_of_the_drive(monkeypatch):
 
 
 def test_estimate_has_its_reason():
-    names = ("value", "unit", "std", "relative_std_percent", "robust_std", "interval_percent", "interval", "status")
+    names = (
+        "value",
+        "unit",
+        "std",
+        "relative_std_percent",
+        "robust_std",
+        "interval_percent",
+        "interval",
+        "status",
+    )
     item = Some(name="a", description="level", reason=None, **{name: name for name in names})
-    assert summary_module._described([item]) == {"a": {name: name for name in names} | {"note": "", "description": "level"}}
+    assert summary_module._described([item]) == {
+        "a": {name: name for name in names} | {"note": "", "description": "level"}
+    }
 
 
 def test_summary_has_the_numbers_of_the_draws():
     assert summary_module._resampling(fit_in_summary(resampling=None)) is None
-    bands = {name: float(place) for place, name in enumerate(("noise", "unexplained", "lasting", "inflation"))}
+    bands = {
+        name: float(place)
+        for place, name in enumerate(("noise", "unexplained", "lasting", "inflation"))
+    }
     bands |= {"left_in_closed_loop": 5.0, "left_in_open_loop": 6.0, "count": 20}
     scatter = type("Scatter", (), {"_asdict": lambda self: {"value": 0.03}})()
     curve = ((0.0, 1.0, 0.9, 1.1), (1e-6, 2.0, 1.9, 2.1))
     custom = {"half_cycles": 30, "resolution": 1e-6, "curve": curve, "curve_from": "loops"}
-    reported = summary_module._resampling(fit_in_summary(resampling=Some(bands=Some(**bands), scatter=scatter, **custom)))
-    assert reported["virgin_curve"] == {"x": [0.0, 1e-6], "force": [1.0, 2.0], "low": [0.9, 1.9], "high": [1.1, 2.1]}
+    reported = summary_module._resampling(
+        fit_in_summary(resampling=Some(bands=Some(**bands), scatter=scatter, **custom))
+    )
+    assert reported["virgin_curve"] == {
+        "x": [0.0, 1e-6],
+        "force": [1.0, 2.0],
+        "low": [0.9, 1.9],
+        "high": [1.1, 2.1],
+    }
     assert (reported["draws"], reported["noise"], reported["left_in_open_loop"]) == (20, 0.0, 6.0)
     assert (reported["scatter"], reported["virgin_curve_from"]) == ({"value": 0.03}, "loops")

@@ -22,12 +22,20 @@ ONE, TWO = (page.Picture(f"figure-{name}", Markup("<svg/>"), name) for name in (
 
 
 def test_line_under_the_heading_begins_with_the_date():
-    assert page.about("log a.csv", "", "model b") == f"{datetime.date.today().isoformat()} · log a.csv · model b"
+    assert (
+        page.about("log a.csv", "", "model b")
+        == f"{datetime.date.today().isoformat()} · log a.csv · model b"
+    )
 
 
-@pytest.mark.parametrize(("reasons", "more"), [(None, False), ((), False), (("a",), False), (("a", "b"), True)])
+@pytest.mark.parametrize(
+    ("reasons", "more"), [(None, False), ((), False), (("a",), False), (("a", "b"), True)]
+)
 def test_a_tab_lists_the_reasons_if_there_are_several(reasons, more):
-    assert page.Front("a", "b", None if reasons is None else page.Ruling("no", "No", reasons)).has_more is more
+    assert (
+        page.Front("a", "b", None if reasons is None else page.Ruling("no", "No", reasons)).has_more
+        is more
+    )
 
 
 TABLE = table.Table("t", ["a"], [["1"]])
@@ -44,13 +52,23 @@ TABLE = table.Table("t", ["a"], [["1"]])
         # Empty blocks are left out.
         (
             "s",
-            [None, "", page.Block("items", []), page.Block("items", ["x"]), table.Table("t", [], []), TABLE],
+            [
+                None,
+                "",
+                page.Block("items", []),
+                page.Block("items", ["x"]),
+                table.Table("t", [], []),
+                TABLE,
+            ],
             [page.Block("items", ["x"]), TABLE],
         ),
     ],
 )
 def test_a_section_has_its_figures_and_no_empty_blocks(identifier, blocks, filled):
-    assert page._filled(page.Section(identifier, "A", blocks), {"a": [ONE, TWO], "b": []}).blocks == filled
+    assert (
+        page._filled(page.Section(identifier, "A", blocks), {"a": [ONE, TWO], "b": []}).blocks
+        == filled
+    )
 
 
 def rendered(sections, **options):
@@ -59,13 +77,18 @@ def rendered(sections, **options):
 
 
 def test_empty_sections_are_left_out_and_the_banner_is_first():
-    text = rendered([page.Section("kept", "Kept", ["words"]), page.Section("gone", "Gone", [None])], banner="Unfinished.")
+    text = rendered(
+        [page.Section("kept", "Kept", ["words"]), page.Section("gone", "Gone", [None])],
+        banner="Unfinished.",
+    )
     assert text.index("Unfinished.") < text.index("Kept")
     assert not re.search("Gone|Further figures", text)
 
 
 def custom(draw, takes="log"):
-    return ReportFigure(name="mine", takes=takes, draw=draw, caption="See.", alternative="mine", title="Mine")
+    return ReportFigure(
+        name="mine", takes=takes, draw=draw, caption="See.", alternative="mine", title="Mine"
+    )
 
 
 def broken(log):
@@ -92,7 +115,12 @@ def test_figure_of_the_user_is_under_its_title_and_published():
         title, drawing = page._own_blocks(custom(lambda log: style.panels(2.0)[0]), {"log": 1})
     assert (title, drawing.id, drawing.caption) == ("<h3>Mine</h3>", "figure-own-mine", "See.")
     (plate,) = collected
-    assert (plate.name, plate.alternative, plate.caption, plate.own) == ("mine", "mine", "See.", True)
+    assert (plate.name, plate.alternative, plate.caption, plate.own) == (
+        "mine",
+        "mine",
+        "See.",
+        True,
+    )
     assert page._plates.get() is None
 
 
@@ -100,7 +128,11 @@ def test_fault_in_a_figure_leaves_the_other_figures(monkeypatch):
     figure = custom(broken)
     place = Some(section="front", name="fit.BROKEN", is_taken=lambda facts: True, figure=figure)
     skipped = Some(section="front", name="x", is_taken=lambda facts: False)
-    monkeypatch.setitem(__import__("bristle.report.figures.on_reports", fromlist=["REPORTS"]).REPORTS, "log", (skipped, place))
+    monkeypatch.setitem(
+        __import__("bristle.report.figures.on_reports", fromlist=["REPORTS"]).REPORTS,
+        "log",
+        (skipped, place),
+    )
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         pictures, (remark,) = page._pictures("log", {"log": 1})
@@ -140,12 +172,25 @@ def test_a_text_is_written_for_a_page(written, text, shown):
 def test_long_and_unbroken_texts_and_prose_are_told_apart():
     tests = page._environment().tests
     assert [tests["long"]("x" * count) for count in (40, 41)] == [False, True]
-    assert [tests["unbroken"](" ".join(["y" * 30, "x" * count])) for count in (40, 41)] == [False, True]
-    assert (tests["prose"]("x"), tests["prose"](Markup("x")), tests["prose"](3)) == (True, False, False)
+    assert [tests["unbroken"](" ".join(["y" * 30, "x" * count])) for count in (40, 41)] == [
+        False,
+        True,
+    ]
+    assert (tests["prose"]("x"), tests["prose"](Markup("x")), tests["prose"](3)) == (
+        True,
+        False,
+        False,
+    )
 
 
 def test_sections_with_the_same_tab_share_it():
-    text = rendered([page.Section("a", "A", ["x"], "Both"), page.Section("b", "B", ["y"], "Both"), page.Section("c", "C", ["z"])])
+    text = rendered(
+        [
+            page.Section("a", "A", ["x"], "Both"),
+            page.Section("b", "B", ["y"], "Both"),
+            page.Section("c", "C", ["z"]),
+        ]
+    )
     assert re.findall(r"<label[^>]*>(.*?)</label>", text) == ["Both", "C", "Repeat"]
 
 
@@ -157,7 +202,10 @@ LETTERS = ("ink", "soft", "accent", "with", "usable", "care", "alert")
 
 def luminance(colour):
     channels = [int(colour[place : place + 2], 16) / 255.0 for place in (1, 3, 5)]
-    linear = [channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4 for channel in channels]
+    linear = [
+        channel / 12.92 if channel <= 0.04045 else ((channel + 0.055) / 1.055) ** 2.4
+        for channel in channels
+    ]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
@@ -186,10 +234,19 @@ def test_dark_has_every_colour_and_paper_is_light():
 
 def computed(folder, expression):
     """Return a value of the functions of the script that need no page."""
-    text = resources.files("bristle.report").joinpath("templates", "plots.js").read_text(encoding="utf-8")
+    text = (
+        resources.files("bristle.report")
+        .joinpath("templates", "plots.js")
+        .read_text(encoding="utf-8")
+    )
     file = folder / "plots.js"
-    file.write_text(f"{text[: text.index('class Plot {')]}\nconsole.log(JSON.stringify({expression}));\n", encoding="utf-8")
-    return json.loads(subprocess.run([NODE, str(file)], capture_output=True, text=True, check=True).stdout)
+    file.write_text(
+        f"{text[: text.index('class Plot {')]}\nconsole.log(JSON.stringify({expression}));\n",
+        encoding="utf-8",
+    )
+    return json.loads(
+        subprocess.run([NODE, str(file)], capture_output=True, text=True, check=True).stdout
+    )
 
 
 @needs_node
@@ -205,7 +262,9 @@ def test_a_value_lies_where_matplotlib_draws_it(scale, ends, values, tmp_path):
     axes = Figure().add_subplot()
     axes.set_xscale(scale, **({"linthresh": 1.0, "linscale": 1.0} if scale == "symlog" else {}))
     axes.set_xlim(*ends)
-    drawn = axes.transAxes.inverted().transform(axes.transData.transform([[value, 0.5] for value in values]))[:, 0]
+    drawn = axes.transAxes.inverted().transform(
+        axes.transData.transform([[value, 0.5] for value in values])
+    )[:, 0]
     side = json.dumps({"ends": ends, "scale": scale, "linear": 1.0})
     shares = computed(tmp_path, f"{json.dumps(values)}.map(scaleOfSide({side}).at)")
     assert shares == pytest.approx(drawn.tolist(), abs=1e-9)
@@ -215,7 +274,14 @@ def test_a_value_lies_where_matplotlib_draws_it(scale, ends, values, tmp_path):
 
 @needs_node
 def test_marks_are_round_and_inside(tmp_path):
-    sides = ("-0.13, 0.62, 4, true", "0.5, 200, 4, false", "-20, 0.5, 4, false", "18.7, 19.9, 8, true")
-    plain, decades, signed, fine = computed(tmp_path, f"[{', '.join(f'ticksBetween({side})' for side in sides)}]")
+    sides = (
+        "-0.13, 0.62, 4, true",
+        "0.5, 200, 4, false",
+        "-20, 0.5, 4, false",
+        "18.7, 19.9, 8, true",
+    )
+    plain, decades, signed, fine = computed(
+        tmp_path, f"[{', '.join(f'ticksBetween({side})' for side in sides)}]"
+    )
     assert (plain, decades, signed[:2]) == ([0.0, 0.2, 0.4, 0.6], [1, 10, 100], [-10, -1])
     assert fine == pytest.approx([18.8, 19.0, 19.2, 19.4, 19.6, 19.8])

@@ -25,7 +25,16 @@ COMMON = {"command": "bristle do it", "provenance": {"bristle": "0.1.0", "log": 
 
 
 def identification_page(bench, **changes):
-    values = {"prediction": bench.predicted, "simulation": bench.looped, "table": bench.table, "axis_name": "stage"} | COMMON | changes
+    values = (
+        {
+            "prediction": bench.predicted,
+            "simulation": bench.looped,
+            "table": bench.table,
+            "axis_name": "stage",
+        }
+        | COMMON
+        | changes
+    )
     identified = values.pop("identification", bench.identified)
     return identification_report(identified, **values)
 
@@ -37,11 +46,19 @@ def simulation_page(bench, **changes):
 
 def prediction_page(bench, **changes):
     best = bench.identified.best
-    values = {"plant": best.plant, "friction": best.friction, "log": bench.log, "axis_name": "stage"} | COMMON | changes
+    values = (
+        {"plant": best.plant, "friction": best.friction, "log": bench.log, "axis_name": "stage"}
+        | COMMON
+        | changes
+    )
     return prediction.prediction_report(bench.predicted, **values)
 
 
-PAGES = {"prediction": prediction_page, "simulation": simulation_page, "identification": identification_page}
+PAGES = {
+    "prediction": prediction_page,
+    "simulation": simulation_page,
+    "identification": identification_page,
+}
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +75,9 @@ def text(request, workbench, rendered):
 
 @pytest.mark.fast_cases(1)
 def test_page_loads_without_external_resources(text):
-    assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", without_plots(text))
+    assert not re.search(
+        r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", without_plots(text)
+    )
     policy = next(attrs["content"] for attrs in Page(text).named("meta") if "http-equiv" in attrs)
     assert policy.startswith("default-src 'none'")
 
@@ -103,7 +122,10 @@ def test_banner_is_first(stage):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("left_out", [("prediction",), ("simulation",), ("table",), ("prediction", "simulation", "table")])
+@pytest.mark.parametrize(
+    "left_out",
+    [("prediction",), ("simulation",), ("table",), ("prediction", "simulation", "table")],
+)
 def test_report_without_optional_results_is_complete(left_out, stage):
     page = Page(identification_page(stage, **dict.fromkeys(left_out)))
     assert page.unbalanced == []
@@ -132,9 +154,18 @@ def assert_harmless(text):
     """User text stays text, and the page has only allowed tags."""
     page = Page(without_plots(text))
     assert page.unbalanced == []
-    assert {tag for tag, _ in page.tags} & {"script", "img", "b", "iframe", "object", "link"} == set()
+    assert {tag for tag, _ in page.tags} & {
+        "script",
+        "img",
+        "b",
+        "iframe",
+        "object",
+        "link",
+    } == set()
     assert all(attrs["href"].startswith(("#", "data:text/csv")) for attrs in page.named("a"))
-    assert [name for _, attributes in page.tags for name in attributes if name.startswith("on")] == []
+    assert [
+        name for _, attributes in page.tags for name in attributes if name.startswith("on")
+    ] == []
     assert "alert(1)" in page.words
     assert FORBIDDEN.search(text) is None
     pictures = re.findall(r"<svg.*?</svg>", text, re.DOTALL)
@@ -144,32 +175,52 @@ def assert_harmless(text):
 
 
 def hostile_log(bench):
-    return replace(bench.log, position=replace(bench.log.position, column=ALL), source=Path(FILE), notes=(ALL,))
+    return replace(
+        bench.log, position=replace(bench.log.position, column=ALL), source=Path(FILE), notes=(ALL,)
+    )
 
 
 def hostile_loop(bench):
     names = dict(zip(bench.looped.variants, NAMES[1:], strict=False))
     experiment = bench.looped.experiment
     variants = tuple(replace(variant, name=names[variant.name]) for variant in experiment.variants)
-    results = {names[name]: replace(variant, name=names[name]) for name, variant in bench.looped.variants.items()}
-    return replace(bench.looped, experiment=replace(experiment, name=ALL, variants=variants), variants=results)
+    results = {
+        names[name]: replace(variant, name=names[name])
+        for name, variant in bench.looped.variants.items()
+    }
+    return replace(
+        bench.looped, experiment=replace(experiment, name=ALL, variants=variants), variants=results
+    )
 
 
 def renamed(fit, name):
-    return replace(fit, friction=replace(fit.friction, component=replace(fit.friction.component, name=name)))
+    return replace(
+        fit, friction=replace(fit.friction, component=replace(fit.friction.component, name=name))
+    )
 
 
 def identification(bench):
-    fits = tuple(renamed(fit, name) for fit, name in zip(bench.identified.fits, NAMES[1:], strict=False))
+    fits = tuple(
+        renamed(fit, name) for fit, name in zip(bench.identified.fits, NAMES[1:], strict=False)
+    )
     result = replace(bench.identified, log=hostile_log(bench), fits=fits)
-    return identification_page(bench, identification=result, axis_name=ALL, simulation=hostile_loop(bench), banner=ALL, **HOSTILE_COMMON)
+    return identification_page(
+        bench,
+        identification=result,
+        axis_name=ALL,
+        simulation=hostile_loop(bench),
+        banner=ALL,
+        **HOSTILE_COMMON,
+    )
 
 
 def operator(bench):
     u = np.linspace(-1e-6, 1e-6, 50)
     recorded = Curves((Curve(u, 1e6 * u),), source=Path(FILE), notes=(ALL,))
     model = hysteresis.preisach(s=1.25e7, f_p=150.0)
-    return operators.operator_prediction_report(OperatorPrediction((1e6 * u,), 0.1, 1.0), model, recorded, name=ALL, **HOSTILE_COMMON)
+    return operators.operator_prediction_report(
+        OperatorPrediction((1e6 * u,), 0.1, 1.0), model, recorded, name=ALL, **HOSTILE_COMMON
+    )
 
 
 def paper(bench):
@@ -183,8 +234,12 @@ REPORTS = {
     "log": lambda bench: log.log_report(hostile_log(bench), [], name=ALL, **HOSTILE_COMMON),
     "operator": operator,
     "paper": paper,
-    "prediction": lambda bench: prediction_page(bench, log=hostile_log(bench), axis_name=ALL, banner=ALL, **HOSTILE_COMMON),
-    "simulation": lambda bench: simulation_page(bench, result=hostile_loop(bench), banner=ALL, **HOSTILE_COMMON),
+    "prediction": lambda bench: prediction_page(
+        bench, log=hostile_log(bench), axis_name=ALL, banner=ALL, **HOSTILE_COMMON
+    ),
+    "simulation": lambda bench: simulation_page(
+        bench, result=hostile_loop(bench), banner=ALL, **HOSTILE_COMMON
+    ),
     "excitation": lambda bench: excitation.excitation_report(
         excite(replace(STAGE, name=ALL), rehearsed=False), identify=ALL, **HOSTILE_COMMON
     ),
@@ -194,7 +249,9 @@ REPORTS = {
 def test_every_template_escapes_text():
     folder = Path(page.__file__).with_name("templates")
     for item in folder.iterdir():
-        assert re.search(r"\|\s*safe|autoescape|Markup", item.read_text(encoding="utf-8")) is None, item.name
+        assert (
+            re.search(r"\|\s*safe|autoescape|Markup", item.read_text(encoding="utf-8")) is None
+        ), item.name
 
 
 @pytest.mark.parametrize("names", [("A", "a"), ("x y", "x_y"), (LONG, "b"), ("轴" * 80, "b")])

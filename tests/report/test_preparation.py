@@ -40,12 +40,18 @@ class Plan:
 def written(tmp_path, monkeypatch, *plans):
     """An experiment file with these models to identify."""
     (tmp_path / "experiment.toml").write_text("schema = 1\n", encoding="utf-8")
-    monkeypatch.setattr(prepared, "planned_in", lambda data, source, sources: {plan.name: plan for plan in plans})
+    monkeypatch.setattr(
+        prepared, "planned_in", lambda data, source, sources: {plan.name: plan for plan in plans}
+    )
     return tmp_path / "experiment.toml"
 
 
 def test_present_models_are_not_fitted_again_and_keep_the_order(tmp_path, monkeypatch):
-    plans = [Plan("first", tmp_path / "1"), Plan("second", tmp_path / "2", is_current=True), Plan("third", tmp_path / "3")]
+    plans = [
+        Plan("first", tmp_path / "1"),
+        Plan("second", tmp_path / "2", is_current=True),
+        Plan("third", tmp_path / "3"),
+    ]
     file, fitted, reports = written(tmp_path, monkeypatch, *plans), [], []
 
     def identify(plan, source, size_limit, progress):
@@ -55,7 +61,9 @@ def test_present_models_are_not_fitted_again_and_keep_the_order(tmp_path, monkey
         return f"fit of {plan.name}"
 
     monkeypatch.setattr(prepared, "_identified", identify)
-    result = prepared.prepare(file, size_limit="2 kB", progress=lambda share, text: reports.append(share))
+    result = prepared.prepare(
+        file, size_limit="2 kB", progress=lambda share, text: reports.append(share)
+    )
     assert result == (
         prepared.Prepared("first", tmp_path / "1", "fit of first"),
         prepared.Prepared("second", tmp_path / "2", None),
@@ -63,7 +71,9 @@ def test_present_models_are_not_fitted_again_and_keep_the_order(tmp_path, monkey
     )
     assert fitted == [("first", file, 2000), ("third", file, 2000)]
     assert reports == pytest.approx([0.0, 1.0 / 6.0, 2.0 / 3.0, 5.0 / 6.0])
-    assert prepared.prepare(file)[0].best == "fit of first"  # whoever asks for no progress gets none
+    assert (
+        prepared.prepare(file)[0].best == "fit of first"
+    )  # whoever asks for no progress gets none
 
 
 def identified_of(tmp_path, monkeypatch, plan):
@@ -87,8 +97,15 @@ def identified_of(tmp_path, monkeypatch, plan):
         return SimpleNamespace(finished=SimpleNamespace(best="best", outcome_with=outcome_with))
 
     folder = SimpleNamespace(write=lambda name, text: files.update({name: text}))
-    monkeypatch.setattr(prepared, "results_folder", lambda place, force: asked.update(force=force) or nullcontext(folder))
-    monkeypatch.setattr("bristle.files.logs_and_axes", lambda logs, axis, size_limit: [((log, axis, size_limit), axis) for log in logs])
+    monkeypatch.setattr(
+        prepared,
+        "results_folder",
+        lambda place, force: asked.update(force=force) or nullcontext(folder),
+    )
+    monkeypatch.setattr(
+        "bristle.files.logs_and_axes",
+        lambda logs, axis, size_limit: [((log, axis, size_limit), axis) for log in logs],
+    )
     monkeypatch.setattr("bristle.files.read_axis", lambda file: f"axis of {file}")
     monkeypatch.setattr(identified, "identify", identify)
     best = prepared._identified(plan, Path("experiment.toml"), 1000, lambda share, text: None)
@@ -96,33 +113,62 @@ def identified_of(tmp_path, monkeypatch, plan):
 
 
 def test_logs_are_read_with_their_axis_and_results_are_saved(tmp_path, monkeypatch):
-    plan = Plan("axis_x", tmp_path / "identified" / "axis_x", logs=("a.csv", "b.csv"), axis="axis.toml", options={"model": "lugre"})
+    plan = Plan(
+        "axis_x",
+        tmp_path / "identified" / "axis_x",
+        logs=("a.csv", "b.csv"),
+        axis="axis.toml",
+        options={"model": "lugre"},
+    )
     best, asked, files = identified_of(tmp_path, monkeypatch, plan)
-    expected = {"options": {"draws": 0, "model": "lugre"}, "command": "[identify.axis_x] of experiment.toml", "force": True}
-    expected |= {"logs": [("a.csv", "axis of axis.toml", 1000), ("b.csv", "axis of axis.toml", 1000)]}
+    expected = {
+        "options": {"draws": 0, "model": "lugre"},
+        "command": "[identify.axis_x] of experiment.toml",
+        "force": True,
+    }
+    expected |= {
+        "logs": [("a.csv", "axis of axis.toml", 1000), ("b.csv", "axis of axis.toml", 1000)]
+    }
     assert {name: asked[name] for name in expected} == expected
-    assert (best, files["outcome"].provenance, files["depends_on.json"]) == ("best", {"log": "sum"}, "digest")
+    assert (best, files["outcome"].provenance, files["depends_on.json"]) == (
+        "best",
+        {"log": "sum"},
+        "digest",
+    )
     assert plan.folder.parent.is_dir()
-    _, asked, _ = identified_of(tmp_path, monkeypatch, replace(plan, axis=None, options={"draws": 50}))
+    _, asked, _ = identified_of(
+        tmp_path, monkeypatch, replace(plan, axis=None, options={"draws": 50})
+    )
     assert (asked["axis"], asked["options"]) == (None, {"draws": 50})
 
 
 def test_provenance_names_the_excited_rig_and_its_friction(tmp_path, monkeypatch):
     excited = loop(name="learning")
-    monkeypatch.setattr(prepared, "_excited", lambda variant, axis: (["log of the run"], "axis of the run"))
+    monkeypatch.setattr(
+        prepared, "_excited", lambda variant, axis: (["log of the run"], "axis of the run")
+    )
     plan = Plan("axis_x", tmp_path / "identified" / "axis_x", excited=excited)
     _, asked, files = identified_of(tmp_path, monkeypatch, plan)
     assert (asked["logs"], asked["axis"]) == (["log of the run"], "axis of the run")
     provenance = files["outcome"].provenance
-    assert provenance.items() >= {"identified from a run of": "experiment.toml: learning", "log": "sum"}.items()
+    assert (
+        provenance.items()
+        >= {"identified from a run of": "experiment.toml: learning", "log": "sum"}.items()
+    )
     assert len(provenance) == 3
 
 
 def test_run_of_a_loop_is_the_log_of_its_drive():
     with interpreted():
         (log,), axis = prepared._excited(loop(120, sensor=sensors.encoder(resolution=1e-4)), None)
-    assert (axis.kind, axis.resolution, log.sample_time) == ("translational", 1e-4, pytest.approx(1e-2))
-    assert log.position.values / 1e-4 == pytest.approx(np.round(log.position.values / 1e-4), abs=1e-6)
+    assert (axis.kind, axis.resolution, log.sample_time) == (
+        "translational",
+        1e-4,
+        pytest.approx(1e-2),
+    )
+    assert log.position.values / 1e-4 == pytest.approx(
+        np.round(log.position.values / 1e-4), abs=1e-6
+    )
     assert log.reference.values[:30] == pytest.approx(1e-3 * np.arange(30))
     assert np.max(np.abs(log.effort.values)) > 3.0  # more than Coulomb friction
     known = Axis(resolution=2e-4)
@@ -133,7 +179,9 @@ def test_run_of_a_loop_is_the_log_of_its_drive():
 def test_diverged_loop_identifies_no_model():
     fast = controllers.cascade(k_p=10.0, k_v=1e8)
     wild = loop(200, controller=fast, run=Run(duration=2.0, sample_time=1e-2, substeps=1))
-    refused = pytest.raises(InputError, match=r"compare\.loop: the simulation stopped early.*Correct this loop")
+    refused = pytest.raises(
+        InputError, match=r"compare\.loop: the simulation stopped early.*Correct this loop"
+    )
     with interpreted(), np.errstate(all="ignore"), refused:
         prepared._excited(wild, None)
 
@@ -209,7 +257,9 @@ def copied(fitted_rig, tmp_path):
 
 
 def compensator(path):
-    return next(v for v in br.read_experiment(path).variants if v.name == "identified").feedforward.friction
+    return next(
+        v for v in br.read_experiment(path).variants if v.name == "identified"
+    ).feedforward.friction
 
 
 @pytest.mark.slow
@@ -231,7 +281,10 @@ def test_rig_is_excited_and_its_friction_is_used_as_feedforward(fitted_rig):
         ('F_C = "20 N"', 'F_C = "26 N"'),
         ('k_p = "60 1/s"', 'k_p = "50 1/s"'),
         ('"8 mm", "2 mm"', '"7 mm", "2 mm"'),
-        ('model = "coulomb_viscous"\n\n[compare', 'model = "coulomb_viscous"\ncutoff = "90 Hz"\n\n[compare'),
+        (
+            'model = "coulomb_viscous"\n\n[compare',
+            'model = "coulomb_viscous"\ncutoff = "90 Hz"\n\n[compare',
+        ),
     ],
 )
 def test_changed_rig_is_fitted_again(copied, seen, instead):
@@ -258,7 +311,11 @@ def test_edited_digest_is_ignored(copied):
 @pytest.mark.usefixtures("undrawn")
 def test_interrupted_fit_is_not_saved(rig, monkeypatch):
     whole = identified.identify
-    monkeypatch.setattr(identified, "identify", lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted"))
+    monkeypatch.setattr(
+        identified,
+        "identify",
+        lambda *logs, **options: replace(whole(*logs, **options), unfinished="interrupted"),
+    )
     with pytest.raises(KeyboardInterrupt):
         br.prepare(rig)
     assert list((rig.parent / "rig_identified").iterdir()) == []
@@ -299,13 +356,27 @@ def test_changed_log_is_fitted_again(rig, tmp_path):
     def record(level):
         t = np.arange(6000) * 1e-3
         v = 0.02 * np.cos(2 * np.pi * 0.7 * t) + 0.03 * np.cos(2 * np.pi * 1.3 * t)
-        effort = 28.0 * np.gradient(v, t) + level * np.sign(v) + 200.0 * v + 0.01 * rng.standard_normal(t.size)
+        effort = (
+            28.0 * np.gradient(v, t)
+            + level * np.sign(v)
+            + 200.0 * v
+            + 0.01 * rng.standard_normal(t.size)
+        )
         columns = np.column_stack([t, np.cumsum(v) * 1e-3, effort])
-        np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="time [s],position [m],effort [N]", comments="")
+        np.savetxt(
+            tmp_path / "log.csv",
+            columns,
+            delimiter=",",
+            header="time [s],position [m],effort [N]",
+            comments="",
+        )
 
     rig.write_text(
         RIG.replace('excite = "learning"', 'log = "log.csv"').replace(
-            re.search(r"\[compare\.learning\.reference\].*?(?=\[compare\.identified)", RIG, re.DOTALL)[0], ""
+            re.search(
+                r"\[compare\.learning\.reference\].*?(?=\[compare\.identified)", RIG, re.DOTALL
+            )[0],
+            "",
         )
     )
     for level in (15.0, 18.0):
@@ -320,13 +391,25 @@ def test_changed_log_is_fitted_again(rig, tmp_path):
 @pytest.mark.parametrize(
     ("seen", "instead", "said"),
     [
-        ('excite = "learning"', 'excite = "lerning"', 'identify.axis_x.excite.*is not a variant.*"?learning'),
+        (
+            'excite = "learning"',
+            'excite = "lerning"',
+            'identify.axis_x.excite.*is not a variant.*"?learning',
+        ),
         ('excite = "learning"', "", "identify.axis_x: needs a log or a simulated loop for the fit"),
         ('excite = "learning"', 'excite = "identified"', "must not be used in this loop"),
         ('excite = "learning"', 'excit = "learning"', "unknown key"),
-        ('identified = "axis_x"', 'identified = "axis_y"', r"friction\.identified.*is not a model under.*axis_x"),
+        (
+            'identified = "axis_x"',
+            'identified = "axis_y"',
+            r"friction\.identified.*is not a model under.*axis_x",
+        ),
         ('excite = "learning"', 'log = "none.csv"', "identify.axis_x.log"),
-        ('identified = "axis_x"', 'identified = "axis_x"', "identify.axis_x: is not identified.*bristle run"),
+        (
+            'identified = "axis_x"',
+            'identified = "axis_x"',
+            "identify.axis_x: is not identified.*bristle run",
+        ),
     ],
 )
 def test_unsuitable_entry_is_refused_by_its_key(rig, seen, instead, said):

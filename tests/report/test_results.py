@@ -47,7 +47,10 @@ def plate(name="one", own=False, panels=1):
 
 
 def test_each_panel_has_a_separate_csv_file():
-    for panels, forms, files in ((1, ["csv", "svg"], ["one.csv", "one.svg"]), (2, ["csv"], ["one-panel-1.csv", "one-panel-2.csv"])):
+    for panels, forms, files in (
+        (1, ["csv", "svg"], ["one.csv", "one.svg"]),
+        (2, ["csv"], ["one-panel-1.csv", "one-panel-2.csv"]),
+    ):
         folder = Folder()
         assert results._is_written(folder, plate(panels=panels), forms)
         assert list(folder) == [f"figures/{file}" for file in files]
@@ -59,7 +62,9 @@ def test_unwritable_figure_gives_a_warning(own, category, monkeypatch):
         raise ValueError("a fault")
 
     monkeypatch.setattr("bristle.report.figures.figure_file", fails)
-    with pytest.warns(InputWarning, match=r"the figure one is not written as a file: ValueError: a fault$") as caught:
+    with pytest.warns(
+        InputWarning, match=r"the figure one is not written as a file: ValueError: a fault$"
+    ) as caught:
         assert not results._is_written(Folder(), plate(own=own), ["svg"])
     assert caught[0].category is category
 
@@ -73,7 +78,8 @@ def test_full_disk_is_an_error():
 
 
 @pytest.mark.parametrize(
-    ("formats", "with_captions"), [(["csv"], False), (["svg"], True), (["csv", "svg", "svg"], True), ([], False), (None, False)]
+    ("formats", "with_captions"),
+    [(["csv"], False), (["svg"], True), (["csv", "svg", "svg"], True), ([], False), (None, False)],
 )
 def test_captions_are_written_with_figures(formats, with_captions):
     folder = Folder()
@@ -98,12 +104,17 @@ def test_log_of_a_variant_is_the_record_of_its_drive(is_open, monkeypatch):
     monkeypatch.setattr(results, "log_text", lambda *of: of)
     monkeypatch.setattr(results, "write_whole", lambda name, of: written.update({name: of}))
     outcome = Some(time=1, measured=2, command=3, reference=4, is_open=is_open)
-    variants = [Some(name=name, axis=axis, plant=Some(kind="rotational")) for name, axis in (("a", None), ("b", "known"), ("gone", None))]
+    variants = [
+        Some(name=name, axis=axis, plant=Some(kind="rotational"))
+        for name, axis in (("a", None), ("b", "known"), ("gone", None))
+    ]
     result = Some(variants={"a": outcome, "b": outcome}, experiment=Some(variants=variants))
     assert results.write_logs(Folder(), result) == {"a": "log_a.csv", "b": "log_b.csv"}
     (axis, signals), (known, _) = (written.pop(f"log_{name}.csv") for name in "ab")
     assert (axis.kind, known, written) == ("rotational", "known", {})
-    assert signals == {"time": 1, "position": 2, "effort": 3} | ({} if is_open else {"reference": 4})
+    assert signals == {"time": 1, "position": 2, "effort": 3} | (
+        {} if is_open else {"reference": 4}
+    )
 
 
 # --- Figures of a report as separate files in several formats, with captions and numbers
@@ -114,12 +125,21 @@ DRAW = gallery()
 
 def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path, monkeypatch):
     # What is in the files is said elsewhere.
-    monkeypatch.setattr("bristle.report.figures.figure_file", lambda figure, form, title: form.encode())
-    with results_folder(tmp_path / "run") as folder, results.figure_files(folder, ["svg", "pdf", "png", "csv", "svg"]):
+    monkeypatch.setattr(
+        "bristle.report.figures.figure_file", lambda figure, form, title: form.encode()
+    )
+    with (
+        results_folder(tmp_path / "run") as folder,
+        results.figure_files(folder, ["svg", "pdf", "png", "csv", "svg"]),
+    ):
         for name in ("expected", "errors_by_loop"):
             picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
         folder.write("report.html", "")
-    files = {f"{name}.{form}" for name in ("expected", "errors-by-loop") for form in ("svg", "pdf", "png")}
+    files = {
+        f"{name}.{form}"
+        for name in ("expected", "errors-by-loop")
+        for form in ("svg", "pdf", "png")
+    }
     assert {item.name for item in (tmp_path / "run/figures").iterdir()} == files | {
         "expected-panel-1.csv",
         "expected-panel-2.csv",
@@ -132,12 +152,20 @@ def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path, monkey
 
 @pytest.mark.parametrize("formats", [["svg"], ["csv"]])
 def test_figures_without_a_folder_are_refused_early(formats):
-    with pytest.raises(InputError, match="--format: needs a folder"), results.figure_files(None, formats):
+    with (
+        pytest.raises(InputError, match="--format: needs a folder"),
+        results.figure_files(None, formats),
+    ):
         pytest.fail("the work must not begin")
 
 
 def test_captions_list_each_figure_by_file_name():
-    text = results.captions([Plate("figure-06-economy", None, "short", "at  5 um of F_s"), Plate("other", None, "", "second")])
+    text = results.captions(
+        [
+            Plate("figure-06-economy", None, "short", "at  5 um of F_s"),
+            Plate("other", None, "", "second"),
+        ]
+    )
     assert text == "figure-06-economy\n  at 5 µm of F_s\n\nother\n  second\n"
 
 
@@ -147,7 +175,10 @@ def test_each_collector_keeps_only_its_figures():
         with plates() as inner:
             picture("b", DRAW["expected"], "", "two")
     picture("c", DRAW["expected"], "", "three")
-    assert [[(item.name, item.caption) for item in each] for each in (outer, inner)] == [[("first", "another")], [("b", "two")]]
+    assert [[(item.name, item.caption) for item in each] for each in (outer, inner)] == [
+        [("first", "another")],
+        [("b", "two")],
+    ]
 
 
 def test_report_does_not_depend_on_figure_files(tmp_path):
@@ -168,14 +199,21 @@ def identified():
 
 
 def figure(draw, **parts):
-    parts = {"title": "Mine", "caption": "What to see.", "alternative": "what", "takes": "identification"} | parts
+    parts = {
+        "title": "Mine",
+        "caption": "What to see.",
+        "alternative": "what",
+        "takes": "identification",
+    } | parts
     return ReportFigure(name="mine", draw=draw, **parts)
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_figures_of_the_user_are_on_the_report(identified, tmp_path):
     mine = figure(lambda identification: style.panels(2.0)[0])
-    page = identified.report(tmp_path / "a.html", figures=[EXAMPLE, mine]).read_text(encoding="utf-8")
+    page = identified.report(tmp_path / "a.html", figures=[EXAMPLE, mine]).read_text(
+        encoding="utf-8"
+    )
     assert page.index('id="figure-own-residual-over-position"') < page.index('id="figure-own-mine"')
     assert 'id="further"' not in identified.report(tmp_path / "b.html").read_text(encoding="utf-8")
 
@@ -191,5 +229,7 @@ def test_failing_figure_gives_a_warning_and_the_report_is_written(identified, tm
 
 def test_figure_with_unavailable_facts_is_refused(identified, tmp_path):
     with pytest.raises(InputError, match="results that the report of identify lacks"):
-        identified.report(tmp_path / "a.html", figures=[figure(lambda motion: None, takes="motion")])
+        identified.report(
+            tmp_path / "a.html", figures=[figure(lambda motion: None, takes="motion")]
+        )
     assert not (tmp_path / "a.html").exists()

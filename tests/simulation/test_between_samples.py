@@ -35,7 +35,9 @@ BETWEEN = np.arange(4 * SIZE) / (4.0 * RATE)
 
 
 def test_whole_periods_without_high_content_are_known_between_their_samples():
-    np.testing.assert_allclose(finer(multisine(SAMPLES), 4, periodic=True), multisine(BETWEEN), atol=1e-9)
+    np.testing.assert_allclose(
+        finer(multisine(SAMPLES), 4, periodic=True), multisine(BETWEEN), atol=1e-9
+    )
 
 
 def test_a_record_that_does_not_repeat_is_known_but_for_its_ends():
@@ -88,13 +90,21 @@ def record(effort, position=None):
 def test_between_samples_an_effort_is_constant_or_linear(hold, periodic, fine, kind):
     loop = open_loop_of(record([1.0, 3.0, 2.0]), Axis(hold=hold, periodic=periodic), slice(0, 3), 2)
     assert loop.effort.tolist() == fine
-    assert (loop.steps, loop.sample_time, loop.count, loop.periodic, loop.hold) == (2, 1e-2, 3, periodic, kind)
+    assert (loop.steps, loop.sample_time, loop.count, loop.periodic, loop.hold) == (
+        2,
+        1e-2,
+        3,
+        periodic,
+        kind,
+    )
 
 
 def test_a_band_limited_effort_passes_through_its_samples():
     values = np.sin(0.3 * np.arange(40))
     for periodic in (False, True):
-        loop = open_loop_of(record(values), Axis(hold="band_limited", periodic=periodic), slice(0, 40), 4)
+        loop = open_loop_of(
+            record(values), Axis(hold="band_limited", periodic=periodic), slice(0, 40), 4
+        )
         assert loop.effort[::4] == pytest.approx(values)
         assert (loop.hold, loop.effort.size) == ("linear", 160)
 
@@ -119,7 +129,10 @@ PLANT, FILM = inertia(M=2.0), viscous(F_v=50.0)
 
 
 def test_a_motion_from_rest_has_a_position_at_each_sample():
-    loop, t = open_loop_of(record(np.full(30, 10.0)), Axis(periodic=False), slice(0, 30)), 1e-2 * np.arange(30)
+    loop, t = (
+        open_loop_of(record(np.full(30, 10.0)), Axis(periodic=False), slice(0, 30)),
+        1e-2 * np.arange(30),
+    )
     position, status = loop.position(PLANT, FILM)
     # 2 v' = 10 - 50 v
     assert position == pytest.approx(0.2 * (t - 0.04 * (1.0 - np.exp(-25.0 * t))), abs=1e-5)
@@ -129,10 +142,17 @@ def test_a_motion_from_rest_has_a_position_at_each_sample():
 
 @pytest.mark.parametrize(
     ("effort", "axis", "steps", "known"),
-    [(np.full(30, 1e120), Axis(periodic=False), (), 1), (np.tile([1e120, -1e120], 15), Axis(), (2,), 0)],
+    [
+        (np.full(30, 1e120), Axis(periodic=False), (), 1),
+        (np.tile([1e120, -1e120], 15), Axis(), (2,), 0),
+    ],
 )
-def test_a_motion_that_is_lost_has_no_position_from_there_on_or_as_a_whole_if_it_repeats(effort, axis, steps, known):
-    position, status = open_loop_of(record(effort), axis, slice(0, 30), *steps).position(PLANT, FILM)
+def test_a_motion_that_is_lost_has_no_position_from_there_on_or_as_a_whole_if_it_repeats(
+    effort, axis, steps, known
+):
+    position, status = open_loop_of(record(effort), axis, slice(0, 30), *steps).position(
+        PLANT, FILM
+    )
     assert (status, position.size) == (Status.NOT_FINITE, 30)
     assert np.flatnonzero(np.isfinite(position)).tolist() == list(range(known))
 
@@ -151,19 +171,27 @@ def test_a_motion_that_repeats_is_run_until_it_does():
     assert abs(np.mean(position[:10])) < 0.1 * amplitude
 
 
-@pytest.mark.parametrize(("settles_after", "leads"), [(0, [1]), (1, [1, 2]), (3, [1, 2, 4]), (99, [1, 2, 4, 8, 16])])
-def test_a_motion_is_run_in_for_twice_as_many_periods_until_it_repeats_and_sixteen_at_most(monkeypatch, settles_after, leads):
+@pytest.mark.parametrize(
+    ("settles_after", "leads"), [(0, [1]), (1, [1, 2]), (3, [1, 2, 4]), (99, [1, 2, 4, 8, 16])]
+)
+def test_a_motion_is_run_in_for_twice_as_many_periods_until_it_repeats_and_sixteen_at_most(
+    monkeypatch, settles_after, leads
+):
     requested, period = [], np.array([0.0, 1.0, 0.0, -1.0])
 
     def run(plant, friction, effort, dt, *, hold):
         assert np.array_equal(effort[4:], effort[:-4])
         requested.append((effort.size - 1) // 4 - 1)
         periods = np.arange(effort.size) // 4
-        position = np.tile(period, effort.size)[: effort.size] + np.where(periods > settles_after, 0.0, 1e-5 * periods)
+        position = np.tile(period, effort.size)[: effort.size] + np.where(
+            periods > settles_after, 0.0, 1e-5 * periods
+        )
         return SimpleNamespace(position=position, status=Status.OK)
 
     monkeypatch.setitem(open_loop_of.__globals__, "run_open_loop", run)
-    position, _ = open_loop_of(record(np.tile([1.0, 3.0, 2.0, -4.0], 3)), Axis(), slice(0, 12), 1).position(PLANT, FILM)
+    position, _ = open_loop_of(
+        record(np.tile([1.0, 3.0, 2.0, -4.0], 3)), Axis(), slice(0, 12), 1
+    ).position(PLANT, FILM)
     assert requested == leads
     assert position == pytest.approx(np.tile(period, 3), abs=2e-4)
 
@@ -215,7 +243,10 @@ def test_an_open_loop_needs_a_recorded_effort():
 
 @pytest.mark.parametrize(
     ("effort", "axis", "periods"),
-    [(np.arange(9.0), Axis(periodic=False), {}), (np.tile([1.0, -2.0, 3.0, 0.5], 4), Axis(), {"periods": 4.0})],
+    [
+        (np.arange(9.0), Axis(periodic=False), {}),
+        (np.tile([1.0, -2.0, 3.0, 0.5], 4), Axis(), {"periods": 4.0}),
+    ],
 )
 def test_the_initial_condition_is_reported(effort, axis, periods):
     diagnostic = open_loop_of(record(effort), axis, slice(0, len(effort))).diagnostic

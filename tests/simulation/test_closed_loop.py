@@ -37,7 +37,9 @@ def log_of(position, effort=None, **changes):
     channels = {
         "time": Channel(time, "s", "t"),
         "position": Channel(np.asarray(position, float), "m", "q"),
-        "effort": Channel(np.ones(time.size) if effort is None else np.asarray(effort, float), "N", "u"),
+        "effort": Channel(
+            np.ones(time.size) if effort is None else np.asarray(effort, float), "N", "u"
+        ),
         "reference": Channel(np.asarray(position, float) + 0.01, "m", "r"),
     }
     return Log(**(channels | {"sample_time": DT, "segments": (slice(0, time.size),)} | changes))
@@ -54,7 +56,9 @@ def test_a_motion_begins_with_the_velocity_and_the_acceleration_of_a_cubic(first
     t = DT * first
     begun = beginning_of(log_of(cubic()), first, resolution)
     assert begun.x == cubic()[first]
-    assert (begun.v, begun.acceleration) == pytest.approx((0.2 + t - 1.2 * t**2, 1.0 - 2.4 * t), rel=1e-6)
+    assert (begun.v, begun.acceleration) == pytest.approx(
+        (0.2 + t - 1.2 * t**2, 1.0 - 2.4 * t), rel=1e-6
+    )
     assert begun.moves is True
 
 
@@ -65,15 +69,23 @@ def straight(reach):
 
 def test_a_motion_is_looked_at_over_as_few_samples_as_a_hundred_counts_take():
     # Eight samples of 5 mm span 35 mm.
-    enough, too_few = (beginning_of(log_of(straight((4, 3))), 100, resolution) for resolution in (3.4e-4, 3.6e-4))
+    enough, too_few = (
+        beginning_of(log_of(straight((4, 3))), 100, resolution) for resolution in (3.4e-4, 3.6e-4)
+    )
     assert enough.v == pytest.approx(0.5)
     assert too_few.v < 0.49
 
 
 @pytest.mark.parametrize("resolution", [None, 0.0, 1e-2])
-@pytest.mark.parametrize(("reach", "is_enough"), [((20, 20), True), ((20, 19), False), ((19, 20), False)])
-def test_a_motion_of_few_counts_is_looked_at_over_twenty_samples_to_either_side(resolution, reach, is_enough):
-    assert (beginning_of(log_of(straight(reach)), 100, resolution).v == pytest.approx(0.5)) is is_enough
+@pytest.mark.parametrize(
+    ("reach", "is_enough"), [((20, 20), True), ((20, 19), False), ((19, 20), False)]
+)
+def test_a_motion_of_few_counts_is_looked_at_over_twenty_samples_to_either_side(
+    resolution, reach, is_enough
+):
+    assert (
+        beginning_of(log_of(straight(reach)), 100, resolution).v == pytest.approx(0.5)
+    ) is is_enough
 
 
 @pytest.mark.parametrize(("counts", "moves"), [(1, False), (2, True)])
@@ -108,7 +120,14 @@ def axis_of(**changes):
 def test_a_loop_has_the_values_of_axis_and_log():
     log = log_of(cubic(), 3.0 + np.arange(100.0), injected=(Channel(np.full(100, 0.5), "N", "d"),))
     loop = closed_loop_of(log, axis_of(effort_limit=50.0), slice(20, 80))
-    values = {"count": 60, "sample_time": DT, "limit": 50.0, "resolution": 1e-6, "lag": 1e-3, "effort_before": 23.0}
+    values = {
+        "count": 60,
+        "sample_time": DT,
+        "limit": 50.0,
+        "resolution": 1e-6,
+        "lag": 1e-3,
+        "effort_before": 23.0,
+    }
     assert {name: getattr(loop, name) for name in values} == values
     assert loop.injected.tolist() == [0.5] * 60
     assert loop.desired[0] == pytest.approx(cubic()[20:80] + 0.01)
@@ -120,7 +139,12 @@ def test_a_loop_has_the_values_of_axis_and_log():
 @pytest.mark.parametrize(
     ("changes", "axis", "options", "words"),
     [
-        ({}, Axis(), (), r"axis.controller: is needed to predict the closed loop.*or use --mode inverse"),
+        (
+            {},
+            Axis(),
+            (),
+            r"axis.controller: is needed to predict the closed loop.*or use --mode inverse",
+        ),
         (
             {"reference": None},
             Axis(controller=LAW),
@@ -129,7 +153,9 @@ def test_a_loop_has_the_values_of_axis_and_log():
         ),
     ],
 )
-def test_a_loop_that_lacks_its_controller_or_its_reference_is_refused(changes, axis, options, words):
+def test_a_loop_that_lacks_its_controller_or_its_reference_is_refused(
+    changes, axis, options, words
+):
     with pytest.raises(InputError, match=words):
         closed_loop_of(replace(log_of(cubic()), **changes), axis, slice(0, 100), *options)
 
@@ -147,7 +173,10 @@ def test_a_loop_that_lacks_its_controller_or_its_reference_is_refused(changes, a
     ],
 )
 def test_a_log_with_the_data_of_a_loop_can_be_simulated(changes, controller, loop, can):
-    assert can_be_simulated(replace(log_of(cubic()), **changes), Axis(controller=controller), loop) is can
+    assert (
+        can_be_simulated(replace(log_of(cubic()), **changes), Axis(controller=controller), loop)
+        is can
+    )
 
 
 def test_a_loop_elsewhere_on_the_axis_is_moved_as_a_whole():
@@ -165,13 +194,21 @@ def test_an_integral_resumes_with_the_effort_that_the_law_lacks():
     loop = closed_loop_of(still, axis_of(), slice(10, 60))
     assert loop.resumed_effort == pytest.approx(17.0 - 19.5 + 10.0)
     pushed = replace(still, injected=(Channel(np.full(100, 4.0), "N", "d"),))
-    assert closed_loop_of(pushed, axis_of(), slice(10, 60)).resumed_effort == pytest.approx(13.0 - 19.5 + 10.0)
-    assert resumed_effort_at(LAW, loop.desired, replace(still, effort=None), 10, loop.beginning) is None
+    assert closed_loop_of(pushed, axis_of(), slice(10, 60)).resumed_effort == pytest.approx(
+        13.0 - 19.5 + 10.0
+    )
+    assert (
+        resumed_effort_at(LAW, loop.desired, replace(still, effort=None), 10, loop.beginning)
+        is None
+    )
 
 
 def test_a_loop_runs_from_where_the_log_begins_by_its_own_drive():
     loop = closed_loop_of(log_of(cubic()), axis_of(), slice(20, 60))
-    plain, other = loop.run(PLANT, FILM), loop.run(PLANT, FILM, lag=0.1, disturbance=np.full(40, 3.0))
+    plain, other = (
+        loop.run(PLANT, FILM),
+        loop.run(PLANT, FILM, lag=0.1, disturbance=np.full(40, 3.0)),
+    )
     assert plain.position[0] == cubic()[20]
     assert plain.velocity[0] == pytest.approx(loop.beginning.v)
     assert plain.measured / 1e-6 == pytest.approx(np.round(plain.measured / 1e-6), abs=1e-6)
@@ -185,7 +222,11 @@ def test_an_open_loop_leaves_out_the_samples_before_its_velocity_is_known():
         Stretch.of(log, Axis(at_rest=rest), loop, slice(5, 90))
         for loop, rest in (("open-loop", False), ("closed-loop", False), ("open-loop", True))
     )
-    assert [item.samples for item in (opened, closed, rested)] == [slice(25, 90), slice(5, 90), slice(5, 90)]
+    assert [item.samples for item in (opened, closed, rested)] == [
+        slice(25, 90),
+        slice(5, 90),
+        slice(5, 90),
+    ]
     assert (opened.count, closed.count) == (65, 85)
     assert opened.position.tolist() == cubic()[25:90].tolist()
     assert Stretch.of(log, Axis(), "open-loop", slice(5, 15)).count == -10
@@ -207,7 +248,12 @@ def test_an_open_loop_continues_from_the_state_of_the_log(hold):
 
 
 def test_an_open_loop_from_rest_begins_at_the_first_sample_with_a_note():
-    stretch = Stretch.of(log_of(np.zeros(60), np.linspace(0.0, 3.0, 60)), Axis(at_rest=True, periodic=False), "open-loop", slice(0, 60))
+    stretch = Stretch.of(
+        log_of(np.zeros(60), np.linspace(0.0, 3.0, 60)),
+        Axis(at_rest=True, periodic=False),
+        "open-loop",
+        slice(0, 60),
+    )
     course = stretch.run(PLANT, FILM, np.zeros(60))
     assert [item.code for item in course.diagnostics] == ["start_of_contact"]
     plain = run_open_loop(PLANT, FILM, np.repeat(np.linspace(0.0, 3.0, 60), 20), DT / 20)
@@ -216,7 +262,10 @@ def test_an_open_loop_from_rest_begins_at_the_first_sample_with_a_note():
 
 def test_a_closed_loop_returns_measured_position_and_commanded_effort():
     stretch = Stretch.of(log_of(cubic()), axis_of(), "closed-loop", slice(0, 40))
-    course, trace = stretch.run(PLANT, FILM, np.zeros(40)), closed_loop_of(log_of(cubic()), axis_of(), slice(0, 40)).run(PLANT, FILM)
+    course, trace = (
+        stretch.run(PLANT, FILM, np.zeros(40)),
+        closed_loop_of(log_of(cubic()), axis_of(), slice(0, 40)).run(PLANT, FILM),
+    )
     assert course.position.tolist() == trace.measured.tolist()
     assert course.command.tolist() == trace.command.tolist()
     assert course.diagnostics == ()
@@ -228,8 +277,16 @@ def test_a_closed_loop_returns_measured_position_and_commanded_effort():
 def test_derivatives_of_a_loop_come_with_the_effort_of_its_run_through_a_perfect_encoder(lag):
     loop = closed_loop_of(log_of(cubic(), 3.0 + np.arange(100.0)), axis_of(), slice(20, 40))
     plain = loop.run(PLANT, FILM, encoder(resolution=0.0), lag=lag)
-    tangents = (np.zeros((pack(PLANT.parameters).size, 1)), np.ones((pack(FILM.parameters).size, 1)))
-    effort, slopes = loop.with_derivatives(Sensitive(PLANT, tangents[0]), Sensitive(FILM, tangents[1]), lag, np.zeros(1))
+    tangents = (
+        np.zeros((pack(PLANT.parameters).size, 1)),
+        np.ones((pack(FILM.parameters).size, 1)),
+    )
+    effort, slopes = loop.with_derivatives(
+        Sensitive(PLANT, tangents[0]), Sensitive(FILM, tangents[1]), lag, np.zeros(1)
+    )
     assert effort.tolist() == plain.command.tolist()
-    beside = [loop.run(PLANT, friction.viscous(F_v=5.0 + step), encoder(resolution=0.0), lag=lag).command for step in (1e-4, -1e-4)]
+    beside = [
+        loop.run(PLANT, friction.viscous(F_v=5.0 + step), encoder(resolution=0.0), lag=lag).command
+        for step in (1e-4, -1e-4)
+    ]
     assert slopes[:, 0] == pytest.approx((beside[0] - beside[1]) / 2e-4, rel=1e-3, abs=1e-6)

@@ -19,7 +19,17 @@ from bristle.simulation.statistics import (
     worst_reversal,
 )
 
-SIGNALS = ("time", "reference", "measured", "position", "velocity", "command", "effort", "feedforward", "friction")
+SIGNALS = (
+    "time",
+    "reference",
+    "measured",
+    "position",
+    "velocity",
+    "command",
+    "effort",
+    "feedforward",
+    "friction",
+)
 
 
 def variant(name="base", **changes):
@@ -48,9 +58,14 @@ def test_a_signal_that_diverged_has_the_numbers_that_are_left():
     assert (result.rms, result.max, result.min) == (math.inf, 1e200, -1e200)
 
 
-@pytest.mark.parametrize(("predicted", "percent"), [([3.0, 4.0], 0.0), ([0.0, 0.0], 100.0), ([3.0, 3.0], 20.0), ([6.0, 8.0], 100.0)])
+@pytest.mark.parametrize(
+    ("predicted", "percent"),
+    [([3.0, 4.0], 0.0), ([0.0, 0.0], 100.0), ([3.0, 3.0], 20.0), ([6.0, 8.0], 100.0)],
+)
 def test_an_error_is_percent_of_the_signal(predicted, percent):
-    assert relative_error_percent(np.array([3.0, 4.0]), np.array(predicted)) == pytest.approx(percent)
+    assert relative_error_percent(np.array([3.0, 4.0]), np.array(predicted)) == pytest.approx(
+        percent
+    )
 
 
 def test_a_signal_of_zeros_has_no_percent_error():
@@ -59,10 +74,20 @@ def test_a_signal_of_zeros_has_no_percent_error():
 
 def test_the_numbers_of_a_variant_have_their_names():
     numbers = variant().as_dict()
-    assert list(numbers) == ["following_error", "true_error", "by_direction", "effort", "motion", "status", "runs"]
+    assert list(numbers) == [
+        "following_error",
+        "true_error",
+        "by_direction",
+        "effort",
+        "motion",
+        "status",
+        "runs",
+    ]
     assert numbers["following_error"]["rms"] == 2e-3
     assert numbers["true_error"]["rms"] == 3e-3
-    assert numbers["by_direction"]["forward"] == dict(zip(("peak_to_peak", "mean", "std", "rms", "min", "max"), range(6), strict=True))
+    assert numbers["by_direction"]["forward"] == dict(
+        zip(("peak_to_peak", "mean", "std", "rms", "min", "max"), range(6), strict=True)
+    )
     assert numbers["effort"] == {"rms": 4.0, "peak": 5.0}
     assert numbers["motion"]["max"] == 8e-3
     assert (numbers["status"], numbers["runs"]) == (Status.OK.sentence, 1)
@@ -94,18 +119,31 @@ def test_the_card_of_an_open_loop_has_its_motion_and_no_error():
     assert not variant().is_open
     assert not variant(reference=np.array([np.nan, 1.0])).is_open
     assert not variant(reference=np.zeros(0)).is_open
-    assert opened._remarks()[:3] == ["Position, peak to peak: 6 mm", "lowest: 7 mm", "highest: 8 mm"]
+    assert opened._remarks()[:3] == [
+        "Position, peak to peak: 6 mm",
+        "lowest: 7 mm",
+        "highest: 8 mm",
+    ]
 
 
 def test_numbers_of_several_runs_are_means_with_the_spread_of_a_sample_and_the_signals_of_the_first():
     nine = Statistics(*[9.0] * 6)
     runs = [
         variant(effort_rms=4.0, trials=(1.0, 3.0)),
-        variant(effort_rms=6.0, trials=(3.0, 5.0), effort=np.full(4, 9.0), motion=nine, true_error=nine, status=Status.SOLVE_INACCURATE),
+        variant(
+            effort_rms=6.0,
+            trials=(3.0, 5.0),
+            effort=np.full(4, 9.0),
+            motion=nine,
+            true_error=nine,
+            status=Status.SOLVE_INACCURATE,
+        ),
     ]
     result = mean_result(runs)
     assert (result.effort_rms, result.effort_peak, result.trials) == (5.0, 5.0, (2.0, 4.0))
-    assert (result.motion.peak_to_peak, result.true_error.rms) == pytest.approx((0.5 * 9.006, 0.5 * 9.003))
+    assert (result.motion.peak_to_peak, result.true_error.rms) == pytest.approx(
+        (0.5 * 9.006, 0.5 * 9.003)
+    )
     assert (result.status, result.runs) == (Status.SOLVE_INACCURATE, 2)
     assert result.spread["effort"] == {"rms": pytest.approx(math.sqrt(2.0)), "peak": 0.0}
     assert result.spread["by_direction"]["forward"]["max"] == 0.0
@@ -114,19 +152,29 @@ def test_numbers_of_several_runs_are_means_with_the_spread_of_a_sample_and_the_s
 
 
 def test_a_mean_of_one_run_is_the_run_and_a_diverged_run_represents_all():
-    single, lost = mean_result([variant()]), mean_result([variant(), variant(status=Status.NOT_FINITE, effort_rms=7.0)])
+    single, lost = (
+        mean_result([variant()]),
+        mean_result([variant(), variant(status=Status.NOT_FINITE, effort_rms=7.0)]),
+    )
     assert (single.spread, single.runs) == ({}, 1)
     assert (lost.effort_rms, lost.runs, lost.spread) == (7.0, 2, {})
 
 
 def result_of(*variants, refused=()):
-    return SimulationResult(Experiment("bench", "translational", ()), {item.name: item for item in variants}, dict(refused))
+    return SimulationResult(
+        Experiment("bench", "translational", ()),
+        {item.name: item for item in variants},
+        dict(refused),
+    )
 
 
 def test_an_experiment_has_a_card():
     card = result_of(variant(), variant("other"), refused={"third": "has no gains"})._card()
     assert result_of(variant())._card().title == "bench: 1 variant simulated"
-    assert (card.title, card.heads[1]) == ("bench: 2 variants simulated", "Following error, peak to peak")
+    assert (card.title, card.heads[1]) == (
+        "bench: 2 variants simulated",
+        "Following error, peak to peak",
+    )
     assert [row[0] for row in card.rows] == ["base", "other"]
     assert card.remarks == ("third was not simulated: has no gains",)
 
@@ -161,8 +209,16 @@ def test_an_experiment_is_plain_data_and_a_table():
 
 
 def prediction(**changes):
-    values = {"effort": np.array([1.0, 2.0, 3.0, 4.0]), "effort_predicted": np.array([1.0, 2.5, 3.0, 6.0]), "half_width": np.full(4, 0.5)}
-    values |= {"position": np.zeros(4), "position_predicted": np.array([0.0, 0.0, 0.0, 1.0]), "position_half_width": np.full(4, 0.1)}
+    values = {
+        "effort": np.array([1.0, 2.0, 3.0, 4.0]),
+        "effort_predicted": np.array([1.0, 2.5, 3.0, 6.0]),
+        "half_width": np.full(4, 0.5),
+    }
+    values |= {
+        "position": np.zeros(4),
+        "position_predicted": np.array([0.0, 0.0, 0.0, 1.0]),
+        "position_half_width": np.full(4, 0.1),
+    }
     metrics = {"force_error_percent": 12.3456, "position_error_percent": None, "position_unit": "m"}
     return Prediction("inverse", np.arange(4.0), metrics=metrics, **(values | changes))
 
@@ -183,17 +239,31 @@ def test_the_share_of_samples_inside_a_band(changes, effort, position):
 
 
 @pytest.mark.parametrize(
-    ("metrics", "kind"), [({"position_unit": "m"}, "translational"), ({"position_unit": "rad"}, "rotational"), ({}, "translational")]
+    ("metrics", "kind"),
+    [
+        ({"position_unit": "m"}, "translational"),
+        ({"position_unit": "rad"}, "rotational"),
+        ({}, "translational"),
+    ],
 )
 def test_the_unit_of_the_position_sets_the_kind_of_a_prediction(metrics, kind):
     assert replace(prediction(), metrics=metrics).kind == kind
 
 
 def test_a_prediction_has_a_card():
-    result = prediction(diagnostics=(Diagnostic("filtered", "", "note", {"cutoff": 100.0}), Diagnostic("at_bound", "F_C", "warning")))
+    result = prediction(
+        diagnostics=(
+            Diagnostic("filtered", "", "note", {"cutoff": 100.0}),
+            Diagnostic("at_bound", "F_C", "warning"),
+        )
+    )
     assert result._title() == "Prediction (inverse) of 4 samples, translational"
     remarks = result._remarks()
-    assert remarks[:3] == ["error of the effort: 12.3 %", "inside the band of the effort: 75 %", "inside the band of the position: 75 %"]
+    assert remarks[:3] == [
+        "error of the effort: 12.3 %",
+        "inside the band of the effort: 75 %",
+        "inside the band of the position: 75 %",
+    ]
     assert remarks[-2:] == ["note: filtered", "warning: at_bound F_C"]
 
 

@@ -47,11 +47,16 @@ def test_errors_compare_the_reference_with_both_positions_after_the_settling_tim
     result = ran(loop(sensor=sensors.encoder(resolution=5e-3), run=run))
     assert result.time == pytest.approx(DT * np.arange(40))
     assert result.reference == pytest.approx(loop().reference.values["position"])
-    following, true = (statistics_of((result.reference - signal)[first:]) for signal in (result.measured, result.position))
+    following, true = (
+        statistics_of((result.reference - signal)[first:])
+        for signal in (result.measured, result.position)
+    )
     assert (result.following_error, result.true_error) == (following, true)
     assert following != true
     effort = result.effort[first:]
-    assert (result.effort_rms, result.effort_peak) == pytest.approx((np.sqrt(np.mean(effort**2)), np.max(np.abs(effort))))
+    assert (result.effort_rms, result.effort_peak) == pytest.approx(
+        (np.sqrt(np.mean(effort**2)), np.max(np.abs(effort)))
+    )
     assert result.motion == statistics_of(result.position[first:])
 
 
@@ -70,7 +75,9 @@ def test_an_additional_effort_is_added_to_the_feedforward():
 
 
 def test_feedforward_along_the_measured_motion_is_part_of_the_result():
-    result = ran(loop(feedforward=Feedforward(friction=friction.coulomb(F_C=3.0), along="measured")))
+    result = ran(
+        loop(feedforward=Feedforward(friction=friction.coulomb(F_C=3.0), along="measured"))
+    )
     assert np.max(result.feedforward) == pytest.approx(3.0)
     assert np.all(ran(loop()).feedforward == 0.0)
 
@@ -78,14 +85,24 @@ def test_feedforward_along_the_measured_motion_is_part_of_the_result():
 def test_an_effort_needs_one_value_for_each_sample():
     driven = loop(controller=controllers.open_loop(), effort=Effort(np.ones(40)))
     assert ran(driven).effort.tolist() == [1.0] * 40
-    with pytest.raises(InputError, match=r"effort: has another length than the run; found '?39.*allowed 40 samples"):
+    with pytest.raises(
+        InputError, match=r"effort: has another length than the run; found '?39.*allowed 40 samples"
+    ):
         ran(replace(driven, effort=Effort(np.ones(39))))
 
 
 def test_an_effort_with_a_disturbance_runs_by_steps_or_by_a_tolerance():
     push, unseen = np.full(40, 9.0), np.full(40, 2.0)
-    driven = loop(controller=controllers.open_loop(), effort=Effort(push), disturbance=unseen, reference=at_rest("translational"))
-    runs = [Run(duration=40 * DT, sample_time=DT, effort_limit=8.0, **way) for way in ({"substeps": 50}, {"tolerance": 1e-6})]
+    driven = loop(
+        controller=controllers.open_loop(),
+        effort=Effort(push),
+        disturbance=unseen,
+        reference=at_rest("translational"),
+    )
+    runs = [
+        Run(duration=40 * DT, sample_time=DT, effort_limit=8.0, **way)
+        for way in ({"substeps": 50}, {"tolerance": 1e-6})
+    ]
     steps, exact = (ran(replace(driven, run=run)) for run in runs)
     assert steps.position == pytest.approx(exact.position, abs=1e-5)
     for result in (steps, exact):
@@ -100,7 +117,11 @@ def test_a_motion_in_progress_starts_in_its_steady_state():
     start = Start(0.2, 0.1, 0.0, 3.5)
     bristles = friction.lugre(F_C=3.0, F_S=3.0, v_S=1.0, sigma_0=1e4, sigma_1=0.0, sigma_2=5.0)
     position = 0.2 + 0.1 * DT * np.arange(40)
-    moving = loop(friction=bristles, start=start, reference=references.recorded(position=position, sample_time=DT))
+    moving = loop(
+        friction=bristles,
+        start=start,
+        reference=references.recorded(position=position, sample_time=DT),
+    )
     result = ran(moving)
     assert (result.position[0], result.velocity[0]) == (0.2, 0.1)
     # Its bristles are deflected from the first sample on.
@@ -120,8 +141,16 @@ def test_each_run_has_separate_random_numbers():
 
 def test_progress_counts_the_runs_of_all_variants():
     seen = []
-    first = loop(20, name="first", sensor=sensors.encoder(noise=1e-4), run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=3))
-    result = simulate(Experiment("bench", "translational", (first, loop(20, name="second"))), lambda *reported: seen.append(reported))
+    first = loop(
+        20,
+        name="first",
+        sensor=sensors.encoder(noise=1e-4),
+        run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=3),
+    )
+    result = simulate(
+        Experiment("bench", "translational", (first, loop(20, name="second"))),
+        lambda *reported: seen.append(reported),
+    )
     assert seen == [(0.0, "first"), (0.25, "first"), (0.5, "first"), (0.75, "second")]
     assert [item.runs for item in result.variants.values()] == [3, 1]
     assert result.variants["first"].following_error.rms > 0.0
@@ -137,13 +166,25 @@ def trials(learning, gain=1.0, diverges_at=99):
         requested.append((desired, number))
         error = wave - gain * desired[3]
         status = Status.NOT_FINITE if len(requested) == diverges_at else Status.OK
-        return Result(error, np.zeros(400), SimpleNamespace(peak_to_peak=float(np.ptp(error))), status, controller=f"law {len(laws)}")
+        return Result(
+            error,
+            np.zeros(400),
+            SimpleNamespace(peak_to_peak=float(np.ptp(error))),
+            status,
+            controller=f"law {len(laws)}",
+        )
 
     desired = np.stack([np.full(400, float(k)) for k in range(4)]) * [[1.0], [1.0], [1.0], [0.0]]
-    variant = SimpleNamespace(learning=learning, run=SimpleNamespace(sample_time=1e-3), controller="law 0")
+    variant = SimpleNamespace(
+        learning=learning, run=SimpleNamespace(sample_time=1e-3), controller="law 0"
+    )
     with pytest.MonkeyPatch.context() as patched:
         patched.setitem(learn.__globals__, "_simulate_once", once)
-        patched.setitem(learn.__globals__, "replace", lambda item, **changes: type(item)(**(vars(item) | changes)))
+        patched.setitem(
+            learn.__globals__,
+            "replace",
+            lambda item, **changes: type(item)(**(vars(item) | changes)),
+        )
         result = learn(variant, desired, 7)
     # Each trial begins with what the law has learned in the trial before.
     assert laws == [f"law {number}" for number in range(len(laws))]
@@ -155,7 +196,12 @@ class Result(SimpleNamespace):
 
     def __init__(self, reference, measured, following_error, status, trials=(), controller=None):
         super().__init__(
-            reference=reference, measured=measured, following_error=following_error, status=status, trials=trials, controller=controller
+            reference=reference,
+            measured=measured,
+            following_error=following_error,
+            status=status,
+            trials=trials,
+            controller=controller,
         )
 
 
@@ -183,20 +229,34 @@ def test_a_trial_that_diverges_is_the_last():
 
 
 def test_a_loop_learns_below_half_its_sampling_frequency():
-    with pytest.raises(InputError, match=r"controller.learning.cutoff: out of range; found '?500.*allowed < 500 Hz"):
+    with pytest.raises(
+        InputError, match=r"controller.learning.cutoff: out of range; found '?500.*allowed < 500 Hz"
+    ):
         trials(Learning(trials=2, k_e=0.5, k_d=0.0, cutoff=500.0))
 
 
 def test_the_first_run_has_the_random_numbers_of_the_variant():
-    result = ran(loop(20, sensor=NOISY, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2)))
+    result = ran(
+        loop(20, sensor=NOISY, run=Run(duration=20 * DT, sample_time=DT, substeps=1, seeds=2))
+    )
     assert result.measured == pytest.approx(sensed(NOISY, result.position, DT), abs=1e-15)
 
 
 def test_a_law_takes_over_position_velocity_and_acceleration_of_the_first_sample(monkeypatch):
     t, asked = DT * np.arange(40), []
     run_closed_loop = module.run_closed_loop
-    monkeypatch.setattr(module, "run_closed_loop", lambda *loop, **facts: asked.append(facts) or run_closed_loop(*loop, **facts))
-    ran(loop(reference=references.recorded(position=0.2 + 0.1 * t + 0.5 * t**2 + 2.0 * t**3, sample_time=DT)))
+    monkeypatch.setattr(
+        module,
+        "run_closed_loop",
+        lambda *loop, **facts: asked.append(facts) or run_closed_loop(*loop, **facts),
+    )
+    ran(
+        loop(
+            reference=references.recorded(
+                position=0.2 + 0.1 * t + 0.5 * t**2 + 2.0 * t**3, sample_time=DT
+            )
+        )
+    )
     desired = references.recorded(position=0.2 + 0.1 * t + 0.5 * t**2 + 2.0 * t**3, sample_time=DT)
     first = [float(signal[0]) for signal in desired.component.sample(t, desired.parameters)]
     (facts,) = asked

@@ -11,9 +11,13 @@ from bristle.simulation.compensation import feedforward_effort
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 DT = 1e-3
-ARM = br.plants.find("inertia+gravity", ["g_sin"])(kind="rotational", M=truth.J, g_sin=truth.GRAVITY)
+ARM = br.plants.find("inertia+gravity", ["g_sin"])(
+    kind="rotational", M=truth.J, g_sin=truth.GRAVITY
+)
 PLAIN = {"F_C": truth.F_C, "F_v": truth.F_V}
-GEARED = br.friction.find("coulomb_viscous+transmitted")(kind="rotational", **PLAIN, c_T=truth.SHARE)
+GEARED = br.friction.find("coulomb_viscous+transmitted")(
+    kind="rotational", **PLAIN, c_T=truth.SHARE
+)
 LEVEL = br.friction.coulomb_viscous(kind="rotational", **PLAIN)
 
 
@@ -28,14 +32,21 @@ def test_built_in_feedforward_of_a_law_passes_the_gear_as_well():
 def test_without_a_plant_the_feedforward_is_transmitted():
     _, q, _, a = truth.swing(2.0, 1)
     fed = feedforward_effort(Feedforward(mass=truth.J, plant=ARM, friction=GEARED), q, a, DT)
-    known = feedforward_effort(Feedforward(mass=truth.J, plant=ARM, friction=GEARED, carries=ARM), q, a, DT)
+    known = feedforward_effort(
+        Feedforward(mass=truth.J, plant=ARM, friction=GEARED, carries=ARM), q, a, DT
+    )
     assert fed == pytest.approx(known, abs=1e-15)
 
 
 def test_a_plant_without_an_inverse_is_refused():
     screw = br.plants.ball_screw(**br.plants.ball_screw.example, kind=GEARED.kind)
-    with pytest.raises(br.core.InputError, match=r"without inverse dynamics.*the transmitted effort is the effort of the feedforward"):
-        feedforward_effort(Feedforward(friction=GEARED, carries=screw), np.arange(3.0), np.zeros(3), DT)
+    with pytest.raises(
+        br.core.InputError,
+        match=r"without inverse dynamics.*the transmitted effort is the effort of the feedforward",
+    ):
+        feedforward_effort(
+            Feedforward(friction=GEARED, carries=screw), np.arange(3.0), np.zeros(3), DT
+        )
 
 
 def followed(**fed):
@@ -50,7 +61,9 @@ def followed(**fed):
         Feedforward(mass=truth.J, plant=ARM, **fed),
         Run(duration=2.4, sample_time=4e-3, delay=1, settle=0.4, substeps=2),
     )
-    return br.simulate(Experiment("one", "rotational", (variant,))).variants["arm"].following_error.rms
+    return (
+        br.simulate(Experiment("one", "rotational", (variant,))).variants["arm"].following_error.rms
+    )
 
 
 @pytest.mark.parametrize("along", ["desired", "measured"])
@@ -63,7 +76,9 @@ def test_a_loop_follows_better_by_it_along_either_motion(along):
 def test_transmitted_effort_along_measured_motion_is_that_of_the_named_plant():
     with_it = followed(friction=GEARED, along="measured", carries=ARM)
     assert with_it == pytest.approx(followed(friction=GEARED, along="measured"), rel=1e-6)
-    assert with_it < 0.9 * followed(friction=GEARED, along="measured", carries=br.plants.inertia(kind="rotational", M=1e-9))
+    assert with_it < 0.9 * followed(
+        friction=GEARED, along="measured", carries=br.plants.inertia(kind="rotational", M=1e-9)
+    )
 
 
 J, M, LEAD, TORQUE = 2e-3, 50.0, 0.02, 3.0
@@ -88,7 +103,9 @@ def test_the_friction_of_a_motor_rises_with_all_that_it_turns_and_pulls():
 def test_the_friction_of_a_table_rises_with_its_driving_force():
     table = br.friction.find("coulomb+transmitted")(F_C=100.0, c_T=0.25)
     expected = 0.5 * (TORQUE - 100.0 * ARM_OF_SCREW) / (J + 1.25 * M * ARM_OF_SCREW**2)
-    assert turned_by(br.friction.viscous(kind="rotational", F_v=0.0), table) == pytest.approx(expected, rel=2e-3)
+    assert turned_by(br.friction.viscous(kind="rotational", F_v=0.0), table) == pytest.approx(
+        expected, rel=2e-3
+    )
 
 
 EXPERIMENT = """
@@ -125,6 +142,8 @@ sample_time = 1e-3
 def test_an_experiment_file_finds_the_transmitted_effort_by_default():
     risen = EXPERIMENT.format(model="coulomb_viscous+transmitted", share="c_T = 0.25").encode()
     plain = EXPERIMENT.format(model="coulomb_viscous", share="").encode()
-    carries, nothing = (br.read_experiment(text).variants[0].feedforward.carries for text in (risen, plain))
+    carries, nothing = (
+        br.read_experiment(text).variants[0].feedforward.carries for text in (risen, plain)
+    )
     assert carries == ARM
     assert nothing is None

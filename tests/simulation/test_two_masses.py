@@ -22,11 +22,15 @@ FILM = friction.coulomb_viscous
 MOTOR = FILM(kind="rotational", F_C=0.0, F_v=2e-3)
 TABLE = FILM(F_C=0.0, F_v=900.0)
 DRY = FILM(F_C=200.0, F_v=0.0)
-WHOLE = Feedforward(mass=J + M * ARM**2, friction=FILM(kind="rotational", F_C=0.0, F_v=2e-3 + 900.0 * ARM**2))
+WHOLE = Feedforward(
+    mass=J + M * ARM**2, friction=FILM(kind="rotational", F_C=0.0, F_v=2e-3 + 900.0 * ARM**2)
+)
 
 
 def screw(**values):
-    return plants.ball_screw(kind="rotational", **({"J": J, "M": M, "lead": LEAD, "k": K, "d": 1500.0} | values))
+    return plants.ball_screw(
+        kind="rotational", **({"J": J, "M": M, "lead": LEAD, "k": K, "d": 1500.0} | values)
+    )
 
 
 def motion(count=4000, size=20.0, rate=4.0):
@@ -50,9 +54,14 @@ def test_the_effort_alone_moves_the_table_along_the_desired_motion():
     # In open loop, on the plant of the simulation: an error of a mass, of the stiffness or of a friction would show.
     position, acceleration = motion()
     missed, unaware = (
-        np.max(np.abs(run_open_loop(screw(), MOTOR, effort, DT, table=TABLE, steps=4).position - position))
+        np.max(
+            np.abs(
+                run_open_loop(screw(), MOTOR, effort, DT, table=TABLE, steps=4).position - position
+            )
+        )
         for effort in (
-            feedforward_effort(fed, position, acceleration, DT) for fed in (Feedforward(plant=screw(), friction=MOTOR, table=TABLE), WHOLE)
+            feedforward_effort(fed, position, acceleration, DT)
+            for fed in (Feedforward(plant=screw(), friction=MOTOR, table=TABLE), WHOLE)
         )
     )
     assert missed < 1e-4 * np.ptp(position)
@@ -64,8 +73,13 @@ def test_the_motor_of_the_simulation_turns_as_its_reference(damping):
     position, acceleration = motion()
     damped = screw(d=damping)
     fed = Feedforward(plant=damped, friction=MOTOR, table=TABLE)
-    trace = run_open_loop(damped, MOTOR, feedforward_effort(fed, position, acceleration, DT), DT, table=TABLE, steps=4)
-    lead, twist = motor_reference(fed, position, acceleration, DT) - position, trace.motor_position - trace.position
+    trace = run_open_loop(
+        damped, MOTOR, feedforward_effort(fed, position, acceleration, DT), DT, table=TABLE, steps=4
+    )
+    lead, twist = (
+        motor_reference(fed, position, acceleration, DT) - position,
+        trace.motor_position - trace.position,
+    )
     assert np.max(np.abs(lead - twist)[1500:3900]) < 0.005 * np.ptp(twist)
 
 
@@ -73,7 +87,9 @@ def test_a_stiff_screw_needs_the_feedforward_of_one_mass():
     position, acceleration = motion()
     stiff = Feedforward(plant=screw(k=1e13), friction=MOTOR, table=TABLE)
     effort = feedforward_effort(WHOLE, position, acceleration, DT)
-    assert feedforward_effort(stiff, position, acceleration, DT) == pytest.approx(effort, abs=5e-3 * np.max(np.abs(effort)))
+    assert feedforward_effort(stiff, position, acceleration, DT) == pytest.approx(
+        effort, abs=5e-3 * np.max(np.abs(effort))
+    )
     assert motor_reference(stiff, position, acceleration, DT) == pytest.approx(position, abs=1e-6)
 
 
@@ -81,7 +97,11 @@ def test_dry_friction_winds_the_screw_up_and_the_motor_crosses_the_gap_once_for_
     position, acceleration = strokes()
     gap, places, sides = 40e-6, [1000, 1950, 2999], np.array([1.0, 1.0, -1.0])
     tight, loose = (
-        motor_reference(Feedforward(plant=screw(backlash=wide), table=DRY), position, acceleration, DT) - position for wide in (0.0, gap)
+        motor_reference(
+            Feedforward(plant=screw(backlash=wide), table=DRY), position, acceleration, DT
+        )
+        - position
+        for wide in (0.0, gap)
     )
     # In the middle of a stroke the acceleration is zero, and the friction holds the screw wound up in the rest.
     assert tight[places] == pytest.approx(sides * 200.0 / (K * ARM), rel=1e-3)
@@ -139,7 +159,9 @@ def loops(sensor_at="motor"):
         feedforward=Feedforward(mass=J + M * ARM**2, friction=SUM),
         run=Run(6.0, DT, substeps=4, settle=2.0, delay=1),
     )
-    wound = replace(rigid, name="wound up", feedforward=Feedforward(plant=screw(), friction=OF_MOTOR, table=DRY))
+    wound = replace(
+        rigid, name="wound up", feedforward=Feedforward(plant=screw(), friction=OF_MOTOR, table=DRY)
+    )
     return Experiment("loops", "rotational", (rigid, wound))
 
 
@@ -157,9 +179,13 @@ def test_the_table_follows_better_with_both_frictions_and_the_wind_up():
 
 def test_a_law_that_feeds_inertia_forward_does_not_feed_it_twice():
     law = controllers.sliding_mode(kind="rotational", J=J + M * ARM**2, lambda_=50.0, K_1=50.0)
-    fed = Feedforward(friction=WHOLE.friction), Feedforward(plant=screw(), friction=MOTOR, table=TABLE)
+    fed = (
+        Feedforward(friction=WHOLE.friction),
+        Feedforward(plant=screw(), friction=MOTOR, table=TABLE),
+    )
     pair = tuple(
-        replace(loop, controller=law, friction=MOTOR, table=TABLE, feedforward=one) for loop, one in zip(loops().variants, fed, strict=True)
+        replace(loop, controller=law, friction=MOTOR, table=TABLE, feedforward=one)
+        for loop, one in zip(loops().variants, fed, strict=True)
     )
     before, after = simulate(Experiment("laws", "rotational", pair)).variants.values()
     assert after.true_error.rms < 0.25 * before.true_error.rms
@@ -167,7 +193,12 @@ def test_a_law_that_feeds_inertia_forward_does_not_feed_it_twice():
 
 def test_a_loop_on_the_table_keeps_its_reference():
     experiment = loops("load")
-    quick = replace(experiment, variants=tuple(replace(v, run=replace(v.run, duration=0.05, settle=0.0)) for v in experiment.variants))
+    quick = replace(
+        experiment,
+        variants=tuple(
+            replace(v, run=replace(v.run, duration=0.05, settle=0.0)) for v in experiment.variants
+        ),
+    )
     rigid, wound = simulate(quick).variants.values()
     assert wound.reference.tolist() == rigid.reference.tolist()
     assert not wound.at_load
@@ -209,11 +240,21 @@ table_friction = { model = "coulomb", F_C = "190 N" }
 
 @pytest.mark.parametrize(
     ("plant", "mass"),
-    [('"own"', 150.0), ('{ model = "ball_screw", J = "5e-4 kg*m^2", M = "140 kg", lead = "10 mm", k = "3 N/um" }', 140.0)],
+    [
+        ('"own"', 150.0),
+        (
+            '{ model = "ball_screw", J = "5e-4 kg*m^2", M = "140 kg", lead = "10 mm", k = "3 N/um" }',
+            140.0,
+        ),
+    ],
 )
 def test_a_file_names_the_plant_and_the_friction_of_the_table(plant, mass):
     fed = read_experiment(FILE.replace("PLANT", plant).encode()).variants[-1].feedforward
-    assert (fed.plant.values["M"], fed.table.values["F_C"], fed.friction.values["F_C"]) == (mass, 190.0, 0.05)
+    assert (fed.plant.values["M"], fed.table.values["F_C"], fed.friction.values["F_C"]) == (
+        mass,
+        190.0,
+        0.05,
+    )
     assert (fed.wind_up_time, fed.table.kind) == (0.02, "translational")
 
 
@@ -223,9 +264,18 @@ def test_a_file_names_the_plant_and_the_friction_of_the_table(plant, mass):
         *(
             (lambda values: Feedforward(**values), *row)
             for row in (
-                ({"table": DRY}, r"feedforward\.table: needs a plant with a table behind a screw.*ball_screw"),
-                ({"plant": screw(), "table": friction.coulomb(kind="rotational", F_C=1.0)}, r"feedforward\.table: must be translational"),
-                ({"plant": screw(), "mass": 1.0}, r"feedforward\.mass: conflicts with a plant that has two masses.*Omit mass"),
+                (
+                    {"table": DRY},
+                    r"feedforward\.table: needs a plant with a table behind a screw.*ball_screw",
+                ),
+                (
+                    {"plant": screw(), "table": friction.coulomb(kind="rotational", F_C=1.0)},
+                    r"feedforward\.table: must be translational",
+                ),
+                (
+                    {"plant": screw(), "mass": 1.0},
+                    r"feedforward\.mass: conflicts with a plant that has two masses.*Omit mass",
+                ),
             )
         ),
         *(
@@ -239,7 +289,10 @@ def test_a_file_names_the_plant_and_the_friction_of_the_table(plant, mass):
                     FILE.replace("plant = PLANT", 'plant = "own"\nmass = "1e-3 kg*m^2"'),
                     r"compare\.fed\.controller\.feedforward\.mass: conflicts",
                 ),
-                (FILE.replace("PLANT", '"mine"'), r"compare\.fed\.controller\.feedforward\.plant.*is not a plant for the feedforward"),
+                (
+                    FILE.replace("PLANT", '"mine"'),
+                    r"compare\.fed\.controller\.feedforward\.plant.*is not a plant for the feedforward",
+                ),
             )
         ),
     ],

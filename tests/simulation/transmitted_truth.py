@@ -10,7 +10,13 @@ RATE = 1000.0
 
 
 def swing(seconds, seed):
-    return sines(seconds, 1.0 / RATE, (0.9, 0.35, 0.15), (0.21, 0.57, 1.13), np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3))
+    return sines(
+        seconds,
+        1.0 / RATE,
+        (0.9, 0.35, 0.15),
+        (0.21, 0.57, 1.13),
+        np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, 3),
+    )
 
 
 def effort(q, v, a, share=SHARE):

@@ -26,7 +26,12 @@ def features(record, *, acceleration=True):
 def rows(train):
     inner = [slice(record.edge, -record.edge) for record in train]
     X = np.vstack([features(record)[part] for record, part in zip(train, inner, strict=True)])
-    y = np.concatenate([smoothed(record.effort, record.sample_time, record.axis)[part] for record, part in zip(train, inner, strict=True)])
+    y = np.concatenate(
+        [
+            smoothed(record.effort, record.sample_time, record.axis)[part]
+            for record, part in zip(train, inner, strict=True)
+        ]
+    )
     stride = max(len(X) // MOST, 1)
     return X[::stride], y[::stride]
 
@@ -34,7 +39,9 @@ def rows(train):
 def fit(train):
     from sklearn.ensemble import HistGradientBoostingRegressor
 
-    return HistGradientBoostingRegressor(max_iter=300, learning_rate=0.05, random_state=0).fit(*rows(train))
+    return HistGradientBoostingRegressor(max_iter=300, learning_rate=0.05, random_state=0).fit(
+        *rows(train)
+    )
 
 
 def predict(fitted, motion):

@@ -21,9 +21,13 @@ def solved(train, shape):
     """Return the coefficients and the sum of squared residuals; a known mass is held."""
     rows, efforts = [], []
     for record in train:
-        stride = max(round(0.1 / (record.axis.cutoff or 0.1 / record.sample_time) / record.sample_time), 1)
+        stride = max(
+            round(0.1 / (record.axis.cutoff or 0.1 / record.sample_time) / record.sample_time), 1
+        )
         inner = slice(record.edge, -record.edge, stride)
-        rows.append(smoothed(columns(record, *shape(record)), record.sample_time, record.axis)[inner])
+        rows.append(
+            smoothed(columns(record, *shape(record)), record.sample_time, record.axis)[inner]
+        )
         efforts.append(smoothed(record.effort, record.sample_time, record.axis)[inner])
     matrix, effort, mass = np.vstack(rows), np.concatenate(efforts), train[0].axis.mass
     held, mass = int(mass is not None), mass or 0.0

@@ -16,7 +16,12 @@ def fit(train):
 
     X, y = rows(train)
     scale = float(np.std(y))
-    network = make_pipeline(StandardScaler(), MLPRegressor(hidden_layer_sizes=(32, 32), early_stopping=True, max_iter=200, random_state=0))
+    network = make_pipeline(
+        StandardScaler(),
+        MLPRegressor(
+            hidden_layer_sizes=(32, 32), early_stopping=True, max_iter=200, random_state=0
+        ),
+    )
     return network.fit(X, y / scale), scale
 
 

@@ -13,5 +13,10 @@ def fit(train):
 
 
 def feedforward(fitted, reference):
-    curve = {name: fitted[name] for name in ("F_C", "F_S", "v_S")} | {"F_v": fitted["sigma_2"], "x_0": fitted["F_C"] / fitted["sigma_0"]}
-    return controllers.predictive_reversal(**gains(reference), **curve, lead=LEAD * reference.sample_time)
+    curve = {name: fitted[name] for name in ("F_C", "F_S", "v_S")} | {
+        "F_v": fitted["sigma_2"],
+        "x_0": fitted["F_C"] / fitted["sigma_0"],
+    }
+    return controllers.predictive_reversal(
+        **gains(reference), **curve, lead=LEAD * reference.sample_time
+    )

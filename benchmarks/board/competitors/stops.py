@@ -15,14 +15,19 @@ COUNT = 6
 def stops(position, reach):
     """Return the outputs of stop operators, between -1 and 1, after a motion; thresholds divide the reach evenly."""
     thresholds = reach / COUNT * np.arange(1, COUNT + 1)
-    operators = (hysteresis.prandtl_ishlinskii(thresholds=[threshold], weights=[1.0 / threshold]) for threshold in thresholds)
+    operators = (
+        hysteresis.prandtl_ishlinskii(thresholds=[threshold], weights=[1.0 / threshold])
+        for threshold in thresholds
+    )
     return np.column_stack([response(operator, position - position[0]) for operator in operators])
 
 
 def columns(record, reach):
     """Return both signs of constant and inertia, and the stop operators."""
     ones = np.ones(record.time.size)
-    return np.column_stack([ones, -ones, record.acceleration, -record.acceleration, stops(record.position, reach)])
+    return np.column_stack(
+        [ones, -ones, record.acceleration, -record.acceleration, stops(record.position, reach)]
+    )
 
 
 def fit(train):
@@ -32,7 +37,9 @@ def fit(train):
         rows, efforts = [], []
         for record in train:
             inner = slice(record.edge, -record.edge)
-            rows.append(smoothed(columns(record, share * reach), record.sample_time, record.axis)[inner])
+            rows.append(
+                smoothed(columns(record, share * reach), record.sample_time, record.axis)[inner]
+            )
             efforts.append(smoothed(record.effort, record.sample_time, record.axis)[inner])
         matrix, effort = np.vstack(rows), np.concatenate(efforts)
         weights = non_negative(matrix, effort)

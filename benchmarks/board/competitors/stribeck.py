@@ -32,4 +32,11 @@ def feedforward(fitted, reference):
 
 def parameters(fitted):
     M, sigma_2, offset, F_C, fall = fitted[0][:5]
-    return {"M": M, "F_C": F_C, "F_S": F_C + fall, "v_S": fitted[1], "sigma_2": sigma_2, "offset": offset}
+    return {
+        "M": M,
+        "F_C": F_C,
+        "F_S": F_C + fall,
+        "v_S": fitted[1],
+        "sigma_2": sigma_2,
+        "offset": offset,
+    }

@@ -28,12 +28,15 @@ def application(names: Iterable[str] = tuple(COMMANDS)) -> typer.Typer:
     for name in names:
         module = import_module(COMMANDS[name])
         command_class = getattr(module, "COMMAND", None)
-        app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(as_command(getattr(module, name)))
+        app.command(name, cls=command_class, epilog=f"\b\n{module.EXAMPLE}")(
+            as_command(getattr(module, name))
+        )
     return app
 
 
 def bristle(
-    context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,
 ) -> None:
     """Turn the log of a motion axis into a friction model, a compensated loop and drive tables.
 

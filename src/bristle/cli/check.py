@@ -23,10 +23,22 @@ EXAMPLE = """Example:
 
 # What a file of a user's own may define beside a model: what it is called, what loads it, and the suite of its contract.
 KINDS = {
-    "TARGET": ("export target", "bristle.exports:load_target_file", "bristle.contract:check_target"),
-    "FIGURE": ("figure", "bristle.report.figures:load_figure_file", "bristle.report.figures.contract:check_figure"),
+    "TARGET": (
+        "export target",
+        "bristle.exports:load_target_file",
+        "bristle.contract:check_target",
+    ),
+    "FIGURE": (
+        "figure",
+        "bristle.report.figures:load_figure_file",
+        "bristle.report.figures.contract:check_figure",
+    ),
     "FORMAT": ("log reader", "bristle.files:load_reader_file", "bristle.contract:check_reader"),
-    "MACHINE": ("machine", "bristle.apps.tune.machines:load_machine_file", "bristle.apps.tune.contract:check_machine"),
+    "MACHINE": (
+        "machine",
+        "bristle.apps.tune.machines:load_machine_file",
+        "bristle.apps.tune.contract:check_machine",
+    ),
 }
 
 
@@ -39,16 +51,38 @@ def check(
         ),
     ],
     force_ripple: Annotated[
-        str | None, typer.Option(metavar="LOW,HIGH", help="Lowest and highest force of the ripple in the drift test.")
+        str | None,
+        typer.Option(
+            metavar="LOW,HIGH", help="Lowest and highest force of the ripple in the drift test."
+        ),
     ] = None,
-    loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Two reversal positions of the loop in the closure test.")] = None,
+    loop: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X1,X2", help="Two reversal positions of the loop in the closure test."
+        ),
+    ] = None,
     log: Annotated[
-        list[Path] | None, typer.Option("--log", metavar="LOG", help="With RESULTS: the identified log, if its file has moved; repeatable.")
+        list[Path] | None,
+        typer.Option(
+            "--log",
+            metavar="LOG",
+            help="With RESULTS: the identified log, if its file has moved; repeatable.",
+        ),
     ] = None,
     draws: Annotated[
-        int | None, typer.Option("--draws", metavar="COUNT", min=3, max=1000, help="With RESULTS: number of simulated logs, by default 10.")
+        int | None,
+        typer.Option(
+            "--draws",
+            metavar="COUNT",
+            min=3,
+            max=1000,
+            help="With RESULTS: number of simulated logs, by default 10.",
+        ),
     ] = None,
-    move: Annotated[bool, typer.Option("--move", help="With a machine: its example() may move and be written.")] = False,
+    move: Annotated[
+        bool, typer.Option("--move", help="With a machine: its example() may move and be written.")
+    ] = False,
     as_json: Json = False,
 ) -> int:
     """Check a model, your own code, or the information in a log.
@@ -67,14 +101,28 @@ def check(
     """
     options = {"--force-ripple": force_ripple, "--loop": loop}
     if model.is_dir() or model.name == "summary.json":
-        refuse(options, "applies only to a model file", "Leave the option out, or check model.toml of this folder")
+        refuse(
+            options,
+            "applies only to a model file",
+            "Leave the option out, or check model.toml of this folder",
+        )
         return _of_results(model, log or None, draws or 10, as_json=as_json)
     refuse({"--log": log, "--draws": draws}, "applies only to a folder of results")
     if model.suffix == ".toml":
         refuse({"--move": move}, "applies only to a machine")
-    judged = _of_values(model, options) if model.suffix == ".toml" else _of_code(model, options, move=move)
+    judged = (
+        _of_values(model, options)
+        if model.suffix == ".toml"
+        else _of_code(model, options, move=move)
+    )
     if as_json:
-        print_json({"model": judged.name, "passed": not judged.failures, "certificates": judged.certificates})
+        print_json(
+            {
+                "model": judged.name,
+                "passed": not judged.failures,
+                "certificates": judged.certificates,
+            }
+        )
     else:
         show_table(judged.table)
     for failure in judged.failures:
@@ -92,7 +140,12 @@ def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: b
     folder = results.parent if results.name == SUMMARY else results
     if not (folder / SUMMARY).is_file():
         mend = "Name a folder written by bristle identify --out"
-        raise InputError("is not a folder of results", path=str(folder), allowed=f"a folder with {SUMMARY}", mend=mend)
+        raise InputError(
+            "is not a folder of results",
+            path=str(folder),
+            allowed=f"a folder with {SUMMARY}",
+            mend=mend,
+        )
     with progress("simulating") as report:
         truth = load(folder).known_truth(log, draws=draws, progress=report)
     if as_json:
@@ -119,11 +172,17 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
 
     file = toml_content(model)
     of_operator = holds_operator(file)
-    chosen = read_operator(file).operator if of_operator else read_model(file, related=False).friction
+    chosen = (
+        read_operator(file).operator if of_operator else read_model(file, related=False).friction
+    )
     ripple, loop = (None if text is None else tuple(text.split(",")) for text in options.values())
     with progress("checking"):
         certificates = certificates_of(chosen, force_ripple=ripple, loop=loop)  # type: ignore[arg-type]
-    failures = [f"{name}: {certificate.advice}" for name, certificate in certificates.items() if certificate.passed is False]
+    failures = [
+        f"{name}: {certificate.advice}"
+        for name, certificate in certificates.items()
+        if certificate.passed is False
+    ]
     if not failures and not of_operator:
         # Refuses a broken condition that no certificate covers, such as F_S >= F_C.
         read_model(file)
@@ -156,7 +215,9 @@ def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Jud
             allowed="MODEL (friction model, control law or sensor), SLOT, FORMAT, TARGET, FIGURE or MACHINE",
             mend="End the file with such an object, for example MODEL = FrictionModel(...)",
         )
-    kind = next((kind for kind in KINDS if hasattr(module, kind) and not hasattr(module, "MODEL")), None)
+    kind = next(
+        (kind for kind in KINDS if hasattr(module, kind) and not hasattr(module, "MODEL")), None
+    )
     if kind != "MACHINE":
         refuse({"--move": move}, "applies only to a machine")
     if kind is None:
@@ -183,6 +244,8 @@ def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Jud
         for check in results
     ]
     data = {check.name: {key: getattr(check, key) for key in keys} for check in results}
-    failures = [f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed]
+    failures = [
+        f"{check.name}: {check.detail}. {check.advice}" for check in results if not check.passed
+    ]
     name = getattr(subject, "name", None) or subject.__name__
     return _Judged(name, data, failures, Table.of(f"Contract of the {title} {name}", rows))

@@ -20,4 +20,7 @@ COMMANDS = {
     "explain": "bristle.cli.explain",
 }
 # Words of a command that an app carries out.
-SPELLINGS = {"identify --each": "bristle.apps.study.fleet.command:identify_each", "predict ARM": "bristle.apps.arm.command:predict_arm"}
+SPELLINGS = {
+    "identify --each": "bristle.apps.study.fleet.command:identify_each",
+    "predict ARM": "bristle.apps.arm.command:predict_arm",
+}

@@ -5,7 +5,16 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import AxisFiles, FigureFiles, Output, Readers, own_figures, own_readers, size_limit, toml_content
+from bristle.cli.options import (
+    AxisFiles,
+    FigureFiles,
+    Output,
+    Readers,
+    own_figures,
+    own_readers,
+    size_limit,
+    toml_content,
+)
 from bristle.cli.terminal import NO
 
 EXAMPLE = """Example:
@@ -13,15 +22,28 @@ EXAMPLE = """Example:
 
 
 def compare(
-    before: Annotated[Path, typer.Argument(metavar="BEFORE", help="Log recorded before the change.")],
-    after: Annotated[Path, typer.Argument(metavar="AFTER", help="Log recorded after the change: same axis, same reference.")],
+    before: Annotated[
+        Path, typer.Argument(metavar="BEFORE", help="Log recorded before the change.")
+    ],
+    after: Annotated[
+        Path,
+        typer.Argument(
+            metavar="AFTER", help="Log recorded after the change: same axis, same reference."
+        ),
+    ],
     *,
     axis: AxisFiles = None,
     before_too: Annotated[
-        list[Path] | None, typer.Option("--before", metavar="LOG", help="Another log from before the change; repeatable.")
+        list[Path] | None,
+        typer.Option(
+            "--before", metavar="LOG", help="Another log from before the change; repeatable."
+        ),
     ] = None,
     after_too: Annotated[
-        list[Path] | None, typer.Option("--after", metavar="LOG", help="Another log from after the change; repeatable.")
+        list[Path] | None,
+        typer.Option(
+            "--after", metavar="LOG", help="Another log from after the change; repeatable."
+        ),
     ] = None,
     output: Output,
     figure: FigureFiles = None,
@@ -59,5 +81,11 @@ def compare(
             comparison.write(folder)
 
     remarks = [f"{capital(remark)}." for remark in remarks_of(comparison)]
-    output.tell(comparison.summary, comparison.sentences[0], change_table(comparison), *remarks, f"Next: {advice_of(comparison)}")
+    output.tell(
+        comparison.summary,
+        comparison.sentences[0],
+        change_table(comparison),
+        *remarks,
+        f"Next: {advice_of(comparison)}",
+    )
     return NO if comparison.helped is False else 0

@@ -32,20 +32,28 @@ def demo(
     from bristle.report.prediction import metrics_in_words
 
     # Results in the default folder are disposable.
-    with Output(context, out, force=force or out == USUAL_PLACE, quiet=quiet).opened("demonstration") as (folder, report):
+    with Output(context, out, force=force or out == USUAL_PLACE, quiet=quiet).opened(
+        "demonstration"
+    ) as (folder, report):
         demonstration = run(folder, command=context.obj, progress=report)
     if as_json:
         print_json(demonstration.summary)
         return
-    metrics = ", ".join(f"{word} {value}" for word, value in metrics_in_words(demonstration.prediction)[:1])
+    metrics = ", ".join(
+        f"{word} {value}" for word, value in metrics_in_words(demonstration.prediction)[:1]
+    )
     results = [
         Line("Unseen log", f"{metrics}, predicted in closed loop"),
         Line("Results", f"{out}: report.html, drive_table.csv, model.toml, log.csv, unseen.csv"),
     ]
     following = [
-        Line("Your log", 'bristle log YOUR.csv --write axis.toml, then replace each "?" in axis.toml'),
+        Line(
+            "Your log", 'bristle log YOUR.csv --write axis.toml, then replace each "?" in axis.toml'
+        ),
         Line("", "bristle identify YOUR.csv --axis axis.toml --out results"),
     ]
     if not quiet:
         say(BANNER)
-    show_identification(demonstration.outcome, verbose=verbose, quiet=quiet, results=results, following=following)
+    show_identification(
+        demonstration.outcome, verbose=verbose, quiet=quiet, results=results, following=following
+    )

@@ -10,19 +10,36 @@ from bristle.cli.options import Output, size_limit, toml_content
 EXAMPLE = """Example:
   bristle excite axis.toml --out motion --for presliding,stribeck"""
 
-OPTIONS = {"duration": "--duration", "travel": "--travel", "start": "--start", "purposes": "--for", "model": "--model", "log": "--log"}
+OPTIONS = {
+    "duration": "--duration",
+    "travel": "--travel",
+    "start": "--start",
+    "purposes": "--for",
+    "model": "--model",
+    "log": "--log",
+}
 
 
 def excite(
     axis: Annotated[Path, typer.Argument(metavar="AXIS.toml", help="Axis file.")],
     *,
     output: Output,
-    duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="Longest duration of the motion.")] = "60 s",
+    duration: Annotated[
+        str, typer.Option("--duration", metavar="TIME", help="Longest duration of the motion.")
+    ] = "60 s",
     travel: Annotated[
-        str | None, typer.Option("--travel", metavar="LENGTH", help="Largest travel, end to end; the start is its middle.")
+        str | None,
+        typer.Option(
+            "--travel",
+            metavar="LENGTH",
+            help="Largest travel, end to end; the start is its middle.",
+        ),
     ] = None,
     start: Annotated[
-        str | None, typer.Option("--start", metavar="LENGTH", help="Start position; by default the middle of the stroke.")
+        str | None,
+        typer.Option(
+            "--start", metavar="LENGTH", help="Start position; by default the middle of the stroke."
+        ),
     ] = None,
     purposes: Annotated[
         str | None,
@@ -33,10 +50,20 @@ def excite(
         ),
     ] = None,
     model: Annotated[
-        Path | None, typer.Option("--model", metavar="MODEL.toml", help="Earlier model of the axis, for the simulation of the motion.")
+        Path | None,
+        typer.Option(
+            "--model",
+            metavar="MODEL.toml",
+            help="Earlier model of the axis, for the simulation of the motion.",
+        ),
     ] = None,
     log: Annotated[
-        Path | None, typer.Option("--log", metavar="LOG", help="Earlier log of the axis, from which bristle identifies such a model.")
+        Path | None,
+        typer.Option(
+            "--log",
+            metavar="LOG",
+            help="Earlier log of the axis, from which bristle identifies such a model.",
+        ),
     ] = None,
 ) -> None:
     """Design the motion to record on an axis, within its limits.
@@ -50,15 +77,27 @@ def excite(
     from bristle.files import read_log
     from bristle.report.excitation import FILES, designed_motion, outlook_tables, piece_table
 
-    axis_file, options = toml_content(axis), {"duration": duration, "travel": travel, "start": start, "purposes": purposes}
+    axis_file, options = (
+        toml_content(axis),
+        {"duration": duration, "travel": travel, "start": start, "purposes": purposes},
+    )
     model_file, out = toml_content(model), output.out
     with output.opened("designing", [axis, model, log]) as (folder, report):
         try:
             recorded = None if log is None else read_log(log, axis_file, size_limit=size_limit())
-            motion = designed_motion(axis_file, command=output.command, model_file=model_file, log=recorded, progress=report, **options)
+            motion = designed_motion(
+                axis_file,
+                command=output.command,
+                model_file=model_file,
+                log=recorded,
+                progress=report,
+                **options,
+            )
         except InputError as error:
             raise error.at(path=OPTIONS.get(error.path, error.path)) from None
-        following = motion.next_command(str(Path(out.name) / "axis.toml" if out else Path("AXIS.toml")))
+        following = motion.next_command(
+            str(Path(out.name) / "axis.toml" if out else Path("AXIS.toml"))
+        )
         if folder:
             report(0.85, "writing the report")
             motion.write(folder, following)
@@ -69,4 +108,6 @@ def excite(
     summary = motion.summary(FILES if out else {}, following)
     words, reasons = summary["verdict"]["words"], "; ".join(summary["verdict"]["reasons"])
     verdict = f"Verdict: {words}{': ' if reasons else ''}{reasons}."
-    output.tell(summary, piece_table(excitation), *outlook_tables(excitation), *notes, verdict, then)
+    output.tell(
+        summary, piece_table(excitation), *outlook_tables(excitation), *notes, verdict, then
+    )

@@ -14,7 +14,10 @@ EXAMPLE = """Example:
 
 def explain(
     code: Annotated[
-        str | None, typer.Argument(metavar="[CODE]", help="The code in brackets behind a warning; all codes by default.")
+        str | None,
+        typer.Argument(
+            metavar="[CODE]", help="The code in brackets behind a warning; all codes by default."
+        ),
     ] = None,
     *,
     as_json: Json = False,
@@ -27,17 +30,34 @@ def explain(
     from bristle.report.table import Table, capital
 
     if code is not None and code not in SENTENCES:
-        mend = successor(f"explain {code}") or did_you_mean(code, SENTENCES) or "bristle explain lists all codes"
+        mend = (
+            successor(f"explain {code}")
+            or did_you_mean(code, SENTENCES)
+            or "bristle explain lists all codes"
+        )
         raise InputError("is not the code of a warning or note", path="CODE", value=code, mend=mend)
     entries = {name: sentence for name, sentence in SENTENCES.items() if code in (None, name)}
     if as_json:
-        keys = {name: {"means": entry.means, "advice": entry.advice, "numbers": list(fields_of(name))} for name, entry in entries.items()}
+        keys = {
+            name: {"means": entry.means, "advice": entry.advice, "numbers": list(fields_of(name))}
+            for name, entry in entries.items()
+        }
         print_json({"codes": keys})
     elif code is None:
-        show_table(Table("Warnings and notes", ("Code", "Meaning"), [(name, entry.means) for name, entry in entries.items()]))
+        show_table(
+            Table(
+                "Warnings and notes",
+                ("Code", "Meaning"),
+                [(name, entry.means) for name, entry in entries.items()],
+            )
+        )
     else:
         means, advice = entries[code].means, entries[code].advice
         advice = "no action needed" if advice == "nothing" else advice
         numbers = ", ".join(name for name in fields_of(code) if name != "std_percent")
-        lines = [Line("Code", code), Line("Meaning", f"{capital(means)}."), Line("Do", f"{capital(advice)}.")]
+        lines = [
+            Line("Code", code),
+            Line("Meaning", f"{capital(means)}."),
+            Line("Do", f"{capital(advice)}."),
+        ]
         show_lines([*lines, *([Line("Numbers", f"{numbers} (in the JSON)")] if numbers else [])])

@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import AllowCode, AxisFile, Force, Json, Listing, Output, dir_option, experiment_in, loaded_code, refuse
+from bristle.cli.options import (
+    AllowCode,
+    AxisFile,
+    Force,
+    Json,
+    Listing,
+    Output,
+    dir_option,
+    experiment_in,
+    loaded_code,
+    refuse,
+)
 from bristle.core.loading import successor
 
 if TYPE_CHECKING:
@@ -16,18 +27,38 @@ if TYPE_CHECKING:
     from bristle.report.exported import ExportedModel
 
 Speed = Annotated[
-    str | None, typer.Option(metavar="SPEED", help="Largest speed in the table; by default the largest speed of the fitted log.")
+    str | None,
+    typer.Option(
+        metavar="SPEED",
+        help="Largest speed in the table; by default the largest speed of the fitted log.",
+    ),
 ]
 POINTS = 20
 Points = Annotated[
-    int, typer.Option(metavar="COUNT", help="Largest number of table entries. With --to table, 3 selects single values, not a curve.")
+    int,
+    typer.Option(
+        metavar="COUNT",
+        help="Largest number of table entries. With --to table, 3 selects single values, not a curve.",
+    ),
 ]
-LogOfTable = Annotated[Path | None, typer.Option(metavar="LOG", help="Report the error of the written table along this log.")]
+LogOfTable = Annotated[
+    Path | None,
+    typer.Option(metavar="LOG", help="Report the error of the written table along this log."),
+]
 VariantOfLaw = Annotated[
-    str | None, typer.Option("--variant", metavar="NAME", help="Variant in EXPERIMENT.toml; required if there are several.")
+    str | None,
+    typer.Option(
+        "--variant",
+        metavar="NAME",
+        help="Variant in EXPERIMENT.toml; required if there are several.",
+    ),
 ]
 Step = Annotated[
-    str | None, typer.Option(metavar="TIME", help="Time step of the self-test and the example, or of an FMU; by default 0.5 ms.")
+    str | None,
+    typer.Option(
+        metavar="TIME",
+        help="Time step of the self-test and the example, or of an FMU; by default 0.5 ms.",
+    ),
 ]
 Rest = Annotated[
     str | None,
@@ -38,11 +69,25 @@ Rest = Annotated[
 ]
 HalMode = Annotated[
     str | None,
-    typer.Option("--hal-mode", metavar="torque|velocity", help="With --to hal: the command of the amplifier. Only torque is supported."),
+    typer.Option(
+        "--hal-mode",
+        metavar="torque|velocity",
+        help="With --to hal: the command of the amplifier. Only torque is supported.",
+    ),
 ]
-AcceptHarm = Annotated[bool, typer.Option("--accept-harm", help="Write the files even if they increase the simulated following error.")]
+AcceptHarm = Annotated[
+    bool,
+    typer.Option(
+        "--accept-harm", help="Write the files even if they increase the simulated following error."
+    ),
+]
 To = Annotated[
-    str, typer.Option("--to", metavar="TARGET|TARGET.py", help="A target from the list below, or a Python file with your own target.")
+    str,
+    typer.Option(
+        "--to",
+        metavar="TARGET|TARGET.py",
+        help="A target from the list below, or a Python file with your own target.",
+    ),
 ]
 EXAMPLE = """Example:
   bristle export results --to c --out axis_c"""
@@ -52,19 +97,33 @@ def export(
     context: typer.Context,
     *,
     model: Annotated[
-        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results of identify.")
+        Path | None,
+        typer.Argument(
+            metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results of identify."
+        ),
     ] = None,
     to: To,
     out: Annotated[Path, dir_option("--out", "Write the files to this new folder.")],
-    name: Annotated[str, typer.Option(metavar="NAME", help="Name of the written files and functions.")] = "axis_x",
+    name: Annotated[
+        str, typer.Option(metavar="NAME", help="Name of the written files and functions.")
+    ] = "axis_x",
     law: Annotated[
-        Path | None, typer.Option("--law", metavar="EXPERIMENT.toml", help="Write the control law of this experiment instead of a model.")
+        Path | None,
+        typer.Option(
+            "--law",
+            metavar="EXPERIMENT.toml",
+            help="Write the control law of this experiment instead of a model.",
+        ),
     ] = None,
     variant: VariantOfLaw = None,
     step: Step = None,
-    tunable: Annotated[bool, typer.Option("--tunable", help="Make parameters changeable at run time.")] = False,
+    tunable: Annotated[
+        bool, typer.Option("--tunable", help="Make parameters changeable at run time.")
+    ] = False,
     float32: Annotated[bool, typer.Option("--float32", help="Use single precision.")] = False,
-    derivatives: Annotated[bool, typer.Option("--derivatives", help="Also write the derivatives of the force.")] = False,
+    derivatives: Annotated[
+        bool, typer.Option("--derivatives", help="Also write the derivatives of the force.")
+    ] = False,
     axis: AxisFile = None,
     speed: Speed = None,
     points: Points = POINTS,
@@ -89,16 +148,31 @@ def export(
 
     read = model if law is None else law
     if read is None or (law is not None and model is not None):
-        raise InputError("needs either a model or a law", path="export", mend="Name a model file, or --law EXPERIMENT.toml")
+        raise InputError(
+            "needs either a model or a law",
+            path="export",
+            mend="Name a model file, or --law EXPERIMENT.toml",
+        )
     if step == "":
-        raise InputError("is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out')
-    of_model = {"step": step, "axis": axis, "speed": speed, "log": log, "rest": rest, "derivatives": derivatives}
+        raise InputError(
+            "is empty", path="--step", mend='Write a time, such as "1 ms", or leave --step out'
+        )
+    of_model = {
+        "step": step,
+        "axis": axis,
+        "speed": speed,
+        "log": log,
+        "rest": rest,
+        "derivatives": derivatives,
+    }
     refuse({"--hal-mode": hal_mode if to != "hal" else None}, "applies to --to hal only")
     refuse({"--to draws": to == "draws"}, "was removed", successor("export --draws"))
     if law is None:
         refuse({"--variant": variant}, "applies to --law only")
     else:
-        refuse({f"--{option}": value for option, value in of_model.items()}, "applies to a model only")
+        refuse(
+            {f"--{option}": value for option, value in of_model.items()}, "applies to a model only"
+        )
     file = read / "model.toml" if read.is_dir() else read
     target: str | Target = to
     if to.endswith(".py"):  # naming the file allows its code
@@ -106,7 +180,14 @@ def export(
 
         target = loaded_code([to], load_target_file)[0][0]
     stated = {"step": step, "speed": speed, "points": points != POINTS}
-    refuse({f"--{option}": stated[option] for option in target_named(target).useless if option in stated}, f"has no effect on --to {to}")
+    refuse(
+        {
+            f"--{option}": stated[option]
+            for option in target_named(target).useless
+            if option in stated
+        },
+        f"has no effect on --to {to}",
+    )
     output = Output(context, out, force=force, as_json=as_json)
     options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
     of_model |= {"mode": hal_mode} if hal_mode else {}
@@ -115,7 +196,9 @@ def export(
         if law is not None:
             exported = _law(law, variant, target, **options, single=float32)
         else:
-            exported = export_model_file(file, target, **options, **of_model, points=points, float32=float32)
+            exported = export_model_file(
+                file, target, **options, **of_model, points=points, float32=float32
+            )
         exported.write(folder)
     notes = (f"Note: {note}" for note in exported.summary["notes"])
     output.tell(exported.summary, *notes, files=", ".join(exported.product.files))
@@ -151,14 +234,27 @@ def described_target(target: Target) -> str:
     return f"{target.description}. Supports {further}." if further else f"{target.description}."
 
 
-def _law(path: Path, variant: str | None, to: str | Target, *, command: str, name: str, allow_code: bool, **options: bool) -> ExportedModel:
+def _law(
+    path: Path,
+    variant: str | None,
+    to: str | Target,
+    *,
+    command: str,
+    name: str,
+    allow_code: bool,
+    **options: bool,
+) -> ExportedModel:
     """Return the control law of a variant of an experiment as files."""
     from bristle.contract import admit
     from bristle.exports import Source, law_for, name_for, target_named
     from bristle.files import origins_of_code, provenance
     from bristle.report.exported import ExportedModel
 
-    called, experiment, target = name_for(name), experiment_in(path, allow_code=allow_code), target_named(to)
+    called, experiment, target = (
+        name_for(name),
+        experiment_in(path, allow_code=allow_code),
+        target_named(to),
+    )
     chosen = variant_of(experiment, variant)
     if chosen.feedforward.friction is not None:
         admit(chosen.feedforward.friction)
@@ -175,6 +271,16 @@ def variant_of(experiment: Experiment, name: str | None) -> Variant:
     if name not in variants:
         from bristle.core import InputError, did_you_mean
 
-        reason = "is missing, but the experiment has several variants" if name is None else "is not in the experiment"
-        raise InputError(reason, path="variant", value=name, allowed=", ".join(variants), mend=did_you_mean(name, variants) if name else "")
+        reason = (
+            "is missing, but the experiment has several variants"
+            if name is None
+            else "is not in the experiment"
+        )
+        raise InputError(
+            reason,
+            path="variant",
+            value=name,
+            allowed=", ".join(variants),
+            mend=did_you_mean(name, variants) if name else "",
+        )
     return variants[name]

@@ -56,18 +56,37 @@ WITHOUT_LOOP = "interrupted: all models fitted; the loop was not simulated"
 Method = Annotated[
     str | None,
     typer.Option(
-        "--method", metavar="METHOD", help="Method: prediction_error, inverse_dynamics, output_error; by default that of the axis file."
+        "--method",
+        metavar="METHOD",
+        help="Method: prediction_error, inverse_dynamics, output_error; by default that of the axis file.",
     ),
 ]
-Separate = Annotated[bool, typer.Option("--each", help="Identify each log separately: one row per log in DIR. Later runs add rows.")]
+Separate = Annotated[
+    bool,
+    typer.Option(
+        "--each", help="Identify each log separately: one row per log in DIR. Later runs add rows."
+    ),
+]
 Robot = Annotated[
     Path | None,
-    typer.Option("--robot", metavar="ROBOT.urdf", help="Identify an arm: URDF or Denavit-Hartenberg parameters. One row per joint in DIR."),
+    typer.Option(
+        "--robot",
+        metavar="ROBOT.urdf",
+        help="Identify an arm: URDF or Denavit-Hartenberg parameters. One row per joint in DIR.",
+    ),
 ]
 Workers = Annotated[
-    int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="With --each: number of processes; by default one per core.")
+    int | None,
+    typer.Option(
+        metavar="COUNT",
+        min=1,
+        max=1024,
+        help="With --each: number of processes; by default one per core.",
+    ),
 ]
-Logs = Annotated[list[Path], typer.Argument(metavar="LOG...", help=f"One log or several: {LOG_FILE}")]
+Logs = Annotated[
+    list[Path], typer.Argument(metavar="LOG...", help=f"One log or several: {LOG_FILE}")
+]
 ModelNames = Annotated[
     str | None,
     typer.Option(
@@ -77,13 +96,27 @@ ModelNames = Annotated[
         "coulomb_viscous, stribeck+asymmetry and lugre+asymmetry; with --each coulomb_viscous.",
     ),
 ]
-Cutoff = Annotated[str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Cut-off of the zero-phase filter, such as '100 Hz'.")]
+Cutoff = Annotated[
+    str | None,
+    typer.Option(
+        "--cutoff", metavar="FREQUENCY", help="Cut-off of the zero-phase filter, such as '100 Hz'."
+    ),
+]
 Draws = Annotated[
     int,
-    typer.Option("--draws", metavar="COUNT", help="Number of simulated logs for the 95 % intervals: 20 to 100000, or 0 for no intervals."),
+    typer.Option(
+        "--draws",
+        metavar="COUNT",
+        help="Number of simulated logs for the 95 % intervals: 20 to 100000, or 0 for no intervals.",
+    ),
 ]
 Free = Annotated[
-    str, typer.Option("--free", metavar="NAME[,NAME...]", help="Shape parameters that bristle also identifies, such as exponent of dahl.")
+    str,
+    typer.Option(
+        "--free",
+        metavar="NAME[,NAME...]",
+        help="Shape parameters that bristle also identifies, such as exponent of dahl.",
+    ),
 ]
 
 
@@ -127,7 +160,11 @@ def identify(
     of_joints = robot is not None or any(axes_in(content) for content in axes)
     separate = separate or of_joints
     if separate:
-        refuse({"--force": output.force}, "cannot replace the results of --each, because bristle adds to them", "Name another folder")
+        refuse(
+            {"--force": output.force},
+            "cannot replace the results of --each, because bristle adds to them",
+            "Name another folder",
+        )
         refuse(
             {"--format, --figure": output.formats or figure},
             "with --each, the results have no figures",
@@ -142,10 +179,21 @@ def identify(
         refuse({"--figure": figure}, "applies to friction, not to recorded curves")
         return identify_operators(log, axes, model, output)
     # Parameters of different models cannot be compared.
-    names = model if model is not None else "lugre" if robot else "coulomb_viscous" if separate else DEFAULT_MODELS
+    names = (
+        model
+        if model is not None
+        else "lugre"
+        if robot
+        else "coulomb_viscous"
+        if separate
+        else DEFAULT_MODELS
+    )
     hertz = amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)
     options = {
-        "model": [own_model(part, "--model") if holds_own(part) else part for part in map(str.strip, names.split(","))],
+        "model": [
+            own_model(part, "--model") if holds_own(part) else part
+            for part in map(str.strip, names.split(","))
+        ],
         "cutoff": None if cutoff is None else hertz(cutoff, "--cutoff", None),
         "free": free,
         "draws": draws,
@@ -153,12 +201,20 @@ def identify(
     }
     if separate:
         identify_each = resolve_name(SPELLINGS["identify --each"])
-        return identify_each(log, axes, options, output, readers=reader or (), workers=workers, robot=robot)
+        return identify_each(
+            log, axes, options, output, readers=reader or (), workers=workers, robot=robot
+        )
     return _identify_friction(log, axes, options, output, figure, verbose=verbose)
 
 
 def _identify_friction(
-    log: list[Path], axis: list[Content], options: dict[str, Any], output: Output, own: list[Path] | None, *, verbose: bool
+    log: list[Path],
+    axis: list[Content],
+    options: dict[str, Any],
+    output: Output,
+    own: list[Path] | None,
+    *,
+    verbose: bool,
 ) -> int:
     from bristle.core import between
     from bristle.files import logs_and_axes, read_axis
@@ -168,14 +224,19 @@ def _identify_friction(
     out = output.out
     further, code = own_figures(own, "identify", has_folder=out is not None)
     with output.opened("identifying", [*log, *axis]) as (folder, report):
-        answer, work = None if output.as_json or output.quiet else partial(_show_first, sys.stderr), Work(report)
+        answer, work = (
+            None if output.as_json or output.quiet else partial(_show_first, sys.stderr),
+            Work(report),
+        )
         try:
             pairs = logs_and_axes(log, [read_axis(file) for file in axis], size_limit=size_limit())
             recorded, axes = map(list, zip(*pairs, strict=True))
             reading, looped = process_time(), axes[0] is not None and axes[0].controller is not None
             looping = looped * reading * (2.0 + len(recorded[0]) / LOOPED)
             work.ahead = looping + REPORT * reading
-            identification = identified(recorded, axis=axes, progress=work.task(), answer=answer, **options)
+            identification = identified(
+                recorded, axis=axes, progress=work.task(), answer=answer, **options
+            )
         except KeyboardInterrupt:
             complain("no model is fitted yet, so bristle writes no results")
             raise
@@ -183,7 +244,9 @@ def _identify_friction(
         words |= {"figures": further, "files": {"axis": axis, "figure": code}}
         work.ahead = REPORT * reading
         try:
-            outcome = identification.outcome_with(progress=between(work.task("", looping), 0.5, 1.0), **words)
+            outcome = identification.outcome_with(
+                progress=between(work.task("", looping), 0.5, 1.0), **words
+            )
         except KeyboardInterrupt:
             if identification.unfinished:  # the second interruption
                 raise
@@ -204,8 +267,12 @@ def _identify_friction(
         output.tell(outcome.summary)
     else:
         results, following = _steps(outcome, out)
-        show_identification(outcome, verbose=verbose, quiet=output.quiet, results=results, following=following)
-        if out and not output.quiet:  # a rehearsal takes seconds: only a person who reads its line waits for it
+        show_identification(
+            outcome, verbose=verbose, quiet=output.quiet, results=results, following=following
+        )
+        if (
+            out and not output.quiet
+        ):  # a rehearsal takes seconds: only a person who reads its line waits for it
             show_lines(_motion_to_record(identification, options["draws"], out, axis))
     if identification.unfinished:
         complain(identification.unfinished)
@@ -219,7 +286,9 @@ def _show_first(stream: TextIO, identification: Identification) -> None:
     show_lines(first_answer(identification), stream)
 
 
-def _motion_to_record(identification: Identified, draws: int, out: Path, axis: Sequence[Any]) -> list[Line]:
+def _motion_to_record(
+    identification: Identified, draws: int, out: Path, axis: Sequence[Any]
+) -> list[Line]:
     """Return the line on the motion that narrows open intervals; without draws, intervals are unknown and bristle designs no motion."""
     from bristle.core import Axis
     from bristle.report.brief import Line, advice_to_record
@@ -232,14 +301,31 @@ def _motion_to_record(identification: Identified, draws: int, out: Path, axis: S
     log = max(logs, key=lambda log: log.position.values.max() - log.position.values.min())
     motion = None
     with progress("rehearsing a motion") as report, suppress(KeyboardInterrupt):
-        motion = next_motion(identification.best, identification.axis or Axis(kind=log.kind), log, report)
+        motion = next_motion(
+            identification.best, identification.axis or Axis(kind=log.kind), log, report
+        )
     if motion is None:
         return []
     file = str(axis[0].source) if axis else "AXIS.toml"
-    words = ["bristle", "excite", file, "--model", str(out / "model.toml"), "--for", motion.purposes, *motion.options]
-    before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then run" if motion.limits else "run"
+    words = [
+        "bristle",
+        "excite",
+        file,
+        "--model",
+        str(out / "model.toml"),
+        "--for",
+        motion.purposes,
+        *motion.options,
+    ]
+    before = (
+        f"write {' and '.join(motion.limits)} under [limits] of {file}, then run"
+        if motion.limits
+        else "run"
+    )
     command = shlex.join([*words, "--out", f"{out}_motion"])
-    return [Line("Record", f"To narrow the 95 % intervals ({motion.text}), {before}:", command=command)]
+    return [
+        Line("Record", f"To narrow the 95 % intervals ({motion.text}), {before}:", command=command)
+    ]
 
 
 def _steps(outcome: Outcome, out: Path | None) -> tuple[list[Line], list[Line]]:
@@ -249,26 +335,52 @@ def _steps(outcome: Outcome, out: Path | None) -> tuple[list[Line], list[Line]]:
     from bristle.report.two_masses import EXPERIMENT_FILE as TWO_MASSES
 
     if out is None:
-        return [], [Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")]
+        return [], [
+            Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")
+        ]
     has_table = (masses := outcome.identification.two_masses) is not None and masses.is_elastic
     further = f", {TWO_MASSES}" if has_table else ""
     table = "drive_table.csv, " if outcome.table else ""
     results = [Line("Results", f"{out}: report.html, {table}model.toml, {EXPERIMENT}{further}")]
     file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
-    command = shlex.join(["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))])
+    command = shlex.join(
+        ["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))]
+    )
     lines = [Line("Next", "Simulate the loop:", command=command)]
     if gains:
-        lines = [Line("Next", f"Write {gains} into the axis file and identify again, or fill in {file} and run:", command=command)]
+        lines = [
+            Line(
+                "Next",
+                f"Write {gains} into the axis file and identify again, or fill in {file} and run:",
+                command=command,
+            )
+        ]
     if again := advice_to_record(outcome.identification.best):
         lines = [Line("Next", again)]
     if has_table:
-        command = shlex.join(["bristle", "run", str(out / TWO_MASSES), "--out", str(out.with_name(f"{out.name}_two_masses"))])
-        lines.append(Line("Table", "Compare the error of the load with feedforward of one mass and of both masses:", command=command))
+        command = shlex.join(
+            [
+                "bristle",
+                "run",
+                str(out / TWO_MASSES),
+                "--out",
+                str(out.with_name(f"{out.name}_two_masses")),
+            ]
+        )
+        lines.append(
+            Line(
+                "Table",
+                "Compare the error of the load with feedforward of one mass and of both masses:",
+                command=command,
+            )
+        )
     return results, lines
 
 
 def identification_parts(
-    identification: Identification, simulation: SimulationResult | None, following: Following | None = None
+    identification: Identification,
+    simulation: SimulationResult | None,
+    following: Following | None = None,
 ) -> list[str | Table]:
     """Return the full output of -v: parameters, comparison of models, gain, warnings and notes."""
     from bristle.report.compensation import about_loop, gain_of
@@ -282,10 +394,18 @@ def identification_parts(
 
     best = identification.best
     parts: list[str | Table] = [parameter_table(best)]
-    parts += [whole_sentence(diagnostic) for diagnostic in best.diagnostics if diagnostic.code == "delay_found"]
+    parts += [
+        whole_sentence(diagnostic)
+        for diagnostic in best.diagnostics
+        if diagnostic.code == "delay_found"
+    ]
     if len(identification.fits) > 1:
         parts.append(comparison_table(identification, details=False))
-    tables = (break_away_table(identification), sweep_table(identification), two_masses_table(identification))
+    tables = (
+        break_away_table(identification),
+        sweep_table(identification),
+        two_masses_table(identification),
+    )
     parts += [table for table in tables if table is not None]
     parts += [f"{capital(text)}." for text in misfit(best)]
     parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
@@ -294,14 +414,21 @@ def identification_parts(
 
 
 def show_identification(
-    outcome: Outcome, *, verbose: bool, quiet: bool, results: Sequence[Line] = (), following: Sequence[Line] = ()
+    outcome: Outcome,
+    *,
+    verbose: bool,
+    quiet: bool,
+    results: Sequence[Line] = (),
+    following: Sequence[Line] = (),
 ) -> None:
     """Write an identification to the standard output: in brief, in full or only its verdict, then the next steps."""
     from bristle.report.brief import brief
     from bristle.report.sweep import sweep_lines
 
     identification = outcome.identification
-    *lines, feedforward, verdict = brief(identification, outcome.simulation, outcome.following, identification.axis)
+    *lines, feedforward, verdict = brief(
+        identification, outcome.simulation, outcome.following, identification.axis
+    )
     if quiet:
         show_lines([verdict])
         return

@@ -6,7 +6,18 @@ from typing import Annotated, Any
 
 import typer
 
-from bristle.cli.options import LOG_FILE, AxisFile, Listing, Output, Readers, own_readers, print_json, refuse, size_limit, toml_content
+from bristle.cli.options import (
+    LOG_FILE,
+    AxisFile,
+    Listing,
+    Output,
+    Readers,
+    own_readers,
+    print_json,
+    refuse,
+    size_limit,
+    toml_content,
+)
 from bristle.cli.terminal import NO, complain, show
 
 
@@ -21,7 +32,11 @@ class _OfFormats(Listing):
         from bristle.logs import FORMATS
 
         return [
-            (known.title, f'pip install "bristle[{known.extra}]"' if known.extra else "no extra package") for known in reversed(FORMATS)
+            (
+                known.title,
+                f'pip install "bristle[{known.extra}]"' if known.extra else "no extra package",
+            )
+            for known in reversed(FORMATS)
         ]
 
 
@@ -37,7 +52,12 @@ def log(
     *,
     axis: AxisFile = None,
     write: Annotated[
-        Path | None, typer.Option("--write", metavar="AXIS.toml", help="Write the recognized columns and units as an axis file.")
+        Path | None,
+        typer.Option(
+            "--write",
+            metavar="AXIS.toml",
+            help="Write the recognized columns and units as an axis file.",
+        ),
     ] = None,
     output: Output,
     reader: Readers = None,
@@ -59,20 +79,38 @@ def log(
     described = toml_content(axis)
     joints = axes_in(described) if described else {}
     if joints:
-        refuse({"--out": output.out, "--json": output.as_json}, "describes one axis, but AXIS.toml describes several", "Omit it")
-        return max(_show_joint(name, inspect_log(file, joint, size_limit=size_limit())) for name, joint in joints.items())
+        refuse(
+            {"--out": output.out, "--json": output.as_json},
+            "describes one axis, but AXIS.toml describes several",
+            "Omit it",
+        )
+        return max(
+            _show_joint(name, inspect_log(file, joint, size_limit=size_limit()))
+            for name, joint in joints.items()
+        )
     with output.opened("reading", [file, axis]) as (folder, _):
-        inspected = inspect_log(file, read_axis(described) if described else None, size_limit=size_limit())
+        inspected = inspect_log(
+            file, read_axis(described) if described else None, size_limit=size_limit()
+        )
         summary = inspected.summary
         if folder:
             source = provenance(output.command, log=inspected.content, axis=described)
-            replace(inspected, summary=summary | {"provenance": source}).write(folder, output.command)
+            replace(inspected, summary=summary | {"provenance": source}).write(
+                folder, output.command
+            )
     if output.out:
-        complain(f"wrote {output.out}" + (f"; open {output.out / 'report.html'} in a browser" if inspected.log else ""))
+        complain(
+            f"wrote {output.out}"
+            + (f"; open {output.out / 'report.html'} in a browser" if inspected.log else "")
+        )
     proposal = inspected.proposal
     if write is not None and proposal is None:
         used = write.exists()
-        complain(f"{write} already exists: bristle used it and did not replace it" if used else f"bristle did not write {write}")
+        complain(
+            f"{write} already exists: bristle used it and did not replace it"
+            if used
+            else f"bristle did not write {write}"
+        )
     elif write is not None and proposal is not None:
         write_whole(write, proposal.text, new=True)
         complain(f"wrote {write}")
@@ -102,15 +140,24 @@ def _parts(summary: dict[str, Any]) -> list[Any]:
     columns = summary["columns"]
     parts: list[Any] = [_table("Columns of the file", columns[:MOST_COLUMNS])]
     if len(columns) > MOST_COLUMNS:
-        parts.append(f"... and {len(columns) - MOST_COLUMNS} more columns. --json lists all columns.")
+        parts.append(
+            f"... and {len(columns) - MOST_COLUMNS} more columns. --json lists all columns."
+        )
     parts += [_roles_table(summary["proposal"]["roles"])] if "roles" in summary["proposal"] else []
-    parts += [_table(f"Channels of the axis, {summary['kind']}", summary["channels"])] if summary["channels"] else []
+    parts += (
+        [_table(f"Channels of the axis, {summary['kind']}", summary["channels"])]
+        if summary["channels"]
+        else []
+    )
     parts += [passage_table(summary["passages"], summary["kind"])] if summary["passages"] else []
     if summary["rate"]:
         duration = f", {summary['duration']:.6g} s" if summary["duration"] else ""
         parts.append(f"{summary['rate']:.6g} samples a second{duration}.")
     parts += [f"Note: {note}" for note in summary["notes"]]
-    return parts + [f"{entry['severity'].capitalize()}: {entry['message']} ({entry['code']})" for entry in summary["diagnostics"]]
+    return parts + [
+        f"{entry['severity'].capitalize()}: {entry['message']} ({entry['code']})"
+        for entry in summary["diagnostics"]
+    ]
 
 
 def _roles_table(entries: list[dict[str, Any]]) -> Any:
@@ -120,8 +167,20 @@ def _roles_table(entries: list[dict[str, Any]]) -> Any:
     for entry in entries:
         role = f"{entry['role']} {entry['joint']}" if entry["joint"] else entry["role"] or "open"
         step = f"{entry['step']:.3g}" if entry["step"] else "–"
-        rows.append([entry["column"], f"{entry['low']:.4g} to {entry['high']:.4g}", step, role, entry["evidence"]])
-    return Table("Proposed roles: accept them with --write AXIS.toml", ("Column", "Range", "Step", "Role", "Evidence"), rows)
+        rows.append(
+            [
+                entry["column"],
+                f"{entry['low']:.4g} to {entry['high']:.4g}",
+                step,
+                role,
+                entry["evidence"],
+            ]
+        )
+    return Table(
+        "Proposed roles: accept them with --write AXIS.toml",
+        ("Column", "Range", "Step", "Role", "Evidence"),
+        rows,
+    )
 
 
 def _table(caption: str, entries: list[dict[str, Any]]) -> Any:
@@ -132,7 +191,8 @@ def _table(caption: str, entries: list[dict[str, Any]]) -> Any:
     printed = [typeset(unit) if is_unit(unit) else f"{unit} (unknown)" for unit in units]
     numbers = ("samples", "min", "max", "mean", "std", "step")
     rows = [
-        [entry["name"], entry.get("column") or "", unit] + ["–" if entry[key] is None else f"{entry[key]:.6g}" for key in numbers]
+        [entry["name"], entry.get("column") or "", unit]
+        + ["–" if entry[key] is None else f"{entry[key]:.6g}" for key in numbers]
         for entry, unit in zip(entries, printed, strict=True)
     ]
     return Table(caption, ("Name", "Column", "Unit", *(key.capitalize() for key in numbers)), rows)

@@ -20,7 +20,10 @@ def main(arguments: list[str] | None = None) -> int:
         _own_the_compiler()
         try:
             code = _ended_well(list(sys.argv[1:]))
-            if any(not thread.daemon and thread is not threading.main_thread() for thread in threading.enumerate()):
+            if any(
+                not thread.daemon and thread is not threading.main_thread()
+                for thread in threading.enumerate()
+            ):
                 # Threads of a user's model still run, and the interpreter would wait for them forever.
                 os._exit(code)  # the streams are already flushed
             return code
@@ -36,7 +39,12 @@ def _ended_well(arguments: list[str]) -> int:
         try:
             refuse_little_memory()
             from bristle.cli.application import run
-            from bristle.cli.terminal import let_go, report, streams_that_take_all, warnings_as_lines
+            from bristle.cli.terminal import (
+                let_go,
+                report,
+                streams_that_take_all,
+                warnings_as_lines,
+            )
 
             signals.check()
             streams_that_take_all()
@@ -51,7 +59,9 @@ def _ended_well(arguments: list[str]) -> int:
         except BaseException as error:  # noqa: BLE001  (a fault of bristle becomes one message)
             from bristle.cli.terminal import report
 
-            has_results = arguments[:1] in (["demo"], ["paper"]) or any(argument.partition("=")[0] == "--out" for argument in arguments)
+            has_results = arguments[:1] in (["demo"], ["paper"]) or any(
+                argument.partition("=")[0] == "--out" for argument in arguments
+            )
             code = report(error, results=has_results)
         # An interrupted identification does not know the number of the signal.
         return signals.exit_code or code if code == INTERRUPTED else code
@@ -59,10 +69,14 @@ def _ended_well(arguments: list[str]) -> int:
 
 def _own_the_compiler() -> None:
     """Drop compiler settings made for other programs: they change numbers here, or end the process."""
-    for name in [name for name in os.environ if name.startswith("NUMBA_") and name != "NUMBA_DISABLE_JIT"]:
+    for name in [
+        name for name in os.environ if name.startswith("NUMBA_") and name != "NUMBA_DISABLE_JIT"
+    ]:
         del os.environ[name]
     dated = os.environ.get("SOURCE_DATE_EPOCH", "0")
-    if not (dated.isdecimal() and len(dated) <= 10):  # libraries that read it fail beyond the year 2286
+    if not (
+        dated.isdecimal() and len(dated) <= 10
+    ):  # libraries that read it fail beyond the year 2286
         del os.environ["SOURCE_DATE_EPOCH"]
 
 

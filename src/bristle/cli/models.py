@@ -17,7 +17,10 @@ EXAMPLE = """Example:
 
 
 def models(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show the equations and parameters of this model.")] = None,
+    name: Annotated[
+        str | None,
+        typer.Argument(metavar="[NAME]", help="Show the equations and parameters of this model."),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """List models, with parameters and units.
@@ -27,7 +30,9 @@ def models(
     """
     chosen = _families() if name is None else _selected(name)
     if as_json:
-        entries = [_described(family, member) for family, members in chosen.items() for member in members]
+        entries = [
+            _described(family, member) for family, members in chosen.items() for member in members
+        ]
         print_json({"models": entries})
     elif name is None:
         _show_families(chosen)
@@ -62,16 +67,22 @@ def _selected(name: str) -> dict[str, list[Component]]:
         described = loaded_code([name], load_checked)[0][0]
         return {described.family: [described]}
     base, plus, slots = name.removeprefix("+").partition("+")
-    family_of = {member.name: family for family, members in _families().items() for member in members}
+    family_of = {
+        member.name: family for family, members in _families().items() for member in members
+    }
     named = {member.name: member for members in _families().values() for member in members}
     if base not in named:
         mend = f"{did_you_mean(base, named)} For a list type: bristle models".lstrip()
         raise InputError("is not a known model", path="NAME", value=name, mend=mend)
     chosen: Any = named[base]
     if plus and family_of[base] == "plant":
-        return {"plant": [plants.find(name, ("motor_6_cos", "known_NAME"), "NAME")]}  # examples of terms that can be repeated
+        return {
+            "plant": [plants.find(name, ("motor_6_cos", "known_NAME"), "NAME")]
+        }  # examples of terms that can be repeated
     if plus and family_of[base] != "friction":
-        raise InputError(f"a {family_of[base]} has no slots", path="NAME", value=name, mend=f"Write {base}")
+        raise InputError(
+            f"a {family_of[base]} has no slots", path="NAME", value=name, mend=f"Write {base}"
+        )
     if plus:
         chosen = friction.with_slots(chosen, slots.split("+"), "NAME")
     return {family_of[base]: [chosen]}
@@ -109,9 +120,15 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     for family, members in families.items():
         if family == "slot":  # listed with all slots, below
             continue
-        rows = [(member.name, ", ".join(key_of(name) for name in member.variables), member.description) for member in members]
+        rows = [
+            (member.name, ", ".join(key_of(name) for name in member.variables), member.description)
+            for member in members
+        ]
         show_table(Table(family.capitalize(), ("Name", "Parameters", "Description"), rows))
-    rows = [(f"+{name}", ", ".join(PARAMETERS_OF_SLOTS[name]), what) for name, what in WHAT_SLOTS_DO.items()]
+    rows = [
+        (f"+{name}", ", ".join(PARAMETERS_OF_SLOTS[name]), what)
+        for name, what in WHAT_SLOTS_DO.items()
+    ]
     show_table(Table("Slots", ("Name", "Parameters", "Description"), rows))
     say(
         "Every friction model accepts an offset. Write slots after its name: built-in slots, or your own file, such as "

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from bristle.core import Content
 
 
-def identify_operators(logs: list[Path], axes: list[Content], model: str | None, output: Output) -> int:
+def identify_operators(
+    logs: list[Path], axes: list[Content], model: str | None, output: Output
+) -> int:
     """Identify hysteresis operators from recorded curves, write the results, and return the exit code."""
     from bristle.core import InputError
     from bristle.files import provenance, read_curves, write_operator
@@ -32,11 +34,19 @@ def identify_operators(logs: list[Path], axes: list[Content], model: str | None,
     with output.opened("identifying", [log, axis]) as (folder, report):
         recorded = read_curves(log, axis, size_limit=size_limit())
         identification = identify_operator(recorded, model or "all", progress=report)
-        source, unfinished = provenance(output.command, log=recorded, axis=axis), identification.unfinished
+        source, unfinished = (
+            provenance(output.command, log=recorded, axis=axis),
+            identification.unfinished,
+        )
         source |= {"unfinished": unfinished} if unfinished else {}
         summary = operator_summary(identification, provenance=source)
         if folder:
-            write_operator(folder / "model.toml", identification.best.operator, identification.best.offset, provenance=source)
+            write_operator(
+                folder / "model.toml",
+                identification.best.operator,
+                identification.best.offset,
+                provenance=source,
+            )
             page = operator_report(
                 identification,
                 name=recorded.name,
@@ -71,14 +81,26 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
         operator, offset, _ = read_operator(model)
         recorded = read_curves(log, axis, size_limit=size_limit())
         if recorded.kind != operator.kind:
-            raise InputError("model and curves are of different kinds", path=str(model.source), value=operator.kind, allowed=recorded.kind)
+            raise InputError(
+                "model and curves are of different kinds",
+                path=str(model.source),
+                value=operator.kind,
+                allowed=recorded.kind,
+            )
         prediction = predicted(operator, recorded, offset)
         source = provenance(output.command, model=model, log=recorded, axis=axis)
         summary = operator_prediction_summary(prediction, operator, recorded, provenance=source)
         if folder:
             name = recorded.name
-            page = operator_prediction_report(prediction, operator, recorded, name=name, command=output.command, provenance=source)
+            page = operator_prediction_report(
+                prediction, operator, recorded, name=name, command=output.command, provenance=source
+            )
             write_report(folder, page, summary)
 
-    rmse, notes = with_unit(prediction.rmse, unit_of("force", operator.kind)), (f"Note: {note}" for note in recorded.notes)
-    output.tell(summary, f"Error: {rmse} rms, {prediction.error_percent:.3g} % of full scale", *notes)
+    rmse, notes = (
+        with_unit(prediction.rmse, unit_of("force", operator.kind)),
+        (f"Note: {note}" for note in recorded.notes),
+    )
+    output.tell(
+        summary, f"Error: {rmse} rms, {prediction.error_percent:.3g} % of full scale", *notes
+    )

@@ -55,7 +55,9 @@ class Listing(TyperCommand):
 def folder_named(text: str | Path) -> Path:
     """Return the folder for results. Refuse an empty name, such as that of an unset variable."""
     if isinstance(text, str) and not text.strip():
-        raise typer.BadParameter("the name of the folder is empty. Name a new folder, or leave the option out")
+        raise typer.BadParameter(
+            "the name of the folder is empty. Name a new folder, or leave the option out"
+        )
     return Path(text)
 
 
@@ -65,18 +67,38 @@ def dir_option(flag: str, help: str) -> Any:
 
 
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="Axis file.")]
-AxisFiles = Annotated[list[Path] | None, typer.Option("--axis", metavar="AXIS.toml", help="Axis file: one for all logs, or one per log.")]
+AxisFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--axis", metavar="AXIS.toml", help="Axis file: one for all logs, or one per log."
+    ),
+]
 Out = Annotated[Path | None, dir_option("--out", "Write the results to this new folder.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace existing results in DIR.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only one JSON object.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print only a verdict and warnings: no progress, no tables.")]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="Print all tables, warnings and notes.")]
+Quiet = Annotated[
+    bool,
+    typer.Option(
+        "--quiet", "-q", help="Print only a verdict and warnings: no progress, no tables."
+    ),
+]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print all tables, warnings and notes.")
+]
 AllowCode = Annotated[
-    bool, typer.Option("--allow-code", help="Allow the Python models named in the input file to run. Read their code first.")
+    bool,
+    typer.Option(
+        "--allow-code",
+        help="Allow the Python models named in the input file to run. Read their code first.",
+    ),
 ]
 Readers = Annotated[
     list[Path] | None,
-    typer.Option("--reader", metavar="READER.py", help="Python file with your reader for another log format; repeatable."),
+    typer.Option(
+        "--reader",
+        metavar="READER.py",
+        help="Python file with your reader for another log format; repeatable.",
+    ),
 ]
 Formats = Annotated[
     list[Format] | None,
@@ -88,7 +110,12 @@ Formats = Annotated[
     ),
 ]
 FigureFiles = Annotated[
-    list[Path] | None, typer.Option("--figure", metavar="FIGURE.py", help="Python file with your figure for the report; repeatable.")
+    list[Path] | None,
+    typer.Option(
+        "--figure",
+        metavar="FIGURE.py",
+        help="Python file with your figure for the report; repeatable.",
+    ),
 ]
 
 
@@ -109,18 +136,36 @@ class Output:
         return self.context.obj
 
     @contextmanager
-    def opened(self, words: str, reads: Iterable[Any] = (), *, draws: bool = True) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
+    def opened(
+        self, words: str, reads: Iterable[Any] = (), *, draws: bool = True
+    ) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
         """Give the folder of results, or None without --out, and the callback for progress."""
         if self.out and draws:
-            import_module("bristle.report.figures")  # a broken matplotlib configuration ends a command before its work
+            import_module(
+                "bristle.report.figures"
+            )  # a broken matplotlib configuration ends a command before its work
         from bristle.files import results_folder
         from bristle.report.results import figure_files
 
-        place = results_folder(self.out, force=self.force, reads=list(reads)) if self.out else nullcontext()
-        with place as folder, progress(words, quiet=self.quiet) as report, figure_files(folder, self.formats):
+        place = (
+            results_folder(self.out, force=self.force, reads=list(reads))
+            if self.out
+            else nullcontext()
+        )
+        with (
+            place as folder,
+            progress(words, quiet=self.quiet) as report,
+            figure_files(folder, self.formats),
+        ):
             yield folder, report
 
-    def tell(self, summary: Any, *parts: str | Table | None, warnings: Iterable[str] = (), files: str = "") -> None:
+    def tell(
+        self,
+        summary: Any,
+        *parts: str | Table | None,
+        warnings: Iterable[str] = (),
+        files: str = "",
+    ) -> None:
         """Print a summary as JSON, or as paragraphs, tables and warnings. Report the folder of the results."""
         if self.as_json:
             print_json(summary)
@@ -129,7 +174,11 @@ class Output:
             for warning in warnings:
                 complain(warning)
         if self.out and not self.quiet:
-            complain(f"wrote {self.out}; open {self.out / 'report.html'} in a browser" if not files else f"wrote {self.out}: {files}")
+            complain(
+                f"wrote {self.out}; open {self.out / 'report.html'} in a browser"
+                if not files
+                else f"wrote {self.out}: {files}"
+            )
 
 
 def print_json(data: Any) -> None:
@@ -151,11 +200,21 @@ def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
             options = {name: (group, parameter.default)}
         for option, (kind, default) in options.items():
             default = inspect.Parameter.empty if default is MISSING else default
-            parameters[option] = inspect.Parameter(option, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+            parameters[option] = inspect.Parameter(
+                option, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind
+            )
 
     def command(**values: Any) -> Any:
-        grouped = {name: group(**{field.name: values[field.name] for field in fields(group)}) for name, group in groups.items()}
-        return function(**{name: grouped[name] if name in grouped else values[name] for name in inspect.signature(function).parameters})
+        grouped = {
+            name: group(**{field.name: values[field.name] for field in fields(group)})
+            for name, group in groups.items()
+        }
+        return function(
+            **{
+                name: grouped[name] if name in grouped else values[name]
+                for name in inspect.signature(function).parameters
+            }
+        )
 
     command.__doc__, command.__name__ = function.__doc__, function.__name__
     command.__annotations__ = {name: parameter.annotation for name, parameter in parameters.items()}
@@ -196,7 +255,9 @@ def code_in(file: str | Path) -> Content:
     return content_of(file, limit=CODE_LIMIT)
 
 
-def loaded_code(files: Sequence[str | Path], load: Callable[[Content], Any]) -> tuple[list[Any], list[Content]]:
+def loaded_code(
+    files: Sequence[str | Path], load: Callable[[Content], Any]
+) -> tuple[list[Any], list[Content]]:
     """Load user code. Return its objects and the contents of the files; naming the files allows their code."""
     from bristle.files import allow
 
@@ -260,14 +321,18 @@ def own_model(name: str, path: str) -> Any:
     return chosen
 
 
-def experiment_in(path: Path, *, allow_code: bool, progress: Callable[[float, str], None] | None = None) -> Experiment:
+def experiment_in(
+    path: Path, *, allow_code: bool, progress: Callable[[float, str], None] | None = None
+) -> Experiment:
     """Return the experiment in a file after a test of its friction. Identify its models if their results are missing."""
     from bristle.core import content_of
     from bristle.files import TOML_LIMIT, read_experiment
     from bristle.report.prepared import prepare
 
     content = content_of(path, limit=TOML_LIMIT, path="experiment", what="an experiment file")
-    for model in prepare(content, allow_code=allow_code, size_limit=size_limit(), progress=progress):
+    for model in prepare(
+        content, allow_code=allow_code, size_limit=size_limit(), progress=progress
+    ):
         if model.best is None:
             complain(f"{model.name}: identified earlier; see {model.folder}")
         else:
@@ -289,7 +354,10 @@ def command_text(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
         # The names of files are bytes, and the next program may decode them differently.
         from bristle.core import escaped
 
-        words = ["".join(letter if letter.isprintable() else "?" for letter in escaped(word)) for word in words]
+        words = [
+            "".join(letter if letter.isprintable() else "?" for letter in escaped(word))
+            for word in words
+        ]
     return shlex.join(["bristle", *words])
 
 
@@ -297,4 +365,7 @@ def _without_folders(argument: str, separators: str) -> str:
     option, equals, value = argument.partition("=")
     if equals and option.startswith("--"):
         return f"{option}={_without_folders(value, separators)}"
-    return ",".join(re.split(f"[{re.escape(separators)}]", part.rstrip(separators))[-1] for part in argument.split(","))
+    return ",".join(
+        re.split(f"[{re.escape(separators)}]", part.rstrip(separators))[-1]
+        for part in argument.split(",")
+    )

@@ -37,13 +37,24 @@ EXAMPLE = """Example:
 
 
 def predict(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file, or the results of an arm (DIR), both from identify.")],
+    model: Annotated[
+        Path,
+        typer.Argument(
+            metavar="MODEL.toml",
+            help="A model file, or the results of an arm (DIR), both from identify.",
+        ),
+    ],
     log: Annotated[Path, typer.Argument(metavar="LOG", help=f"A log: {LOG_FILE}")],
     *,
     axis: AxisFile = None,
     allow_code: AllowCode = False,
     reader: Readers = None,
-    mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="Prediction mode: inverse, closed-loop or open-loop.")] = "inverse",
+    mode: Annotated[
+        str,
+        typer.Option(
+            "--mode", metavar="MODE", help="Prediction mode: inverse, closed-loop or open-loop."
+        ),
+    ] = "inverse",
     output: Output,
     figure: FigureFiles = None,
 ) -> int:
@@ -65,8 +76,16 @@ def predict(
 
     output.context.with_resource(own_readers(reader))
     if model.is_dir():
-        refuse({"--axis": axis}, "is part of the results of an arm", "Leave it out, or name the model.toml of one axis")
-        refuse({"--figure": figure}, "applies to the report of one axis", "Name the model.toml of one axis")
+        refuse(
+            {"--axis": axis},
+            "is part of the results of an arm",
+            "Leave it out, or name the model.toml of one axis",
+        )
+        refuse(
+            {"--figure": figure},
+            "applies to the report of one axis",
+            "Name the model.toml of one axis",
+        )
         predict_arm = resolve_name(SPELLINGS["predict ARM"])
         return predict_arm(model, log, mode, output, allow_code=allow_code)
     file, axis_file = toml_content(model), toml_content(axis)
@@ -80,8 +99,16 @@ def predict(
     with output.opened("predicting", [file, log, axis_file]) as (folder, _):
         described = read_axis(axis_file) if axis_file else None
         recorded = read_log(log, described, size_limit=size_limit())
-        options = {"mode": mode, "allow_code": allow_code, "axis_file": axis_file, "figures": further, "code": code}
-        prediction, summary, page = predicted_log(file, recorded, described, output, page=bool(folder), **options)
+        options = {
+            "mode": mode,
+            "allow_code": allow_code,
+            "axis_file": axis_file,
+            "figures": further,
+            "code": code,
+        }
+        prediction, summary, page = predicted_log(
+            file, recorded, described, output, page=bool(folder), **options
+        )
         if folder:
             write_report(folder, page, summary)
     words, reasons = summary["verdict"]["words"], summary["verdict"]["reasons"]
@@ -90,7 +117,10 @@ def predict(
         summary,
         f"{words}: {'; '.join(reasons)}." if reasons else f"{words}.",
         *(f"{word}: {value}" for word, value in metrics_in_words(prediction)),
-        *(f"Note: {note}" for note in (*recorded.notes, *(text for severity, text in found if severity == "note"))),
+        *(
+            f"Note: {note}"
+            for note in (*recorded.notes, *(text for severity, text in found if severity == "note"))
+        ),
         warnings=[
             *(f"{severity}: {text}" for severity, text in found if severity != "note"),
             *([] if prediction.status is Status.OK else [prediction.status.sentence]),
@@ -121,21 +151,37 @@ def predicted_log(
 
     plant, friction, facts = read_model(file, allow_code=allow_code)
     if plant is None:
-        raise InputError("is missing", path=f"{file.source}: plant", mend='Write [plant], model = "inertia" and M = ...')
+        raise InputError(
+            "is missing",
+            path=f"{file.source}: plant",
+            mend='Write [plant], model = "inertia" and M = ...',
+        )
     admit(friction)
-    prediction = predicted(plant, friction, log, axis, mode, bands=facts["bands"] or None, **facts["treatment"])
+    prediction = predicted(
+        plant, friction, log, axis, mode, bands=facts["bands"] or None, **facts["treatment"]
+    )
     own = origins_of_code([friction.component])
     source = provenance(output.command, model=file, log=log, axis=axis_file, code=own, figure=code)
     own_log = "::" not in log.origin.name and _was_fitted(log, facts["provenance"])
     about = {"friction": friction, "provenance": source, "own_log": own_log}
     summary = prediction_summary(prediction, notes=log.notes, **about)
     name = axis.name if axis else log.source.stem
-    options = about | {"plant": plant, "log": log, "command": output.command, "axis_name": name, "figures": figures}
+    options = about | {
+        "plant": plant,
+        "log": log,
+        "command": output.command,
+        "axis_name": name,
+        "figures": figures,
+    }
     return prediction, summary, prediction_report(prediction, **options) if page else ""
 
 
 def _was_fitted(recorded: Any, fitted: Mapping[str, Any]) -> bool:
     """Return whether a model was fitted to this log: same file and columns, and a common span of time."""
     checksum = recorded.origin.checksum
-    keys = [key.removesuffix("_sha256") for key, value in fitted.items() if key.endswith("_sha256") and value == checksum]
+    keys = [
+        key.removesuffix("_sha256")
+        for key, value in fitted.items()
+        if key.endswith("_sha256") and value == checksum
+    ]
     return bool(checksum) and any(recorded.is_part(fitted.get(f"{key}_part", "")) for key in keys)

@@ -14,13 +14,19 @@ EXAMPLE = """Example:
 
 
 def run(
-    experiment: Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")],
+    experiment: Annotated[
+        Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")
+    ],
     *,
     output: Output,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
     log: Annotated[
-        bool, typer.Option("--log", help="Also write to DIR, as CSV, the log that the drive of each variant would record.")
+        bool,
+        typer.Option(
+            "--log",
+            help="Also write to DIR, as CSV, the log that the drive of each variant would record.",
+        ),
     ] = False,
 ) -> int:
     """Simulate an experiment.
@@ -54,7 +60,9 @@ def run(
         warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
-        diverging = {name: message(loop.finding) for name, loop in judged.items() if name not in runs}
+        diverging = {
+            name: message(loop.finding) for name, loop in judged.items() if name not in runs
+        }
         unstable = tuple(name for name, loop in judged.items() if not loop.is_stable)
         result = replace(simulate(stable, report), refused=diverging, unstable=unstable)
         source = provenance(output.command, **described.origins, figure=code)
@@ -63,10 +71,19 @@ def run(
         summary = simulation_summary(result, files=files, diagnostics=about, **facts)
         if folder:
             doubts = loop_doubts(about)
-            page = simulation_report(result, command=output.command, warnings=warnings, doubts=doubts, figures=further, **facts)
+            page = simulation_report(
+                result,
+                command=output.command,
+                warnings=warnings,
+                doubts=doubts,
+                figures=further,
+                **facts,
+            )
             write_report(folder, page, summary)
 
-    output.tell(summary, *([variant_table(result), *closing_sentences(result)] if result.variants else []))
+    output.tell(
+        summary, *([variant_table(result), *closing_sentences(result)] if result.variants else [])
+    )
     failed = [name for name, outcome in summary["variants"].items() if not outcome["completed"]]
     for name in (name for name in failed if name not in result.refused):
         complain(f"{name}: {summary['variants'][name]['status']}")

@@ -14,7 +14,12 @@ import time
 from types import FrameType
 from typing import Any, NoReturn
 
-SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up", "SIGBREAK": "interrupted"}
+SENTENCES = {
+    "SIGINT": "interrupted",
+    "SIGTERM": "terminated",
+    "SIGHUP": "hung up",
+    "SIGBREAK": "interrupted",
+}
 INTERRUPTED = 130  # the exit code
 PATIENCE = 60.0  # [s] until the end after a request to terminate, within which results are written; Ctrl-C can be pressed again
 _MARK = b"\xff"
@@ -49,7 +54,10 @@ class ended_by_signals:  # noqa: N801  (used as a context)
     def __enter__(self) -> ended_by_signals:
         for name in SENTENCES:
             number = getattr(signal, name, None)
-            if number is None or signal.getsignal(number) not in (signal.SIG_DFL, signal.default_int_handler):
+            if number is None or signal.getsignal(number) not in (
+                signal.SIG_DFL,
+                signal.default_int_handler,
+            ):
                 continue
             try:
                 self._before[number] = signal.signal(number, self._raise)
@@ -158,7 +166,9 @@ class _Watch:
                 continue
             interrupts += number == signal.SIGINT
             if interrupts == 1:
-                _say("interrupted: waiting for a library to return. Press Ctrl-C again to end at once")
+                _say(
+                    "interrupted: waiting for a library to return. Press Ctrl-C again to end at once"
+                )
             else:
                 _end_at_once(number)
 
@@ -218,7 +228,9 @@ def _imports(frame: FrameType | None) -> bool:
 
 def _interrupt_main(number: int) -> None:
     if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes a sleeping main thread
+        signal.pthread_kill(
+            threading.main_thread().ident or 0, number
+        )  # wakes a sleeping main thread
     else:
         import _thread
 

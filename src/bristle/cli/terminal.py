@@ -96,9 +96,16 @@ def say_laid_out(lay_out: Callable[[int], str]) -> None:
 def show_table(table: Table) -> None:
     """Write a table without its empty columns to the standard output, or row by row if the terminal is too narrow."""
     trimmed, console = table.without_empty_columns(), _console(sys.stdout)
-    cells = [[one_line(row[i]) for row in (trimmed.heads, *trimmed.rows)] for i in range(len(trimmed.heads))]
-    least = [max(len(word) for text in column for word in (text.split() or [""])) for column in cells]
-    available = console.width - 3 * len(least) - 1  # beside the lines and the blanks between columns
+    cells = [
+        [one_line(row[i]) for row in (trimmed.heads, *trimmed.rows)]
+        for i in range(len(trimmed.heads))
+    ]
+    least = [
+        max(len(word) for text in column for word in (text.split() or [""])) for column in cells
+    ]
+    available = (
+        console.width - 3 * len(least) - 1
+    )  # beside the lines and the blanks between columns
     if sum(least) <= available:
         from rich import box
         from rich.table import Table as Drawing
@@ -107,9 +114,13 @@ def show_table(table: Table) -> None:
         while sum(widths) > available:  # the widest one is made narrower first
             spare = [width if width > low else 0 for width, low in zip(widths, least, strict=True)]
             widths[spare.index(max(spare))] -= 1
-        drawing = Drawing(title=trimmed.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+        drawing = Drawing(
+            title=trimmed.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD
+        )
         for i, head in enumerate(trimmed.heads):
-            drawing.add_column(head, justify="right" if trimmed.is_number(i) else "left", width=widths[i])
+            drawing.add_column(
+                head, justify="right" if trimmed.is_number(i) else "left", width=widths[i]
+            )
         for row in trimmed.rows:
             drawing.add_row(*map(one_line, row))
         console.print(drawing)
@@ -132,11 +143,20 @@ def show_lines(lines: Iterable[Line], stream: TextIO | None = None) -> None:
     width = min(console.width, READ_WELL) - LABEL
     for line in lines:
         style = TERMINAL.get(line.level, "")
-        options: dict[str, Any] = {"break_on_hyphens": False, "break_long_words": False, "drop_whitespace": False}
+        options: dict[str, Any] = {
+            "break_on_hyphens": False,
+            "break_long_words": False,
+            "drop_whitespace": False,
+        }
         parts = textwrap.wrap(line.text.replace("\u00a0", " "), width, **options) or [""]
         for place, part in enumerate(parts):
-            label = Text(f"{'' if place else line.label:<{LABEL}}", style="bold" if style or line.label else "")
-            console.print(label + Text(part.strip() if place else part.rstrip(), style=style), soft_wrap=True)
+            label = Text(
+                f"{'' if place else line.label:<{LABEL}}",
+                style="bold" if style or line.label else "",
+            )
+            console.print(
+                label + Text(part.strip() if place else part.rstrip(), style=style), soft_wrap=True
+            )
         if line.command:
             console.print(Text(f"  {line.command}"), soft_wrap=True)
 
@@ -156,7 +176,14 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Callable[[float, str
     if quiet or not sys.stderr.isatty():
         yield lambda share, text: None
         return
-    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeElapsedColumn
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        ProgressColumn,
+        Task,
+        TextColumn,
+        TimeElapsedColumn,
+    )
 
     class Remaining(ProgressColumn):
         """The time until the end that the last report tells; empty for a share of 0, at which it is unknown."""
@@ -165,7 +192,12 @@ def progress(text: str, *, quiet: bool = False) -> Iterator[Callable[[float, str
             left = round(task.fields["end"] - monotonic())
             return str(timedelta(seconds=left)) * (0 < left < 1e7)
 
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn(), Remaining())
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TimeElapsedColumn(),
+        Remaining(),
+    )
     bar = Progress(*columns, console=_console(sys.stderr), transient=True)
     begun = monotonic()
     task = bar.add_task(text, total=None, end=begun)
@@ -222,11 +254,15 @@ def report(error: BaseException, *, results: bool = False) -> int:
         complain("there is not enough memory for this command. Use a shorter log or experiment")
         return BAD_INPUT
     if isinstance(error, OSError) and error.errno in {errno.EMFILE, errno.ENFILE}:
-        complain("bristle cannot open more files: this process or the system has reached its limit. Raise it with ulimit -n")
+        complain(
+            "bristle cannot open more files: this process or the system has reached its limit. Raise it with ulimit -n"
+        )
         return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:
         remark = ". The folder of results is complete" if results else ""
-        complain(f"bristle cannot write to the standard output: {error.strerror}. Free disk space, or redirect the output{remark}")
+        complain(
+            f"bristle cannot write to the standard output: {error.strerror}. Free disk space, or redirect the output{remark}"
+        )
         let_go(sys.stdout)
         return BAD_INPUT
     own = _place_in_own_file(error)
@@ -247,7 +283,9 @@ def report(error: BaseException, *, results: bool = False) -> int:
         details = f"Please report it with the details in {file.name}"
     except OSError:
         details = "bristle could not save the details: there is no space for temporary files"
-    complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {error_text(error)[:LONGEST]}. {details}")
+    complain(
+        f"this is a fault of bristle, not yours: {type(error).__name__}: {error_text(error)[:LONGEST]}. {details}"
+    )
     return OUR_BUG
 
 

@@ -17,4 +17,14 @@ if TYPE_CHECKING:
 
 __getattr__ = loaded_from(__name__, above={"check_figure": "bristle.report.figures.contract"})
 
-__all__ = ["CHECKS", "Check", "admit", "admit_friction_of", "check_figure", "check_model", "check_reader", "check_target", "example_of"]
+__all__ = [
+    "CHECKS",
+    "Check",
+    "admit",
+    "admit_friction_of",
+    "check_figure",
+    "check_model",
+    "check_reader",
+    "check_target",
+    "example_of",
+]

@@ -55,15 +55,27 @@ def _admit(tried: Any, file: str, checks: Sequence[Any], word: str) -> None:
             mend = f"Try: bristle check {file}"
             if check.advice:
                 mend = f"{check.advice}. {mend}"
-            raise InputError(f'cannot be used, because it fails the test "{check.name}": {check.detail.rstrip(".")}', path=file, mend=mend)
+            raise InputError(
+                f'cannot be used, because it fails the test "{check.name}": {check.detail.rstrip(".")}',
+                path=file,
+                mend=mend,
+            )
     if unmet:
         names = ", ".join(check.name for check in unmet)
-        warnings.warn(f"{file}: fails the contract of a {word}: {names}. See: bristle check {file}", InputWarning, stacklevel=3)
+        warnings.warn(
+            f"{file}: fails the contract of a {word}: {names}. See: bristle check {file}",
+            InputWarning,
+            stacklevel=3,
+        )
 
 
 def admit_friction_of(experiment: Experiment) -> None:
     """Apply `admit` once to every friction model of an experiment, those of its feedforward included."""
-    used = [model for variant in experiment.variants for model in (variant.friction, variant.feedforward.friction)]
+    used = [
+        model
+        for variant in experiment.variants
+        for model in (variant.friction, variant.feedforward.friction)
+    ]
     for friction in {model for model in used if model}:
         admit(friction)
 

@@ -74,7 +74,12 @@ def judged(fact: Fact, advice: str, *, unmet: bool) -> Fact:
     return fact
 
 
-def outcomes(checks: Iterable[Demand], subject: Any, form: Collection[Demand], where_it_stops: str = "Kernels never raise") -> list[Check]:
+def outcomes(
+    checks: Iterable[Demand],
+    subject: Any,
+    form: Collection[Demand],
+    where_it_stops: str = "Kernels never raise",
+) -> list[Check]:
     """Return the results of several demands, in order; if a demand of `form` is not met, the others are skipped."""
     results: list[Check] = []
     for check in checks:
@@ -104,7 +109,12 @@ def compiled_as_plain(forces: Callable[[], np.ndarray], kind: Kind) -> Fact:
         slow = forces()
     worst = float(np.max(np.abs(fast - slow)))
     return judged(
-        Fact(f"largest difference {worst:.3g} in {fast.size} steps", worst, unit_of("force", kind), 0.0),
+        Fact(
+            f"largest difference {worst:.3g} in {fast.size} steps",
+            worst,
+            unit_of("force", kind),
+            0.0,
+        ),
         "Use bristle.core.mathematics, not math or **",
         unmet=fast.tobytes() != slow.tobytes(),
     )

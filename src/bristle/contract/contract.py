@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 
 from bristle.contract import slot
-from bristle.contract.check import Check, Demand, Fact, UnmetError, compiled_as_plain, judged, outcomes
+from bristle.contract.check import (
+    Check,
+    Demand,
+    Fact,
+    UnmetError,
+    compiled_as_plain,
+    judged,
+    outcomes,
+)
 from bristle.contract.dimensions import one_dimension
 from bristle.contract.slot import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
 from bristle.core.contracts import Controller, FrictionModel, Model, Motion, Sensor, example_of
@@ -34,7 +42,11 @@ NUDGE = 1e-6  # of a parameter: step of a difference
 LIKE_DIFFERENCES = 1e-4  # of the largest derivative: allowed deviation from differences
 
 
-def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str, *, checks: Sequence[Demand] | None = None) -> list[Check]:
+def check_model(
+    model: FrictionModel | Slot | Controller | Sensor | Model | str,
+    *,
+    checks: Sequence[Demand] | None = None,
+) -> list[Check]:
     """Run the contract suite on a friction model, a slot, a control law or a sensor.
 
     Parameters
@@ -52,7 +64,12 @@ def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str,
     """
     resolved = find(model, "model") if isinstance(model, str) else model
     demands = next(
-        (checks_of for family, checks_of in DEMANDS.items() if isinstance(getattr(resolved, "component", resolved), family)), None
+        (
+            checks_of
+            for family, checks_of in DEMANDS.items()
+            if isinstance(getattr(resolved, "component", resolved), family)
+        ),
+        None,
     )
     if demands is None:
         raise InputError(
@@ -64,7 +81,14 @@ def check_model(model: FrictionModel | Slot | Controller | Sensor | Model | str,
     try:
         bound: Any = resolved if isinstance(resolved, (Model, Slot)) else example_of(resolved)
     except Exception as error:  # noqa: BLE001  (a user's descriptor may have any content)
-        return [Check("example", False, error_text(error), "Give the descriptor example={...} with typical values")]
+        return [
+            Check(
+                "example",
+                False,
+                error_text(error),
+                "Give the descriptor example={...} with typical values",
+            )
+        ]
     if checks is None:
         checks = demands
     return outcomes(checks, bound, FORM_OF_ALL)
@@ -82,10 +106,14 @@ def described_variables(model: Model) -> Fact:
     try:
         state = component.State()
     except TypeError as error:
-        raise UnmetError(f"State() has no defaults ({error})", "Give every field of State a virgin value") from None
+        raise UnmetError(
+            f"State() has no defaults ({error})", "Give every field of State a virgin value"
+        ) from None
     for name, value in state._asdict().items():
         if not isinstance(value, (int, float)):
-            raise UnmetError(f"State.{name} is not a scalar", "Put arrays into the memory, not into the state")
+            raise UnmetError(
+                f"State.{name} is not a scalar", "Put arrays into the memory, not into the state"
+            )
     return Fact(f"{len(component.variables)} parameters, {len(state)} states")
 
 
@@ -93,10 +121,16 @@ def exportable_kernels(model: Model) -> Fact:
     """Keep the functions in the subset of Python that can be compiled and exported; each is built for other targets."""
     component = model.component
     optional = component.rate, component.piece, component.flow, component.arrival
-    functions = [component.trial, component.commit, *(function for function in optional if function)]
+    functions = [
+        component.trial,
+        component.commit,
+        *(function for function in optional if function),
+    ]
     for function in functions:
         if function not in kernels():
-            raise UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
+            raise UnmetError(
+                f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core"
+            )
     try:
         built = kernels_of(model)
     except NotExportableError as error:
@@ -109,9 +143,15 @@ def scalar_results(model: Model) -> Fact:
     state, memory = _virgin(model)
     force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
     if not isinstance(force, (float, int)) or not np.isfinite(force):
-        raise UnmetError(f"the force is {type(force).__name__} {force!r:.40}", "Return (force, move) with finite numbers")
+        raise UnmetError(
+            f"the force is {type(force).__name__} {force!r:.40}",
+            "Return (force, move) with finite numbers",
+        )
     if not hasattr(move, "_fields"):
-        raise UnmetError(f"the move is a {type(move).__name__}", "Return (force, move), where move is a NamedTuple of scalars")
+        raise UnmetError(
+            f"the move is a {type(move).__name__}",
+            "Return (force, move), where move is a NamedTuple of scalars",
+        )
     after = model.component.commit(state, memory, move, model.parameters)
     if type(after) is not type(state):
         raise UnmetError(f"commit returned a {type(after).__name__}", "Return a State from commit")
@@ -131,10 +171,14 @@ def pure_trial(model: Model) -> Fact:
     for motion, dt in _motions(1000):
         trial(state, memory, motion, dt, p)
         if _bytes_of(memory) != before:
-            raise UnmetError(f"a trial at v = {motion.v:g} wrote into the memory", "Write in commit only")
+            raise UnmetError(
+                f"a trial at v = {motion.v:g} wrote into the memory", "Write in commit only"
+            )
     again = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
     if first != again:
-        raise UnmetError("the same trial later gave a different result", "Keep no state outside State and memory")
+        raise UnmetError(
+            "the same trial later gave a different result", "Keep no state outside State and memory"
+        )
     return Fact("1000 trials")
 
 
@@ -143,9 +187,14 @@ def finite_everywhere(model: Model) -> Fact:
     state, memory = _used(model)
     speeds = (0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6)
     tried = [(v, dt) for v in speeds for dt in (0.0, 1e-9, 1e-3, 1.0)]
-    forces = [model.component.trial(state, memory, Motion(v, 0.0), dt, model.parameters)[0] for v, dt in tried]
+    forces = [
+        model.component.trial(state, memory, Motion(v, 0.0), dt, model.parameters)[0]
+        for v, dt in tried
+    ]
     bad = [
-        f"the force is {force} at v = {v:g}, dt = {dt:g}" for force, (v, dt) in zip(forces, tried, strict=True) if not np.isfinite(force)
+        f"the force is {force} at v = {v:g}, dt = {dt:g}"
+        for force, (v, dt) in zip(forces, tried, strict=True)
+        if not np.isfinite(force)
     ]
     if bad:
         raise UnmetError(Fact(bad[0], len(bad), "1", 0.0), "Guard divisions and exponents")
@@ -165,7 +214,12 @@ def one_sided_limits(model: Model) -> Fact:
     if forward == -backward:
         advice = "Check signs"
     return judged(
-        Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least),
+        Fact(
+            f"F(+0) = {forward:g}, F(-0) = {backward:g}",
+            forward - backward,
+            unit_of("force", model.kind),
+            least,
+        ),
         advice,
         unmet=forward - backward < least,
     )
@@ -173,10 +227,16 @@ def one_sided_limits(model: Model) -> Fact:
 
 def opposes_sliding(model: Model) -> Fact:
     """In steady sliding the force, less its mean over both directions, opposes the motion."""
-    steady = [(_steady(model, speed), _steady(model, -speed), speed) for speed in (1e-4, 1e-3, 1e-2, 1e-1)]
+    steady = [
+        (_steady(model, speed), _steady(model, -speed), speed) for speed in (1e-4, 1e-3, 1e-2, 1e-1)
+    ]
     forward, backward, speed = min(steady, key=lambda entry: entry[0] - entry[1])
     detail = f"smallest force at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward"
-    return judged(Fact(detail, forward - backward, unit_of("force", model.kind), 0.0), "Check signs", unmet=forward < backward)
+    return judged(
+        Fact(detail, forward - backward, unit_of("force", model.kind), 0.0),
+        "Check signs",
+        unmet=forward < backward,
+    )
 
 
 def dissipates(model: Model) -> Fact:
@@ -203,7 +263,9 @@ def refines(model: Model) -> Fact:
     errors = []
     for division in (1, 2, 4, 8):
         count = 200 * division
-        x = 2e-5 * np.sin(2 * np.pi * np.arange(count + 1) / count) + 5e-6 * np.sin(14 * np.pi * np.arange(count + 1) / count)
+        x = 2e-5 * np.sin(2 * np.pi * np.arange(count + 1) / count) + 5e-6 * np.sin(
+            14 * np.pi * np.arange(count + 1) / count
+        )
         v = np.diff(x) / (1.0 / count)
         force = force_along(model, v, 1.0 / count, x[1:])
         errors.append(force.reshape(200, division).mean(axis=1))
@@ -211,7 +273,12 @@ def refines(model: Model) -> Fact:
     steps = [float(np.sqrt(np.mean((a - b) ** 2))) / scale for a, b in pairwise(errors)]
     most = 0.8 * steps[0] + 1e-9
     return judged(
-        Fact(f"relative changes {', '.join(f'{change:.1e}' for change in steps)}", steps[-1], "1", most),
+        Fact(
+            f"relative changes {', '.join(f'{change:.1e}' for change in steps)}",
+            steps[-1],
+            "1",
+            most,
+        ),
         "Return the mean force over the step",
         unmet=steps[-1] > most,
     )
@@ -237,7 +304,9 @@ def rate_agrees(model: Model) -> Fact:
             worst = max(worst, float(error), abs(mean - force) / (abs(force) + 1e-9))
             state = after
     return judged(
-        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3), "Use the same equations in rate and trial", unmet=worst > 1e-3
+        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3),
+        "Use the same equations in rate and trial",
+        unmet=worst > 1e-3,
     )
 
 
@@ -250,7 +319,8 @@ def flow_agrees(model: Model) -> Fact:
         return Fact("no flow", applies=False)
     if not all(parts):
         raise UnmetError(
-            "piece, flow and arrival are not all given", "These three functions work together: give all three, or omit all three"
+            "piece, flow and arrival are not all given",
+            "These three functions work together: give all three, or omit all three",
         )
     dt = 1e-7
     worst = 0.0
@@ -261,7 +331,10 @@ def flow_agrees(model: Model) -> Fact:
             contact, piece = component.piece(state, memory, motion, p)
             force, slope, margin = component.flow(contact, piece, motion, p)
             if margin < 0.0:
-                raise UnmetError(f"a piece begins {-margin:.1e} past its end", "Use the same event in piece and flow")
+                raise UnmetError(
+                    f"a piece begins {-margin:.1e} past its end",
+                    "Use the same event in piece and flow",
+                )
             mean, move = component.trial(state, memory, motion, dt, p)
             state = component.commit(state, memory, move, p)
             for name, before, change in zip(contact._fields, contact, slope, strict=True):
@@ -269,7 +342,9 @@ def flow_agrees(model: Model) -> Fact:
                 worst = max(worst, abs(getattr(state, name) - expected) / (abs(expected) + 1e-300))
             worst = max(worst, abs(mean - force) / (abs(force) + 1e-9))
     return judged(
-        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3), "Use the same equations in flow and trial", unmet=worst > 1e-3
+        Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3),
+        "Use the same equations in flow and trial",
+        unmet=worst > 1e-3,
     )
 
 
@@ -291,24 +366,35 @@ def derivatives_agree(model: Model) -> Fact:
     numbers = pack(model.parameters)
     reals = np.array(_reals(model.parameters), dtype=bool)
     numbers[reals] *= BESIDE
-    directions = np.diag(np.where(np.isfinite(numbers) & reals, numbers, 0.0))[:, np.isfinite(numbers) & reals & (numbers != 0.0)]
+    directions = np.diag(np.where(np.isfinite(numbers) & reals, numbers, 0.0))[
+        :, np.isfinite(numbers) & reals & (numbers != 0.0)
+    ]
 
     def force(numbers: np.ndarray) -> np.ndarray:
-        return along(Model(model.component, unpack(numbers), model.kind), np.diff(x) / 1e-3, 1e-3, x[1:])
+        return along(
+            Model(model.component, unpack(numbers), model.kind), np.diff(x) / 1e-3, 1e-3, x[1:]
+        )
 
     worst = 0.0
     with interpreted(), np.errstate(all="ignore"):
         beside = Model(model.component, unpack(numbers), model.kind)
-        here, derivatives = force_with_derivatives(beside, directions, np.diff(x) / 1e-3, 1e-3, x[1:])
+        here, derivatives = force_with_derivatives(
+            beside, directions, np.diff(x) / 1e-3, 1e-3, x[1:]
+        )
         for derivative, direction in zip(derivatives.T, directions.T, strict=True):
-            differences = np.array([(force(numbers + nudge * direction) - here) / nudge for nudge in (NUDGE, -NUDGE)])
-            error = np.median(np.min(np.abs(derivative - differences), axis=0)) / max(float(np.max(np.abs(differences))), 1e-300)
+            differences = np.array(
+                [(force(numbers + nudge * direction) - here) / nudge for nudge in (NUDGE, -NUDGE)]
+            )
+            error = np.median(np.min(np.abs(derivative - differences), axis=0)) / max(
+                float(np.max(np.abs(differences))), 1e-300
+            )
             if not np.all(np.isfinite(derivative)):
                 error = np.inf
             worst = max(worst, float(error))
     if not worst <= LIKE_DIFFERENCES:
         raise UnmetError(
-            f"derivatives and differences differ by {worst:.2g} of the largest", "Report this failure: it is a fault of bristle"
+            f"derivatives and differences differ by {worst:.2g} of the largest",
+            "Report this failure: it is a fault of bristle",
         )
     return Fact(f"{directions.shape[1]} derivatives", worst, "1", LIKE_DIFFERENCES)
 
@@ -337,7 +423,11 @@ def drives_a_mass(model: Model) -> Fact:
 
 
 FORM = (described_variables, exportable_kernels, scalar_results)
-SLOT_FORM = (slot.described_parameters, slot.on_a_model(exportable_kernels), slot.on_a_model(scalar_results))
+SLOT_FORM = (
+    slot.described_parameters,
+    slot.on_a_model(exportable_kernels),
+    slot.on_a_model(scalar_results),
+)
 FORM_OF_ALL = (*FORM, *FORM_OF_SAMPLED, *SLOT_FORM)
 CHECKS = (
     *FORM,
@@ -359,7 +449,10 @@ OF_SLOT = (
     *SLOT_FORM,
     slot.neutral_defaults,
     slot.factor_above_zero,
-    *(slot.on_a_model(check) for check in (one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees)),
+    *(
+        slot.on_a_model(check)
+        for check in (one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees)
+    ),
     slot.same_bits_along_its_channel,
     slot.same_bits_exported,
     slot.on_a_model(drives_a_mass),
@@ -370,12 +463,19 @@ DEMANDS: dict[type[Documented], tuple[Demand, ...]] = {
     Sensor: (described_variables, *SENSOR_CHECKS),
     Slot: OF_SLOT,
 }
-COMPILED = ("same bits compiled", "same bits along its channel", "same bits exported", "drives a mass")
+COMPILED = (
+    "same bits compiled",
+    "same bits along its channel",
+    "same bits exported",
+    "drives a mass",
+)
 """Names of the demands that compile code."""
 
 
 def _virgin(model: Model) -> tuple[Any, np.ndarray]:
-    return model.component.initial_state(model.parameters), model.component.new_memory(model.parameters)
+    return model.component.initial_state(model.parameters), model.component.new_memory(
+        model.parameters
+    )
 
 
 def _used(model: Model) -> tuple[Any, np.ndarray]:
@@ -391,7 +491,10 @@ def _motions(count: int) -> Iterator[tuple[Motion, float]]:
     generator = np.random.default_rng(SEED)
     for _ in range(count):
         v = float(generator.choice((-1.0, 1.0)) * 10 ** generator.uniform(-6, -1))
-        yield Motion(v, float(generator.uniform(-1e-3, 1e-3))), float(10 ** generator.uniform(-6, -2))
+        yield (
+            Motion(v, float(generator.uniform(-1e-3, 1e-3))),
+            float(10 ** generator.uniform(-6, -2)),
+        )
 
 
 def _steady(model: Model, v: float) -> float:

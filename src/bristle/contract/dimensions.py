@@ -10,7 +10,19 @@ from bristle.core.contracts import Model, Motion
 from bristle.core.dimensions import exponents_of
 from bristle.core.variable import variables_of
 
-WALK = (1e-4, 1e-3, 5e-3, -1e-4, -1e-3, 0.0, -0.0, 2e-3, -5e-3, 1e-4, -2e-3)  # speeds: forward, back, at rest after either direction
+WALK = (
+    1e-4,
+    1e-3,
+    5e-3,
+    -1e-4,
+    -1e-3,
+    0.0,
+    -0.0,
+    2e-3,
+    -5e-3,
+    1e-4,
+    -2e-3,
+)  # speeds: forward, back, at rest after either direction
 OTHER_UNIT = 16.0  # a power of two with an integer root: numbers of a consistent formula change by their exponents only
 
 
@@ -36,22 +48,35 @@ def _walked(model: Model, units: Mapping[str, float]) -> list[np.ndarray]:
     """Return force and states along a short walk, computed in units smaller by these factors, and converted to SI."""
 
     def factor(quantity: str) -> float:
-        return math.prod(units.get(name, 1.0) ** power for name, power in exponents_of(quantity).items())
+        return math.prod(
+            units.get(name, 1.0) ** power for name, power in exponents_of(quantity).items()
+        )
 
     component = model.component
     states = variables_of(model.component.State)
-    scaled = {name: factor(item.quantity) for name, item in component.variables.items() if factor(item.quantity) != 1.0}
+    scaled = {
+        name: factor(item.quantity)
+        for name, item in component.variables.items()
+        if factor(item.quantity) != 1.0
+    }
     values = {name: np.multiply(model.values[name], by).tolist() for name, by in scaled.items()}
     p = component(**{**model.values, **values}, kind=model.kind, validate=False).parameters
     memory = component.new_memory(p)
     begun = component.initial_state(model.parameters)
     x = 0.0
     rows = []
-    state = begun._replace(**{name: getattr(begun, name) * factor(item.quantity) for name, item in states.items()})
+    state = begun._replace(
+        **{name: getattr(begun, name) * factor(item.quantity) for name, item in states.items()}
+    )
     for v in WALK:
         x += 1e-3 * v
         motion = Motion(v * factor("length/time"), x * factor("length"))
         force, move = component.trial(state, memory, motion, 1e-3 * factor("time"), p)
         state = component.commit(state, memory, move, p)
-        rows.append([force / factor("force"), *(getattr(state, name) / factor(item.quantity) for name, item in states.items())])
+        rows.append(
+            [
+                force / factor("force"),
+                *(getattr(state, name) / factor(item.quantity) for name, item in states.items()),
+            ]
+        )
     return list(np.array(rows, dtype=float).T)

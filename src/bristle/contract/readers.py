@@ -72,7 +72,10 @@ class _Trial:
     def times(self) -> dict[str, np.ndarray]:
         """The columns of time, by name."""
         table = self.table
-        named = dict.fromkeys(table.stamps.values()) or [name for name in table.columns if is_time(name)][:1]
+        named = (
+            dict.fromkeys(table.stamps.values())
+            or [name for name in table.columns if is_time(name)][:1]
+        )
         return {name: table.columns[name] for name in named}
 
 
@@ -80,9 +83,14 @@ def described_reader(trial: _Trial) -> Fact:
     """State the usual name of the format, and give an example: the bytes of a small file of this format."""
     title = str(trial.format.title)
     if not title.strip() or not title.isprintable():
-        raise UnmetError(f"the title is {title!r:.60}", "Give the usual name of such files in a few words")
+        raise UnmetError(
+            f"the title is {title!r:.60}", "Give the usual name of such files in a few words"
+        )
     if not isinstance(trial.example, bytes) or not trial.example.strip():
-        raise UnmetError("there is no example", f'Write LogFormat(..., example=b"...") with the bytes of {FEWEST_ROWS} rows or more')
+        raise UnmetError(
+            "there is no example",
+            f'Write LogFormat(..., example=b"...") with the bytes of {FEWEST_ROWS} rows or more',
+        )
     return Fact(f"{title}: {len(trial.example)} bytes")
 
 
@@ -101,7 +109,10 @@ def columns_of_numbers(trial: _Trial) -> Fact:
     """Give columns of numbers by name, of equal length or with separate times."""
     table = trial.table
     if len(table.columns) < FEWEST_COLUMNS:
-        raise UnmetError(f"it gives {len(table.columns)} columns of numbers", "Return arrays of numbers by their names")
+        raise UnmetError(
+            f"it gives {len(table.columns)} columns of numbers",
+            "Return arrays of numbers by their names",
+        )
     for name, values in table.columns.items():
         if values.ndim != 1 or values.dtype.kind != "f" or values.size < FEWEST_ROWS:
             raise UnmetError(
@@ -109,7 +120,9 @@ def columns_of_numbers(trial: _Trial) -> Fact:
                 f"Return one array of numbers for each column; the example has {FEWEST_ROWS} rows or more",
             )
     if not {*table.columns, *table.stamps.values()} <= set(table.names):
-        raise UnmetError("the list names lacks existing columns", "Omit names, or list every column in it")
+        raise UnmetError(
+            "the list names lacks existing columns", "Omit names, or list every column in it"
+        )
     plain = [name for name in table.columns if name not in {*table.stamps, *table.stamps.values()}]
     pairs = []
     if not table.tables:
@@ -130,7 +143,10 @@ def units_that_exist(trial: _Trial) -> Fact:
     """Give existing units to existing columns."""
     for name, unit in trial.table.units.items():
         if name not in trial.table.names:
-            raise UnmetError(f"there is a unit for {name!r}, but no such column", "Give units by the names of columns")
+            raise UnmetError(
+                f"there is a unit for {name!r}, but no such column",
+                "Give units by the names of columns",
+            )
         try:
             units.si_of(unit)
         except InputError as error:
@@ -138,22 +154,29 @@ def units_that_exist(trial: _Trial) -> Fact:
                 f"column {name!r} has the unit {unit!r}, which does not exist",
                 error.mend or "Write mm, N, A, %, or omit the unit: the axis file then states it",
             ) from None
-    return Fact(", ".join(f"{name} [{unit}]" for name, unit in trial.table.units.items()) or "no units")
+    return Fact(
+        ", ".join(f"{name} [{unit}]" for name, unit in trial.table.units.items()) or "no units"
+    )
 
 
 def time_in_order(trial: _Trial) -> Fact:
     """Give times that are numbers and increase, or the time between samples."""
     for name, values in trial.times.items():
         if not np.all(np.isfinite(values)):
-            raise UnmetError(f"column {name!r} has times that are not numbers", "Omit rows without a time")
+            raise UnmetError(
+                f"column {name!r} has times that are not numbers", "Omit rows without a time"
+            )
         falls = np.flatnonzero(np.diff(values) < 0.0)
         if falls.size:
             raise UnmetError(
-                f"column {name!r} decreases after row {falls[0] + 1}", "Return rows in the order of their times, and unwrap a counter"
+                f"column {name!r} decreases after row {falls[0] + 1}",
+                "Return rows in the order of their times, and unwrap a counter",
             )
     period = trial.table.sample_time
     if period is not None and not (np.isfinite(period) and period > 0.0):
-        raise UnmetError(f"the time between samples is {period!r}", "Give sample_time in seconds, or omit it")
+        raise UnmetError(
+            f"the time between samples is {period!r}", "Give sample_time in seconds, or omit it"
+        )
     if not trial.times and period is None:
         return Fact("no time: the axis file states the time between samples", applies=False)
     return Fact(", ".join(trial.times) or f"every {period:g} s")
@@ -163,9 +186,17 @@ def same_log_twice(trial: _Trial) -> Fact:
     """Give the same numbers, units and notes for the same bytes."""
     first = trial.table
     again = trial.read(trial.example)
-    facts = [(table.units, table.notes, table.stamps, table.sample_time, list(table.columns)) for table in (first, again)]
-    if facts[0] != facts[1] or any(again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()):
-        raise UnmetError("the second reading differs", "Use only the bytes: no clock, no counter, no unordered set")
+    facts = [
+        (table.units, table.notes, table.stamps, table.sample_time, list(table.columns))
+        for table in (first, again)
+    ]
+    if facts[0] != facts[1] or any(
+        again.columns[name].tobytes() != values.tobytes() for name, values in first.columns.items()
+    ):
+        raise UnmetError(
+            "the second reading differs",
+            "Use only the bytes: no clock, no counter, no unordered set",
+        )
     return Fact(f"{sum(values.size for values in first.columns.values())} numbers")
 
 
@@ -173,18 +204,24 @@ def leaves_other_files(trial: _Trial) -> Fact:
     """Claim no file of another format, and never fail: recognises is called for every file, even an empty one."""
     if trial.format is FORMATS[-1]:
         return Fact("it is called last, for files that no other format claims", applies=False)
-    foreign = {title: data for title, data in other_files().items() if format_of(data, "") is not trial.format}
+    foreign = {
+        title: data
+        for title, data in other_files().items()
+        if format_of(data, "") is not trial.format
+    }
     for title, data in foreign.items():
         for ending in ENDINGS:
             try:
                 claimed = trial.format.recognises(data[:START], ending)
             except Exception as error:  # noqa: BLE001  (user code may raise any error)
                 raise UnmetError(
-                    f"recognises stops with {type(error).__name__}: {error_text(error)} ({title})", "Return False for unknown files"
+                    f"recognises stops with {type(error).__name__}: {error_text(error)} ({title})",
+                    "Return False for unknown files",
                 ) from None
             if claimed:
                 raise UnmetError(
-                    f"it recognizes a file of another format as its own: {title}", "Check more of the first bytes in recognises"
+                    f"it recognizes a file of another format as its own: {title}",
+                    "Check more of the first bytes in recognises",
                 )
     return Fact(f"{len(foreign)} files of other formats")
 
@@ -193,13 +230,19 @@ def tells_where_a_file_ends_early(trial: _Trial) -> Fact:
     """Refuse a truncated file with its name, or give its whole rows and note that the last row may be cut."""
     refused = 0
     short = 0
-    ends = {*(round(share * len(trial.example)) for share in CUTS), *(len(trial.example) - last for last in LAST)}
+    ends = {
+        *(round(share * len(trial.example)) for share in CUTS),
+        *(len(trial.example) - last for last in LAST),
+    }
     for part in [trial.example[:end] for end in sorted(ends) if trial.example[:end].strip()]:
         try:
             table = trial.read(part)
         except InputError as error:
             if FILE not in str(error.path):
-                raise UnmetError(f"truncated to {len(part)} bytes, it is refused without its name: {error}", RAISE) from None
+                raise UnmetError(
+                    f"truncated to {len(part)} bytes, it is refused without its name: {error}",
+                    RAISE,
+                ) from None
             refused += 1
         else:
             _refuse_other_rows(trial.table, table, len(part))
@@ -212,8 +255,13 @@ def _refuse_other_rows(complete: Table, part: Table, size: int) -> None:
     for name, values in complete.columns.items():
         read = part.columns.get(name, np.empty(0))
         if not 0 < read.size <= values.size:
-            raise UnmetError(f"truncated to {size} bytes, column {name!r} has {read.size} rows, without a note", RAISE)
-        differs = np.flatnonzero(~((read == values[: read.size]) | (np.isnan(read) & np.isnan(values[: read.size]))))
+            raise UnmetError(
+                f"truncated to {size} bytes, column {name!r} has {read.size} rows, without a note",
+                RAISE,
+            )
+        differs = np.flatnonzero(
+            ~((read == values[: read.size]) | (np.isnan(read) & np.isnan(values[: read.size])))
+        )
         may_be_cut = part.notes != complete.notes
         if differs.size and not (may_be_cut and differs[0] == read.size - 1):
             raise UnmetError(
@@ -224,7 +272,14 @@ def _refuse_other_rows(complete: Table, part: Table, size: int) -> None:
 
 
 FORM = (described_reader, recognises_its_example, columns_of_numbers)
-READER_CHECKS = (*FORM, units_that_exist, time_in_order, same_log_twice, leaves_other_files, tells_where_a_file_ends_early)
+READER_CHECKS = (
+    *FORM,
+    units_that_exist,
+    time_in_order,
+    same_log_twice,
+    leaves_other_files,
+    tells_where_a_file_ends_early,
+)
 
 
 @cache
@@ -236,7 +291,9 @@ def other_files() -> Mapping[str, bytes]:
     np.savez(archive, t=np.arange(40.0), q=np.arange(40.0))
     np.save(array, np.arange(80.0).reshape(40, 2))
     return {
-        "text with commas": "\n".join(["t,q [mm],force [N]", *(f"{t:.3f},{x},{f}" for t, x, f in rows)]).encode(),
+        "text with commas": "\n".join(
+            ["t,q [mm],force [N]", *(f"{t:.3f},{x},{f}" for t, x, f in rows)]
+        ).encode(),
         "text with decimal commas": "\r\n".join(
             ["Zeit;Weg [mm];Kraft [N]", *(f"{t:.3f};{x};{f}".replace(".", ",") for t, x, f in rows)]
         ).encode("utf-16"),

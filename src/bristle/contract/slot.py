@@ -52,7 +52,9 @@ def model_with(slot: Slot, base: Any = lugre) -> Model:
 
 def _factors(slot: Slot, parameters: Any) -> np.ndarray:
     with interpreted():
-        return np.array([slot.factor(float(value), parameters) for value in np.linspace(*range_of(slot), COUNT)])
+        return np.array(
+            [slot.factor(float(value), parameters) for value in np.linspace(*range_of(slot), COUNT)]
+        )
 
 
 def described_parameters(slot: Slot) -> Fact:
@@ -85,7 +87,9 @@ def factor_above_zero(slot: Slot) -> Fact:
     detail = f"{np.min(factors):.4g} to {np.max(factors):.4g} for {ends}"
     fact = Fact(detail, float(np.min(factors)), "1", SMALLEST_FACTOR)
     if not np.all(np.isfinite(factors)) or np.min(factors) <= SMALLEST_FACTOR:
-        raise UnmetError(fact, "Friction must not change its sign: change the equation, the example or the range")
+        raise UnmetError(
+            fact, "Friction must not change its sign: change the equation, the example or the range"
+        )
     if np.ptp(factors) <= ROUNDING:
         raise UnmetError(fact, "Give the slot example={...} with values that make friction vary")
     return fact
@@ -149,7 +153,10 @@ def law_kernels(model: Model) -> Fact:
     reference = struct_of(Reference, [REAL] * len(Reference._fields))
     state = type_of(_begun(model))
     p = type_of(model.parameters)
-    built = [_built(model.component.start, [REAL, REAL, REAL, REAL, p]), _built(model.component.step, [state, reference, REAL, REAL, p])]
+    built = [
+        _built(model.component.start, [REAL, REAL, REAL, REAL, p]),
+        _built(model.component.step, [state, reference, REAL, REAL, p]),
+    ]
     if model.component.resume is not None:
         built.append(_built(model.component.resume, [state, reference, REAL, REAL, REAL, p]))
     return Fact(f"{sum(built)} kernels", 0.0, "1", 0.0)
@@ -168,13 +175,17 @@ def law_results(model: Model) -> Fact:
     state = _begun(model)
     if type(state) is not model.component.State:
         raise UnmetError(f"start returned a {type(state).__name__}", "Return a State from start")
-    return _sampled(model, "effort", lambda: model.component.step(state, reference, 1e-6, DT, p), "force")
+    return _sampled(
+        model, "effort", lambda: model.component.step(state, reference, 1e-6, DT, p), "force"
+    )
 
 
 def sensor_results(model: Model) -> Fact:
     """Return a finite position and a state from a step; the same call gives the same result."""
     state = model.component.State()
-    return _sampled(model, "position", lambda: model.component.step(state, 1e-6, DT, model.parameters), "length")
+    return _sampled(
+        model, "position", lambda: model.component.step(state, 1e-6, DT, model.parameters), "length"
+    )
 
 
 def same_bits_in_a_loop(model: Model) -> Fact:
@@ -196,7 +207,9 @@ def _begun(model: Model) -> Any:
 def _built(function: Any, types: list[Any]) -> int:
     """Return the number of functions in the tree of a kernel."""
     if not is_kernel(function):
-        raise UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
+        raise UnmetError(
+            f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core"
+        )
     builder = Builder()
     try:
         builder.function(function, types)
@@ -208,16 +221,27 @@ def _built(function: Any, types: list[Any]) -> int:
 def _sampled(model: Model, output: str, step: Any, quantity: str) -> Fact:
     value, after = step()
     if not isinstance(value, (float, int)) or not math.isfinite(value):
-        raise UnmetError(f"the {output} is {type(value).__name__} {value!r:.40}", f"Return ({output}, state) with finite numbers")
+        raise UnmetError(
+            f"the {output} is {type(value).__name__} {value!r:.40}",
+            f"Return ({output}, state) with finite numbers",
+        )
     if type(after) is not model.component.State:
-        raise UnmetError(f"step returned a {type(after).__name__} as its state", f"Return ({output}, State(...))")
+        raise UnmetError(
+            f"step returned a {type(after).__name__} as its state", f"Return ({output}, State(...))"
+        )
     if step() != (value, after):
-        raise UnmetError("the same step later gave a different result", "Keep no state outside State")
+        raise UnmetError(
+            "the same step later gave a different result", "Keep no state outside State"
+        )
     return Fact(value=float(value), unit=unit_of(quantity, model.kind))
 
 
 def _effort_of_loop(law: Model, sensor: Model) -> np.ndarray:
     turn = 2.0 * np.pi * FREQUENCY
     angle = turn * DT * np.arange(SAMPLES)
-    reference = AMPLITUDE * np.array([1.0 - np.cos(angle), turn * np.sin(angle), turn**2 * np.cos(angle), 0.0 * angle])
-    return np.asarray(run_closed_loop(inertia(M=1.0), coulomb(F_C=0.1), law, sensor, reference, DT).effort)
+    reference = AMPLITUDE * np.array(
+        [1.0 - np.cos(angle), turn * np.sin(angle), turn**2 * np.cos(angle), 0.0 * angle]
+    )
+    return np.asarray(
+        run_closed_loop(inertia(M=1.0), coulomb(F_C=0.1), law, sensor, reference, DT).effort
+    )

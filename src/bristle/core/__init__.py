@@ -7,7 +7,15 @@ from bristle.core.loading import loaded_from
 
 if TYPE_CHECKING:
     from bristle.core.axis import Axis, Column, Injected, KnownColumn
-    from bristle.core.content import SIZE_LIMIT, Content, Origin, Readable, content_of, size_in_words, size_of
+    from bristle.core.content import (
+        SIZE_LIMIT,
+        Content,
+        Origin,
+        Readable,
+        content_of,
+        size_in_words,
+        size_of,
+    )
     from bristle.core.contracts import (
         Component,
         Controller,
@@ -26,7 +34,20 @@ if TYPE_CHECKING:
     from bristle.core.diagnostic import Diagnostic
     from bristle.core.dimensions import NAMES, Kind
     from bristle.core.dispatch import everett
-    from bristle.core.edge import TEXT, Amount, Progress, amount, array, between, guarded, instance, many, model, optional, whole
+    from bristle.core.edge import (
+        TEXT,
+        Amount,
+        Progress,
+        amount,
+        array,
+        between,
+        guarded,
+        instance,
+        many,
+        model,
+        optional,
+        whole,
+    )
     from bristle.core.errors import (
         BristleError,
         InputError,
@@ -55,7 +76,15 @@ if TYPE_CHECKING:
     from bristle.core.surroundings import Surrounding
     from bristle.core.symbols import GREEK, symbolic
     from bristle.core.tabular import Card, WithCard, library
-    from bristle.core.typography import Scale, escaped, number, printable, scale_of, typeset, with_unit
+    from bristle.core.typography import (
+        Scale,
+        escaped,
+        number,
+        printable,
+        scale_of,
+        typeset,
+        with_unit,
+    )
     from bristle.core.units import compatible, convert, factor, is_unit, quantity, split
     from bristle.core.variable import KINDS, Variable, unit_of, variables_of
 

@@ -69,7 +69,9 @@ class Former(MetaPathFinder, Loader):
         self._warned: set[str] = set()
         self._specs: dict[str, ModuleSpec | None] = {}
 
-    def find_spec(self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
         """Return how to load a former name, None for any other."""
         if not fullname.startswith("bristle."):
             return None

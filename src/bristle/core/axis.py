@@ -5,14 +5,32 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from bristle.core.edge import FLAG, KIND, TEXT, among, amount, guarded, instance, many, mapping, model, optional, rising, taken, whole
+from bristle.core.edge import (
+    FLAG,
+    KIND,
+    TEXT,
+    among,
+    amount,
+    guarded,
+    instance,
+    many,
+    mapping,
+    model,
+    optional,
+    rising,
+    taken,
+    whole,
+)
 from bristle.core.errors import InputError, located
 from bristle.core.motion import RECORDED
 from bristle.core.tabular import SIGNALS
 from bristle.core.values import shown
 from bristle.core.variable import KINDS, Kind, Variable
 
-CHANNELS = {name: SIGNALS[name].quantity for name in ("time", "position", "velocity", "effort", "reference", *RECORDED)}
+CHANNELS = {
+    name: SIGNALS[name].quantity
+    for name in ("time", "position", "velocity", "effort", "reference", *RECORDED)
+}
 """Channel of a log -> generalised quantity."""
 COLUMNS = CHANNELS | {"following_error": "length"}
 """Allowed columns: a channel, or the following error, which gives the reference together with the position."""
@@ -32,7 +50,9 @@ DELAY = Variable("time", "delay of the effort", min=-10.0, max=10.0)
 
 
 def _positive(quantity: str, meaning: str, **options: Any) -> Any:
-    return taken(optional(amount(Variable(quantity, meaning, min=0.0), exclusive=True)), None, **options)
+    return taken(
+        optional(amount(Variable(quantity, meaning, min=0.0), exclusive=True)), None, **options
+    )
 
 
 def _pair(quantity: str, meaning: str, *, endless: bool = False) -> Any:
@@ -80,7 +100,9 @@ def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
     """Check the columns by channel; a further channel for a user slot must be a word with a unit."""
     columns = mapping(instance(Column, "an object of class Column"))(columns, path, kind)
     for name, column in columns.items():
-        if name not in COLUMNS and not (isinstance(name, str) and name.isidentifier() and (column.base or column.shift)):
+        if name not in COLUMNS and not (
+            isinstance(name, str) and name.isidentifier() and (column.base or column.shift)
+        ):
             allowed = f"{', '.join(COLUMNS)}, or a further channel with a unit"
             raise InputError("has an unknown name", path=path, value=shown(name), allowed=allowed)
     return columns
@@ -282,8 +304,12 @@ class Axis:
     seeks_delay: bool = _flag(default=True)
     mass: float | None = _positive("mass", "moving mass or inertia")
     plant: str = taken(among("inertia", "oscillator"), "inertia")
-    stiffness: float | None = taken(optional(amount(Variable("force/length", "stiffness to the ground", min=0.0))), None)
-    damping: float | None = taken(optional(amount(Variable("force*time/length", "damping to the ground", min=0.0))), None)
+    stiffness: float | None = taken(
+        optional(amount(Variable("force/length", "stiffness to the ground", min=0.0))), None
+    )
+    damping: float | None = taken(
+        optional(amount(Variable("force*time/length", "damping to the ground", min=0.0))), None
+    )
     offset: float | str = taken(_offset, "identify")
     resolution: float | None = _positive("length", "step of the encoder")
     effort_limit: float | None = _positive("force", "largest effort")
@@ -310,11 +336,17 @@ class Axis:
     cutoff: float | None = _positive("frequency", "cut-off")
     decimation: int | None = taken(optional(whole(1, 10_000)), None)
     keeps_rests: bool = _flag()
-    method: str = taken(among("prediction_error", "inverse_dynamics", "output_error"), "prediction_error")
+    method: str = taken(
+        among("prediction_error", "inverse_dynamics", "output_error"), "prediction_error"
+    )
     loop: str | None = taken(optional(among("open", "closed")), None)
     settings: Mapping[str, float] = taken(mapping(_NUMBER), default_factory=dict)
     text: bytes = field(default=b"", repr=False, compare=False)
     gravity: bool = _flag()
     spring: str | None = taken(optional(among("linear", "cubic")), None)
-    cogging: tuple[Cogging, ...] = taken(many(instance(Cogging, "an object of class Cogging"), single=True), ())
-    regressors: tuple[KnownColumn, ...] = taken(many(instance(KnownColumn, "an object of class KnownColumn"), single=True), ())
+    cogging: tuple[Cogging, ...] = taken(
+        many(instance(Cogging, "an object of class Cogging"), single=True), ()
+    )
+    regressors: tuple[KnownColumn, ...] = taken(
+        many(instance(KnownColumn, "an object of class KnownColumn"), single=True), ()
+    )

@@ -38,8 +38,18 @@ _read: ContextVar[set[str] | None] = ContextVar("_read", default=None)
 @contextmanager
 def noting_what_is_read(named: Iterable[Readable | None] = ()) -> Iterator[None]:
     """Track the files that are read inside this block, so that results do not replace their own inputs."""
-    paths = [str(item.source if isinstance(item, Content) else item) for item in named if item is not None]
-    token = _read.set({os.path.realpath(file_path.partition("::")[0]) for file_path in paths if "\0" not in file_path})
+    paths = [
+        str(item.source if isinstance(item, Content) else item)
+        for item in named
+        if item is not None
+    ]
+    token = _read.set(
+        {
+            os.path.realpath(file_path.partition("::")[0])
+            for file_path in paths
+            if "\0" not in file_path
+        }
+    )
     try:
         yield
     finally:
@@ -49,7 +59,11 @@ def noting_what_is_read(named: Iterable[Readable | None] = ()) -> Iterator[None]
 def read_in(folder: Path) -> list[str]:
     """Return the names of files in a folder that were or will be read."""
     inside = os.path.join(os.path.realpath(folder), "")
-    return sorted(file_path.removeprefix(inside) for file_path in _read.get() or () if file_path.startswith(inside))
+    return sorted(
+        file_path.removeprefix(inside)
+        for file_path in _read.get() or ()
+        if file_path.startswith(inside)
+    )
 
 
 @dataclass(frozen=True)
@@ -84,27 +98,40 @@ class Content:
     @property
     def origin(self) -> Origin:
         """Name and checksum."""
-        return Origin(escaped(self.source.name + (f"::{self.part}" if self.part else "")), self.checksum)
+        return Origin(
+            escaped(self.source.name + (f"::{self.part}" if self.part else "")), self.checksum
+        )
 
 
-def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", what: str = "a file") -> Content:
+def content_of(
+    readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", what: str = "a file"
+) -> Content:
     """Read a file once and return its content."""
     if isinstance(readable, Content):
         return readable
     if isinstance(readable, (bytes, bytearray, memoryview)):
-        return Content(Path("<bytes>"), bytes(refuse_larger(len(readable), limit, "<bytes>") and readable))
+        return Content(
+            Path("<bytes>"), bytes(refuse_larger(len(readable), limit, "<bytes>") and readable)
+        )
     if not isinstance(readable, (str, os.PathLike)):
         try:
             read = getattr(readable, "read", None)
             if not callable(read):
                 value = "None" if readable is None else readable
-                raise InputError(f"must be {what}", path=path, value=value, allowed="a path, bytes, or an open file")
+                raise InputError(
+                    f"must be {what}",
+                    path=path,
+                    value=value,
+                    allowed="a path, bytes, or an open file",
+                )
             data: Any = read(limit + 1)
             data = data.encode() if isinstance(data, str) else bytes(data)
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001  (an open file may be any object with a `read`)
-            raise InputError(f"cannot be read ({error_text(error)})", path=path, value=readable) from None
+            raise InputError(
+                f"cannot be read ({error_text(error)})", path=path, value=readable
+            ) from None
         refuse_larger(len(data), limit, "<file>")
         name = getattr(readable, "name", None)
         return Content(Path(name) if isinstance(name, str) and name else Path("<file>"), data)
@@ -128,7 +155,9 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
         if not fixed:
             mend = f'Cut the log, or raise the limit: BRISTLE_SIZE_LIMIT="{size_in_words(2 * size)}" in the environment'
             mend += " (size_limit in Python). Reading needs several times this size as memory"
-        raise InputError(message, path=str(place), allowed=f"up to {size_in_words(limit)}", mend=mend)
+        raise InputError(
+            message, path=str(place), allowed=f"up to {size_in_words(limit)}", mend=mend
+        )
     return True
 
 
@@ -142,7 +171,9 @@ def size_of(text: int | str, path: str = "size_limit") -> int:
     elif isinstance(text, int) and not isinstance(text, bool):
         size = text
     else:
-        raise InputError("is not a size", path=path, value=text, mend='Write a number and a unit, such as "2 GB"')
+        raise InputError(
+            "is not a size", path=path, value=text, mend='Write a number and a unit, such as "2 GB"'
+        )
     if not 1 <= size <= 2**62:
         raise InputError("is out of range", path=path, value=text, allowed="1 B to 4000000 TB")
     return int(size)
@@ -152,7 +183,9 @@ def size_in_words(size: float) -> str:
     """Format a size with a suitable unit."""
     for unit, power in (("TB", 12), ("GB", 9), ("MB", 6), ("kB", 3)):
         if size >= 10**power:
-            return f"{size / 10**power:.{max(0, 2 - len(str(int(size / 10**power))))}f} {unit}".replace(".0 ", " ")
+            return f"{size / 10**power:.{max(0, 2 - len(str(int(size / 10**power))))}f} {unit}".replace(
+                ".0 ", " "
+            )
     return f"{int(size)} B"
 
 
@@ -174,7 +207,9 @@ def _bytes_of(source: Path, limit: int) -> bytes:
         if is_kind(mode):
             raise InputError(f"is {kind}, not a file", path=str(source), mend=mend)
     # Open without blocking, because a pipe may have no writer; this does not matter for a regular file.
-    opened = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    opened = os.open(
+        source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    )
     try:
         status = os.fstat(opened)
         if stat.S_ISREG(status.st_mode):
@@ -194,20 +229,29 @@ def _within(pieces: Iterator[bytes], limit: int, place: str) -> bytes:
 
 
 def _pieces(opened: int, source: Path) -> Iterator[bytes]:
-    last, patience = time.monotonic(), HELD_BACK if stat.S_ISREG(os.fstat(opened).st_mode) else SILENCE
+    last, patience = (
+        time.monotonic(),
+        HELD_BACK if stat.S_ISREG(os.fstat(opened).st_mode) else SILENCE,
+    )
     while (left := last + patience - time.monotonic()) > 0.0:
         if not _says_something(opened, left):
             continue
         try:
             piece = os.read(opened, CHUNK)
-        except BlockingIOError:  # another reader was faster, or a file of the kernel waits for its next line
+        except (
+            BlockingIOError
+        ):  # another reader was faster, or a file of the kernel waits for its next line
             time.sleep(0.01)
             continue
         if not piece:
             return
         yield piece
         last = time.monotonic()
-    raise InputError(f"sent no data for {patience:g} s", path=str(source), mend="Check that a program writes to it")
+    raise InputError(
+        f"sent no data for {patience:g} s",
+        path=str(source),
+        mend="Check that a program writes to it",
+    )
 
 
 def _says_something(opened: int, seconds: float) -> bool:
@@ -224,11 +268,19 @@ def _says_something(opened: int, seconds: float) -> bool:
 def _refusal(source: Path, error: OSError) -> InputError:
     if isinstance(error, FileNotFoundError):
         if os.path.islink(source):
-            return InputError(f"is a link to {os.readlink(source)}, which does not exist", path=str(source))
+            return InputError(
+                f"is a link to {os.readlink(source)}, which does not exist", path=str(source)
+            )
         names: list[str] = []
         with suppress(OSError):
             names = os.listdir(source.parent)
-        return InputError("there is no such file", path=str(source), mend=did_you_mean(source.name, names, 0.75) or "Check the path")
+        return InputError(
+            "there is no such file",
+            path=str(source),
+            mend=did_you_mean(source.name, names, 0.75) or "Check the path",
+        )
     if error.errno == errno.ENAMETOOLONG:
         return InputError("is too long for a file name", path=str(source))
-    return InputError(f"cannot be read ({(error.strerror or str(error)).lower()})", path=str(source))
+    return InputError(
+        f"cannot be read ({(error.strerror or str(error)).lower()})", path=str(source)
+    )

@@ -72,11 +72,19 @@ class Component(Documented):
     def __post_init__(self) -> None:
         super().__post_init__()
         functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
-        dispatch.register(self.family, self.Parameters, {name: function for name, function in functions.items() if function is not None})
+        dispatch.register(
+            self.family,
+            self.Parameters,
+            {name: function for name, function in functions.items() if function is not None},
+        )
 
     def __reduce__(self) -> tuple[Any, ...]:
         made_by = self._made_by()
-        return made_by if made_by is not None and made_by[0](*made_by[1]) is self else super().__reduce__()
+        return (
+            made_by
+            if made_by is not None and made_by[0](*made_by[1]) is self
+            else super().__reduce__()
+        )
 
     def _made_by(self) -> tuple[Callable[..., Component], tuple[Any, ...]] | None:
         """Return the cached factory of this component and its arguments; None without a factory."""
@@ -184,7 +192,11 @@ class FrictionModel(Component):
         """
         made_by = self._made_by()
         if made_by is None:
-            raise InputError("the friction model has no kernel that an operator can replace", path=path, value=operator.name)
+            raise InputError(
+                "the friction model has no kernel that an operator can replace",
+                path=path,
+                value=operator.name,
+            )
         factory, (inner, *further) = made_by
         component, values = inner.over(operator, path)
         outer: Any = factory(component, *further)
@@ -310,11 +322,20 @@ class Model(WithParameters):
     @property
     def _identity(self) -> tuple[str, str, type, Kind, bytes]:
         component = self.component
-        return component.family, component.name, component.Parameters, self.kind, pack(self.parameters).tobytes()
+        return (
+            component.family,
+            component.name,
+            component.Parameters,
+            self.kind,
+            pack(self.parameters).tobytes(),
+        )
 
     def __repr__(self) -> str:
         variables = self.component.variables
-        parts = [f"{k}={typed(v)} {variables[k].unit(self.kind)}".removesuffix(" 1") for k, v in self.values.items()]
+        parts = [
+            f"{k}={typed(v)} {variables[k].unit(self.kind)}".removesuffix(" 1")
+            for k, v in self.values.items()
+        ]
         return f"{self.name}({', '.join(parts)})"
 
     _repr_html_ = of_upper_layer("bristle.report.notebook", "as_html")
@@ -322,7 +343,13 @@ class Model(WithParameters):
 
 
 def make_model(
-    component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, related: bool = True, path: str = ""
+    component: Component,
+    values: Mapping[str, Any],
+    *,
+    kind: Kind | None,
+    validate: bool,
+    related: bool = True,
+    path: str = "",
 ) -> Model:
     """Return `component` with validated parameters; `path` is the prefix of names in error messages."""
     from bristle.core import units
@@ -333,25 +360,37 @@ def make_model(
     variables = component.variables
     for name in values:
         if name not in variables:
-            raise InputError(f"{component.name} has no such parameter", path=prefix + name, allowed=", ".join(variables))
+            raise InputError(
+                f"{component.name} has no such parameter",
+                path=prefix + name,
+                allowed=", ".join(variables),
+            )
     kinds = (*KINDS, "magnetic", "piezo") if component.family == "hysteresis" else KINDS
     if not isinstance(validate, bool):
         raise InputError("must be True or False", path=f"{prefix}validate", value=validate)
     if kind is not None and not (isinstance(kind, str) and kind in kinds):
-        raise InputError("unknown kind of axis", path=f"{prefix}kind", value=kind, allowed=" or ".join(kinds))
+        raise InputError(
+            "unknown kind of axis", path=f"{prefix}kind", value=kind, allowed=" or ".join(kinds)
+        )
     missing = [name for name in variables if name not in values and name not in component.defaults]
     if missing:
         mend = f"Give {missing[0]} ({variables[missing[0]].description} [{variables[missing[0]].unit(kind or 'translational')}])"
-        raise InputError(f"{component.name} needs {', '.join(missing)}", path=path or component.name, mend=mend)
+        raise InputError(
+            f"{component.name} needs {', '.join(missing)}", path=path or component.name, mend=mend
+        )
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
         raw = values.get(name, component.defaults.get(name))
-        numbers[name] = looked_at(partial(coerced, component, name, variable), raw, f"{prefix}{name}", chosen)
+        numbers[name] = looked_at(
+            partial(coerced, component, name, variable), raw, f"{prefix}{name}", chosen
+        )
         if validate:
             check_value(component, name, variable, numbers[name], chosen, f"{prefix}{name}")
     parameters = component.assemble(numbers)
-    check_relations(component, parameters, path or component.name, structural_only=not (validate and related))
+    check_relations(
+        component, parameters, path or component.name, structural_only=not (validate and related)
+    )
     return Model(component, parameters, chosen)
 
 
@@ -362,12 +401,26 @@ def _over_operator(
     path, operator = f"{prefix}kernel", values["kernel"]
     if kind is not None and kind != operator.kind:
         mend = "Use an operator for the same kind of axis"
-        raise InputError(f"is a {operator.kind} operator, but this friction is {kind}", path=path, value=operator.name, mend=mend)
+        raise InputError(
+            f"is a {operator.kind} operator, but this friction is {kind}",
+            path=path,
+            value=operator.name,
+            mend=mend,
+        )
     composed, fixed = component.over(operator, path)
     for name in fixed:
         if name in values and name != "kernel":
-            raise InputError("is already set by the operator", path=f"{prefix}{name}", value=values[name], mend=f"Remove {name}")
-    return composed, {name: value for name, value in values.items() if name != "kernel"} | fixed, operator.kind
+            raise InputError(
+                "is already set by the operator",
+                path=f"{prefix}{name}",
+                value=values[name],
+                mend=f"Remove {name}",
+            )
+    return (
+        composed,
+        {name: value for name, value in values.items() if name != "kernel"} | fixed,
+        operator.kind,
+    )
 
 
 def example_of(component: Component) -> Model:

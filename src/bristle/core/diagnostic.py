@@ -43,7 +43,12 @@ class Diagnostic:
 
     def as_data(self) -> dict[str, Any]:
         """Return the data for JSON: ``code``, ``parameter``, ``severity``, ``numbers``."""
-        return {"code": self.code, "parameter": self.parameter, "severity": self.severity, "numbers": dict(self.numbers)}
+        return {
+            "code": self.code,
+            "parameter": self.parameter,
+            "severity": self.severity,
+            "numbers": dict(self.numbers),
+        }
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,9 @@ class HeldOut:
     def above(self, smallest: HeldOut) -> tuple[float, float]:
         """Return the mean over all blocks of this error minus the error of `smallest`, and the standard error of this mean [%]."""
         differences = np.subtract(self.block_errors_percent, smallest.block_errors_percent)
-        return float(np.mean(differences)), float(np.std(differences, ddof=1)) / differences.size**0.5
+        return float(np.mean(differences)), float(
+            np.std(differences, ddof=1)
+        ) / differences.size**0.5
 
 
 T = TypeVar("T")

@@ -74,7 +74,9 @@ _STEP = re.compile(r"([*/]?)(\(?)([^*/^()]+)(?:\^(-?[\d.]+))?(\)?)")
 def canonical(quantity: Any) -> str:
     """Return the canonical spelling of a quantity."""
     if not isinstance(quantity, str):
-        raise InputError("must be text that names a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
+        raise InputError(
+            "must be text that names a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE
+        )
     return _canonical(quantity)
 
 
@@ -83,14 +85,23 @@ def _canonical(quantity: str) -> str:
     powers = _names_in(quantity)
     for kind in KINDS:
         if any(abs(power) > HIGHEST for power in _expanded(powers, _units(kind)).values()):
-            raise InputError("has too high a power", value=quantity, allowed=f"powers up to {HIGHEST:g} in its unit", mend=EXAMPLE)
+            raise InputError(
+                "has too high a power",
+                value=quantity,
+                allowed=f"powers up to {HIGHEST:g} in its unit",
+                mend=EXAMPLE,
+            )
     return written(powers, NAMES)
 
 
 @lru_cache(maxsize=512)
 def exponents_of(quantity: str) -> Mapping[str, float]:
     """Return the power of each base quantity in a quantity, without powers of 0."""
-    return MappingProxyType(_expanded(_names_in(quantity), {name: entry.product or name for name, entry in NAMES.items()}))
+    return MappingProxyType(
+        _expanded(
+            _names_in(quantity), {name: entry.product or name for name, entry in NAMES.items()}
+        )
+    )
 
 
 @lru_cache(maxsize=512)
@@ -139,19 +150,27 @@ def unit_elsewhere(unit: str, own: Kind, foreign: Kind) -> str | None:
     for name in ("mass", "force", "length", "time", "frequency", "temperature"):
         symbols = factors_of(unit_of(name, own))
         powers[name] = rest.get(next(iter(symbols)), 0.0)
-        rest = total([*rest.items(), *((symbol, -powers[name] * power) for symbol, power in symbols.items())])
+        rest = total(
+            [*rest.items(), *((symbol, -powers[name] * power) for symbol, power in symbols.items())]
+        )
     return None if rest else unit_of(written(powers, NAMES), foreign)
 
 
 def _units(kind: Kind) -> dict[str, str]:
     if kind not in get_args(Kind):
-        raise InputError("is not a valid choice", path="kind", value=kind, allowed=", ".join(get_args(Kind)))
+        raise InputError(
+            "is not a valid choice", path="kind", value=kind, allowed=", ".join(get_args(Kind))
+        )
     return {name: getattr(entry, kind) for name, entry in NAMES.items()}
 
 
 def _expanded(powers: Mapping[str, float], products: Mapping[str, str]) -> dict[str, float]:
     """Return the power of each factor after each name is replaced by its product."""
-    return total((part, power * inner) for name, power in powers.items() for part, inner in factors_of(products[name]).items())
+    return total(
+        (part, power * inner)
+        for name, power in powers.items()
+        for part, inner in factors_of(products[name]).items()
+    )
 
 
 def _names_in(quantity: str) -> dict[str, float]:
@@ -162,8 +181,15 @@ def _names_in(quantity: str) -> dict[str, float]:
     powers = factors_of(text)
     for name in powers:
         if name not in NAMES:
-            reason, without = f"is not a quantity: {name!r} is unknown", WITHOUT_NAME.get(name.lower())
-            mend = f'Write "{without}" for {name}' if without else did_you_mean(name, NAMES) or f"{EXAMPLE}, not its unit"
+            reason, without = (
+                f"is not a quantity: {name!r} is unknown",
+                WITHOUT_NAME.get(name.lower()),
+            )
+            mend = (
+                f'Write "{without}" for {name}'
+                if without
+                else did_you_mean(name, NAMES) or f"{EXAMPLE}, not its unit"
+            )
             raise InputError(reason, value=quantity, allowed=_allowed(), mend=mend)
     return powers
 

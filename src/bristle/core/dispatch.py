@@ -44,12 +44,16 @@ def _dispatching(family: str, name: str, arguments: str) -> Callable[..., Any]:
 operator_trial = _dispatching("hysteresis", "trial", "state, memory, u, p")
 operator_commit = _dispatching("hysteresis", "commit", "state, memory, move, p")
 operator_measure = _dispatching("hysteresis", "measure", "p")
-everett = _dispatching("everett", "value", "alpha, beta, q")  # the Everett function E(alpha, beta), alpha >= beta, of the measure q
+everett = _dispatching(
+    "everett", "value", "alpha, beta, q"
+)  # the Everett function E(alpha, beta), alpha >= beta, of the measure q
 everett_slope = _dispatching("everett", "slope", "alpha, beta, side, q")
 virgin_curve = _dispatching("everett", "virgin", "u, q")
 virgin_slope = _dispatching("everett", "virgin_slope", "u, q")
 friction_trial = _dispatching("friction", "trial", "state, memory, motion, dt, p")
-friction_trial_sided = _dispatching("friction", "trial_sided", "state, memory, motion, dt, backward, forward")
+friction_trial_sided = _dispatching(
+    "friction", "trial_sided", "state, memory, motion, dt, backward, forward"
+)
 friction_commit = _dispatching("friction", "commit", "state, memory, move, p")
 friction_rate = _dispatching("friction", "rate", "state, motion, p")
 friction_piece = _dispatching("friction", "piece", "state, memory, motion, p")
@@ -63,7 +67,9 @@ controller_step = _dispatching("controller", "step", "state, reference, measured
 sensor_step = _dispatching("sensor", "step", "state, x, dt, p")
 
 
-def chosen_by_fields(function: Callable[..., Any], choose: Callable[[tuple[str, ...]], Callable[..., Any]]) -> Callable[..., Any]:
+def chosen_by_fields(
+    function: Callable[..., Any], choose: Callable[[tuple[str, ...]], Callable[..., Any]]
+) -> Callable[..., Any]:
     """Return a function of a NamedTuple; `choose` selects its kernel by the names of the fields."""
     _by_fields[function] = choose
     names = ", ".join(inspect.signature(function).parameters)
@@ -89,11 +95,15 @@ def overload_all() -> None:
         _overload(
             function,
             arguments,
-            lambda types, family=family, name=name: _functions.get((family, name, getattr(types[-1], "instance_class", type(None)))),
+            lambda types, family=family, name=name: _functions.get(
+                (family, name, getattr(types[-1], "instance_class", type(None)))
+            ),
         )
 
 
-def _overload(function: Callable[..., Any], names: str, choose: Callable[[tuple[Any, ...]], Any]) -> None:
+def _overload(
+    function: Callable[..., Any], names: str, choose: Callable[[tuple[Any, ...]], Any]
+) -> None:
     """Register a function with the compiler; the types of its arguments select the implementation."""
     from numba.extending import overload
 

@@ -95,7 +95,11 @@ class Documented:
     def channels_needed(self) -> list[Any]:
         """Channels of a log, other than its motion, on which a slot or the slots of a model depend."""
         needed = getattr(self, "surroundings", ()) or [getattr(self, "channel", None)]
-        return [surrounding for surrounding in needed if surrounding is not None and surrounding.is_recorded]
+        return [
+            surrounding
+            for surrounding in needed
+            if surrounding is not None and surrounding.is_recorded
+        ]
 
     def is_array(self, name: str) -> bool:
         """Return whether this parameter is a 1-D array."""
@@ -149,14 +153,21 @@ class Documented:
         """Return its explanation as wrapped text, without references."""
         from bristle.core.formula import REFERENCE, laid_out
 
-        return laid_out((paragraph for paragraph in self.explanation if paragraph.kind != REFERENCE), width)
+        return laid_out(
+            (paragraph for paragraph in self.explanation if paragraph.kind != REFERENCE), width
+        )
 
     @property
     def equations(self) -> tuple[str, ...]:
         """Lines of its equations as text."""
         from bristle.core.formula import EQUATION, lines_of
 
-        return tuple(line for paragraph in self.explanation if paragraph.kind == EQUATION for line in lines_of(paragraph.text))
+        return tuple(
+            line
+            for paragraph in self.explanation
+            if paragraph.kind == EQUATION
+            for line in lines_of(paragraph.text)
+        )
 
     @property
     def latex(self) -> tuple[str, ...]:
@@ -164,11 +175,18 @@ class Documented:
         from bristle.core.formula import EQUATION, equations_in
 
         displays = (paragraph.text for paragraph in self.explanation if paragraph.kind == EQUATION)
-        return tuple(equation.strip().removesuffix(",") for display in displays for equation in equations_in(display))
+        return tuple(
+            equation.strip().removesuffix(",")
+            for display in displays
+            for equation in equations_in(display)
+        )
 
     def __repr__(self) -> str:
         defaults = self.defaults
-        parameters = ", ".join(f"{name}={typed(defaults[name])}" if name in defaults else name for name in self.variables)
+        parameters = ", ".join(
+            f"{name}={typed(defaults[name])}" if name in defaults else name
+            for name in self.variables
+        )
         return f"<{self.family} {self.name}({parameters})>"
 
 
@@ -184,15 +202,23 @@ def _unit_of(component: Documented, name: str, variable: Variable) -> str:
 
 
 def _signature_of(component: Documented) -> inspect.Signature:
-    def parameter(name: str, annotation: Any, default: Any = inspect.Parameter.empty) -> inspect.Parameter:
-        return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+    def parameter(
+        name: str, annotation: Any, default: Any = inspect.Parameter.empty
+    ) -> inspect.Parameter:
+        return inspect.Parameter(
+            name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default
+        )
 
     defaults: Mapping[str, Any] = component.defaults
     own = [
-        parameter(name, _unit_of(component, name, variable), defaults.get(name, inspect.Parameter.empty))
+        parameter(
+            name, _unit_of(component, name, variable), defaults.get(name, inspect.Parameter.empty)
+        )
         for name, variable in component.variables.items()
     ]
-    return inspect.Signature([*own, parameter("kind", KIND, None), parameter("validate", "bool", True)])
+    return inspect.Signature(
+        [*own, parameter("kind", KIND, None), parameter("validate", "bool", True)]
+    )
 
 
 def _docstring_of(component: Documented) -> str:
@@ -204,11 +230,16 @@ def _docstring_of(component: Documented) -> str:
         f"{name} : {_unit_of(component, name, variable)}{defaults.get(name, '')}\n    {_said_of(component, variable)}"
         for name, variable in component.variables.items()
     ]
-    named += [f"kind : {KIND}, optional\n    Kind of axis; by default from the units of the values, or else translational."]
-    named += ["validate : bool, default True\n    False accepts values that violate a range or a relation."]
+    named += [
+        f"kind : {KIND}, optional\n    Kind of axis; by default from the units of the values, or else translational."
+    ]
+    named += [
+        "validate : bool, default True\n    False accepts values that violate a range or a relation."
+    ]
     sections = {"Parameters": "\n".join(named)}
     sections["Notes"] = "\n".join(
-        f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}." for relation in component.relations
+        f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}."
+        for relation in component.relations
     )
     if component.example and not hasattr(component, "inner"):
         values = ", ".join(f"{name}={_written(value)}" for name, value in component.example.items())
@@ -216,7 +247,9 @@ def _docstring_of(component: Documented) -> str:
     sources = laid_out(paragraph for paragraph in explained if paragraph.kind == REFERENCE)
     sections["References"] = sources.replace("\n\n", "\n")
     text = laid_out(paragraph for paragraph in explained if paragraph.kind != REFERENCE)
-    return "\n\n".join([text, *(f"{head}\n{'-' * len(head)}\n{body}" for head, body in sections.items() if body)])
+    return "\n\n".join(
+        [text, *(f"{head}\n{'-' * len(head)}\n{body}" for head, body in sections.items() if body)]
+    )
 
 
 def _written(value: Any) -> str:
@@ -250,7 +283,10 @@ class WithParameters:
 
 def relations_of(component: Documented) -> tuple[Relation, ...]:
     """Return the relations of a component, for the parameters of the component that encloses it."""
-    return tuple(relation._replace(holds=lambda p, holds=relation.holds: holds(p.inner)) for relation in component.relations)
+    return tuple(
+        relation._replace(holds=lambda p, holds=relation.holds: holds(p.inner))
+        for relation in component.relations
+    )
 
 
 class Enclosing:
@@ -304,7 +340,15 @@ def whereabouts(component: Documented) -> tuple[Any, str]:
             if value is component:
                 return held.get("__travels_as__", home), name
     place = f"{component.family} {component.name}"
-    raise pickle.PicklingError(str(InputError("is not defined in a module, so another process cannot find it", path=place, mend=MEND)))
+    raise pickle.PicklingError(
+        str(
+            InputError(
+                "is not defined in a module, so another process cannot find it",
+                path=place,
+                mend=MEND,
+            )
+        )
+    )
 
 
 def component_in(source: Any, name: str) -> Documented:
@@ -313,5 +357,7 @@ def component_in(source: Any, name: str) -> Documented:
     component = vars(module).get(name)
     if component is None:
         place = f"{module.__name__}.{name}"
-        raise pickle.UnpicklingError(str(InputError("does not exist in this process", path=place, mend=MEND)))
+        raise pickle.UnpicklingError(
+            str(InputError("does not exist in this process", path=place, mend=MEND))
+        )
     return component

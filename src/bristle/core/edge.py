@@ -60,7 +60,11 @@ def guarded(**arguments: Converter) -> Callable[[T], T]:
 
     def guard(target: Any) -> Any:
         if isinstance(target, type):
-            of_fields = {name: entry.metadata["taken"] for name, entry in fields_of(target).items() if "taken" in entry.metadata}
+            of_fields = {
+                name: entry.metadata["taken"]
+                for name, entry in fields_of(target).items()
+                if "taken" in entry.metadata
+            }
             target.__init__ = _in_front(target.__init__, of_fields | arguments)
             return target
         return _in_front(target, arguments)
@@ -75,12 +79,18 @@ def fields_of(cls: type) -> dict[str, Field[Any]]:
 
 def taken(converter: Converter, default: Any = MISSING, **options: Any) -> Any:
     """Return a field of a `guarded` dataclass with a converter."""
-    return field(default=default, metadata={"taken": converter} | options.pop("metadata", {}), **options)
+    return field(
+        default=default, metadata={"taken": converter} | options.pop("metadata", {}), **options
+    )
 
 
 def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
     parameters = inspect.signature(function).parameters
-    names = tuple(name for name, parameter in parameters.items() if parameter.kind is parameter.POSITIONAL_OR_KEYWORD)
+    names = tuple(
+        name
+        for name, parameter in parameters.items()
+        if parameter.kind is parameter.POSITIONAL_OR_KEYWORD
+    )
     usual = parameters["kind"].default if "kind" in parameters else None
     unknown = arguments.keys() - parameters.keys()
     if unknown:
@@ -89,9 +99,16 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
     def checked(**keywords: Any) -> dict[str, Any]:
         """Return arguments as the function takes them; refuse unknown ones."""
         for name in keywords.keys() - parameters.keys():
-            raise InputError(f"is no argument of {function.__name__}", path=name, mend=did_you_mean(name, parameters))
+            raise InputError(
+                f"is no argument of {function.__name__}",
+                path=name,
+                mend=did_you_mean(name, parameters),
+            )
         converters = {name: arguments[name] for name in keywords if name in arguments}
-        return keywords | {name: looked_at(converter, keywords[name], name, None) for name, converter in converters.items()}
+        return keywords | {
+            name: looked_at(converter, keywords[name], name, None)
+            for name, converter in converters.items()
+        }
 
     @functools.wraps(function)
     def convert_first(*args: Any, **keywords: Any) -> Any:
@@ -101,7 +118,9 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
         # The kind of axis of a call is the kind of its first model, or the argument `kind`.
         kind = handed.get("kind", usual)
         kind = kind if isinstance(kind, str) and kind in KINDS else None
-        models = {name: argument for name, argument in handed.items() if isinstance(argument, Model)}
+        models = {
+            name: argument for name, argument in handed.items() if isinstance(argument, Model)
+        }
         for argument in models.values():
             kind = argument.kind
             break
@@ -140,27 +159,42 @@ def _of_annotation(hint: Any) -> Converter | None:
     """Return the converter for an annotation; None for numbers, arrays, sequences, and what cannot be checked."""
     if typing.get_origin(hint) is typing.Literal:
         return among(*typing.get_args(hint))
-    options = typing.get_args(hint) if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union else (hint,)
+    options = (
+        typing.get_args(hint)
+        if isinstance(hint, types.UnionType) or typing.get_origin(hint) is typing.Union
+        else (hint,)
+    )
     classes = [typing.get_origin(option) or option for option in options]
     if Sequence in classes and set(classes) <= {Sequence, types.NoneType}:
         return optional(_listed) if types.NoneType in classes else _listed
     if not all(cls in _CALLED or _is_own(cls) for cls in classes):
         return None
     of_paths = not {PathLike, Path}.isdisjoint(classes)
-    words = [_CALLED.get(cls) or f"an object of class {cls.__name__}" for cls in classes if not (of_paths and cls is str)]
-    converter = instance(tuple(_WIDER.get(cls, cls) for cls in classes if cls is not types.NoneType), " or ".join(filter(None, words)))
+    words = [
+        _CALLED.get(cls) or f"an object of class {cls.__name__}"
+        for cls in classes
+        if not (of_paths and cls is str)
+    ]
+    converter = instance(
+        tuple(_WIDER.get(cls, cls) for cls in classes if cls is not types.NoneType),
+        " or ".join(filter(None, words)),
+    )
     return optional(converter) if types.NoneType in classes else converter
 
 
 def _listed(value: Any, path: str, kind: Kind | None) -> Any:
     if isinstance(value, (str, bytes)) or not isinstance(value, Iterable):
-        raise InputError("must be a list", path=path, value=shown(value), mend="Write it in brackets: [...]")
+        raise InputError(
+            "must be a list", path=path, value=shown(value), mend="Write it in brackets: [...]"
+        )
     return value
 
 
 def _is_own(cls: Any) -> bool:
     """Return whether it is a class of bristle whose objects can be told from others."""
-    is_class = isinstance(cls, type) and cls is not _Unresolved and not getattr(cls, "_is_protocol", False)
+    is_class = (
+        isinstance(cls, type) and cls is not _Unresolved and not getattr(cls, "_is_protocol", False)
+    )
     return is_class and cls.__module__.startswith("bristle.")
 
 
@@ -185,7 +219,13 @@ def _refuse_two_kinds(models: Mapping[str, Model]) -> None:
         if argument.kind != before.kind:
             value = f"{argument.name}, {argument.kind}"
             mend = f"Write kind={before.kind!r}, or give {first} of the other kind"
-            raise InputError(f"is not of the kind of {first}", path=name, value=value, allowed=f"{before.kind} models", mend=mend)
+            raise InputError(
+                f"is not of the kind of {first}",
+                path=name,
+                value=value,
+                allowed=f"{before.kind} models",
+                mend=mend,
+            )
 
 
 SMALLEST = 1e-300  # a quotient by smaller numbers may overflow
@@ -200,45 +240,72 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
             number = quantity(value, variable, kind or KINDS[0], path=path, infinite=endless)
         except InputError:
             # Without a known kind of axis, the units of both kinds are accepted.
-            if kind is not None or not isinstance(value, str) or variable.unit(KINDS[0]) == variable.unit(KINDS[1]):
+            if (
+                kind is not None
+                or not isinstance(value, str)
+                or variable.unit(KINDS[0]) == variable.unit(KINDS[1])
+            ):
                 raise
             number = quantity(value, variable, KINDS[1], path=path, infinite=endless)
         if 0.0 < abs(number) < SMALLEST:
             allowed = f"0, or {SMALLEST:g} and more in SI"
-            raise InputError("is too close to 0", path=path, value=value, allowed=allowed, mend="Check the unit")
+            raise InputError(
+                "is too close to 0", path=path, value=value, allowed=allowed, mend="Check the unit"
+            )
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
             if exclusive and variable.min == 0.0 and number <= 0.0:
-                raise InputError("must be positive", path=path, value=value, allowed=allowed.replace(">=", ">"))
+                raise InputError(
+                    "must be positive", path=path, value=value, allowed=allowed.replace(">=", ">")
+                )
             raise InputError("out of range", path=path, value=value, allowed=allowed)
         return number
 
     return convert
 
 
-def quantity_of(variable: Variable, default: Any = MISSING, *, count: bool = False, endless: bool = False) -> Any:
+def quantity_of(
+    variable: Variable, default: Any = MISSING, *, count: bool = False, endless: bool = False
+) -> Any:
     """Return a field of a guarded dataclass for a quantity; the default of a `count` may be below its range."""
     converter = amount(variable, endless=endless)
     if count:
-        converter = whole(int(variable.min), int(variable.max), none=default is not MISSING and default < variable.min)
+        converter = whole(
+            int(variable.min),
+            int(variable.max),
+            none=default is not MISSING and default < variable.min,
+        )
     return taken(converter, default, metadata={"variable": variable})
 
 
 def variables_in(cls: type) -> dict[str, Variable]:
     """Return the variables of the quantities in the fields of a dataclass."""
-    return {name: entry.metadata["variable"] for name, entry in fields_of(cls).items() if "variable" in entry.metadata}
+    return {
+        name: entry.metadata["variable"]
+        for name, entry in fields_of(cls).items()
+        if "variable" in entry.metadata
+    }
 
 
 def whole(least: int, most: int = LARGEST_COUNT, *, none: bool = False) -> Converter:
     """Return a converter for a whole number from `least` to `most`; `none` also allows 0."""
-    allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < LARGEST_COUNT else f"{'0, or ' if none else '>= '}{least}"
+    allowed = (
+        f"{'0, or ' if none else ''}{least} to {most}"
+        if most < LARGEST_COUNT
+        else f"{'0, or ' if none else '>= '}{least}"
+    )
     allowed += " and more" if none and most >= LARGEST_COUNT else ""
 
     def convert(value: Any, path: str, kind: Kind | None) -> int:
         number: Any = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
         is_real = isinstance(number, numbers.Real) and not isinstance(number, bool)
-        if not is_real or not (isinstance(number, numbers.Integral) or (math.isfinite(number) and number == number // 1)):
-            raise InputError("must be a whole number", path=path, value=shown(value), allowed=allowed)
+        if not is_real or not (
+            isinstance(number, numbers.Integral)
+            or (math.isfinite(number) and number == number // 1)
+        ):
+            raise InputError(
+                "must be a whole number", path=path, value=shown(value), allowed=allowed
+            )
         number = cast("Any", number)
         if not (least <= number <= most or (none and number == 0)):
             raise InputError("out of range", path=path, value=value, allowed=allowed)
@@ -253,7 +320,13 @@ def among(*names: str) -> Converter:
     def convert(value: Any, path: str, kind: Kind | None) -> str:
         if not isinstance(value, str) or value not in names:
             mend = did_you_mean(value, names) if isinstance(value, str) else ""
-            raise InputError("is not a valid choice", path=path, value=shown(value), allowed=", ".join(names), mend=mend)
+            raise InputError(
+                "is not a valid choice",
+                path=path,
+                value=shown(value),
+                allowed=", ".join(names),
+                mend=mend,
+            )
         return value
 
     return convert
@@ -266,13 +339,23 @@ def rising(converter: Converter) -> Converter:
     def convert(value: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
         low, high = pair(value, path, kind)
         if not low < high:
-            raise InputError("must be in ascending order", path=path, value=shown(value), allowed="a smaller number, then a larger one")
+            raise InputError(
+                "must be in ascending order",
+                path=path,
+                value=shown(value),
+                allowed="a smaller number, then a larger one",
+            )
         return low, high
 
     return convert
 
 
-def instance(cls: type | tuple[type, ...], expected: str, mend: str = "", read: Callable[[Any], Any] | None = None) -> Converter:
+def instance(
+    cls: type | tuple[type, ...],
+    expected: str,
+    mend: str = "",
+    read: Callable[[Any], Any] | None = None,
+) -> Converter:
     """Return a converter for an instance of a class, or for a value that `read` converts, usually a path."""
 
     def convert(value: Any, path: str, kind: Kind | None) -> Any:
@@ -294,11 +377,15 @@ def model(*families: str) -> Converter:
             if isinstance(value, Component):
                 named = value.name
                 mend = f"Call {named} with its parameters: {named}({', '.join(f'{name}=...' for name in value.variables)})"
-            raise InputError(f"must be a {expected} with parameters", path=path, value=shown(named), mend=mend)
+            raise InputError(
+                f"must be a {expected} with parameters", path=path, value=shown(named), mend=mend
+            )
         family = getattr(value.component, "family", None)
         if family not in families:
             reason = f"must be a {expected}, but is a {_called(family)}"
-            raise InputError(reason, path=path, value=value.name, mend="Check the order of the arguments")
+            raise InputError(
+                reason, path=path, value=value.name, mend="Check the order of the arguments"
+            )
         return value
 
     return convert
@@ -324,7 +411,12 @@ def component(family: str) -> Converter:
     def convert(value: Any, path: str, kind: Kind | None) -> Component:
         if not isinstance(value, Component) or value.family != family:
             mend = "Give the attribute component of this model" if isinstance(value, Model) else ""
-            raise InputError(f"must be a {family} model without parameter values", path=path, value=shown(value), mend=mend)
+            raise InputError(
+                f"must be a {family} model without parameter values",
+                path=path,
+                value=shown(value),
+                mend=mend,
+            )
         return value
 
     return convert
@@ -335,10 +427,14 @@ def optional(converter: Converter) -> Converter:
     return lambda value, path, kind: None if value is None else converter(value, path, kind)
 
 
-def many(converter: Converter, *, least: int = 0, most: float = math.inf, single: bool = False) -> Converter:
+def many(
+    converter: Converter, *, least: int = 0, most: float = math.inf, single: bool = False
+) -> Converter:
     """Return a converter for a tuple or list; with `single`, also for a single value."""
     expected = (
-        "a list or a tuple of two values" if least == most == 2 else "a list or a tuple" + (f" of at least {least} items" if least else "")
+        "a list or a tuple of two values"
+        if least == most == 2
+        else "a list or a tuple" + (f" of at least {least} items" if least else "")
     )
 
     def convert(value: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
@@ -347,7 +443,9 @@ def many(converter: Converter, *, least: int = 0, most: float = math.inf, single
             return (converter(value, path, kind),)
         if not isinstance(value, (tuple, list)) or not least <= len(value) <= most:
             raise InputError(f"must be {expected}", path=path, value=shown(value))
-        return tuple(looked_at(converter, item, f"{path}[{index}]", kind) for index, item in enumerate(value))
+        return tuple(
+            looked_at(converter, item, f"{path}[{index}]", kind) for index, item in enumerate(value)
+        )
 
     return convert
 
@@ -358,7 +456,9 @@ def mapping(converter: Converter) -> Converter:
     def convert(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
         if not isinstance(value, Mapping):
             raise InputError("must be a dictionary", path=path, value=shown(value))
-        return {name: looked_at(converter, item, f"{path}.{name}", kind) for name, item in value.items()}
+        return {
+            name: looked_at(converter, item, f"{path}.{name}", kind) for name, item in value.items()
+        }
 
     return convert
 
@@ -382,7 +482,9 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
 FLAG: Converter = _flag
 TEXT: Converter = instance(str, "text")  # A text
 NAMES: Converter = _names  # Names, in a list or separated by commas
-Progress = Callable[[float, str], None]  # Function that receives the completed share of the work and the stage in words
+Progress = Callable[
+    [float, str], None
+]  # Function that receives the completed share of the work and the stage in words
 
 
 def between(report: Callable[..., None], low: float, high: float) -> Callable[..., None]:
@@ -399,13 +501,19 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
     def convert(value: Any, path: str, kind: Kind | None) -> np.ndarray:
         numbers = vector(value, path)
         if not (numbers.ndim == ndim or (single and numbers.ndim < ndim)):
-            raise InputError(f"must be a {ndim}-D array of numbers", path=path, value=shown(numbers))
+            raise InputError(
+                f"must be a {ndim}-D array of numbers", path=path, value=shown(numbers)
+            )
         if numbers.ndim and numbers.shape[-1] < least:
-            raise InputError("is too short", path=path, value=shown(numbers), allowed=f"at least {least} numbers")
+            raise InputError(
+                "is too short", path=path, value=shown(numbers), allowed=f"at least {least} numbers"
+            )
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
             value, mend = f"{numbers.flat[place]} at index {place}", "Remove NaN and infinity"
-            raise InputError("contains values that are not finite", path=path, value=value, mend=mend)
+            raise InputError(
+                "contains values that are not finite", path=path, value=value, mend=mend
+            )
         return numbers
 
     return convert
@@ -434,10 +542,15 @@ def vector(values: Any, name: str = "signal") -> np.ndarray:
 
 def _curve(value: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
     if not isinstance(value, (tuple, list)) or len(value) != 2:
-        raise InputError("must be a curve, a pair of inputs and outputs", path=path, value=shown(value))
+        raise InputError(
+            "must be a curve, a pair of inputs and outputs", path=path, value=shown(value)
+        )
     u, f = (array(least=1)(sequence, path, kind) for sequence in value)
     if u.shape != f.shape:
-        raise InputError(f"needs an output for each input, but has {u.size} inputs and {f.size} outputs", path=path)
+        raise InputError(
+            f"needs an output for each input, but has {u.size} inputs and {f.size} outputs",
+            path=path,
+        )
     return u, f
 
 

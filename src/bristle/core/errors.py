@@ -49,8 +49,22 @@ class InputError(BristleError, ValueError):
 
     exit_code = 2
 
-    def __init__(self, message: str, *, path: str = "", value: object = None, allowed: str = "", mend: str = "") -> None:
-        self.message, self.path, self.value, self.allowed, self.mend = message, path, value, allowed, mend
+    def __init__(
+        self,
+        message: str,
+        *,
+        path: str = "",
+        value: object = None,
+        allowed: str = "",
+        mend: str = "",
+    ) -> None:
+        self.message, self.path, self.value, self.allowed, self.mend = (
+            message,
+            path,
+            value,
+            allowed,
+            mend,
+        )
         super().__init__(str(self))
 
     def __str__(self) -> str:
@@ -64,7 +78,11 @@ class InputError(BristleError, ValueError):
     def at(self, prefix: str = "", **parts: Any) -> InputError:
         """Return the same error with `prefix` before its path, and with `parts` replaced."""
         path = f"{prefix}: {self.path}" if prefix and self.path else prefix or self.path
-        return type(self)(self.message, **{"path": path, "value": self.value, "allowed": self.allowed, "mend": self.mend} | parts)
+        return type(self)(
+            self.message,
+            **{"path": path, "value": self.value, "allowed": self.allowed, "mend": self.mend}
+            | parts,
+        )
 
 
 @contextmanager
@@ -86,7 +104,9 @@ class MissingExtraError(InputError):
     @classmethod
     def of(cls, feature: str, extra: str) -> MissingExtraError:
         """Return the error for `feature`, which needs the optional dependencies named `extra`."""
-        return cls(f"{feature} needs an optional dependency", mend=f'Type: pip install "bristle[{extra}]"')
+        return cls(
+            f"{feature} needs an optional dependency", mend=f'Type: pip install "bristle[{extra}]"'
+        )
 
 
 class InputWarning(UserWarning):
@@ -105,8 +125,12 @@ def close_names(name: str, names: Iterable[str], cutoff: float = 0.5) -> list[st
 
     if len(name) > LONGEST_NAME:
         return []
-    spelt = {name.casefold(): name for name in islice(names, MOST_NAMES) if len(name) <= LONGEST_NAME}
-    return [spelt[name] for name in difflib.get_close_matches(name.casefold(), spelt, cutoff=cutoff)]
+    spelt = {
+        name.casefold(): name for name in islice(names, MOST_NAMES) if len(name) <= LONGEST_NAME
+    }
+    return [
+        spelt[name] for name in difflib.get_close_matches(name.casefold(), spelt, cutoff=cutoff)
+    ]
 
 
 def error_text(error: BaseException) -> str:
@@ -128,7 +152,10 @@ def in_one_line(text: str) -> str:
     if text.isprintable():
         return text
     line = " ".join(escaped(text).splitlines())
-    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in line)
+    return "".join(
+        letter if letter.isprintable() else letter.encode("unicode_escape").decode()
+        for letter in line
+    )
 
 
 def shortened(text: str, width: int) -> str:

@@ -13,7 +13,21 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.content import Origin
 from bristle.core.contracts import Model
-from bristle.core.edge import KIND, TEXT, among, amount, array, guarded, instance, many, model, optional, quantity_of, taken, variables_in
+from bristle.core.edge import (
+    KIND,
+    TEXT,
+    among,
+    amount,
+    array,
+    guarded,
+    instance,
+    many,
+    model,
+    optional,
+    quantity_of,
+    taken,
+    variables_in,
+)
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 
@@ -24,9 +38,14 @@ LONGEST_DELAY = 64.0  # samples: each adds a state to the loop; the poles are co
 SIDES = ("load", "motor")
 ALONG = ("desired", "measured")
 SCALED = ("force", "contact")  # what the gain of a friction feedforward scales
-RESTS = ("held", "middle")  # Rules for the force of a memoryless friction model at rest; the first is the default of feedforward
+RESTS = (
+    "held",
+    "middle",
+)  # Rules for the force of a memoryless friction model at rest; the first is the default of feedforward
 
-OF_A_SAMPLE = 1e-6  # tolerance of equal times, because decimals and means of differences are not exact
+OF_A_SAMPLE = (
+    1e-6  # tolerance of equal times, because decimals and means of differences are not exact
+)
 
 
 @guarded()
@@ -60,27 +79,59 @@ class Run:
 
     duration: float = quantity_of(Variable("time", "simulated time", min=1e-9))
     sample_time: float = quantity_of(Variable("time", "sample time of the controller", min=1e-9))
-    substeps: int = quantity_of(Variable("1", "integration steps per sample", min=1.0, max=10_000.0), 0, count=True)
-    delay: int = quantity_of(Variable("1", "samples from a measurement to its effort", min=0.0, max=LONGEST_DELAY), 0, count=True)
-    effort_limit: float = quantity_of(Variable("force", "largest effort of the drive", min=0.0), math.inf, endless=True)
-    settle: float = quantity_of(Variable("time", "time at the start that the statistics exclude", min=0.0), 0.0)
-    current_lag: float = quantity_of(Variable("time", "time constant of the current control of the drive", min=0.0), 0.0)
-    seeds: int = quantity_of(Variable("1", "number of runs with different noise", min=1.0, max=1000.0), 1, count=True)
-    tolerance: float = quantity_of(Variable("length", "largest error of the position in an open loop", min=0.0), 0.0)
+    substeps: int = quantity_of(
+        Variable("1", "integration steps per sample", min=1.0, max=10_000.0), 0, count=True
+    )
+    delay: int = quantity_of(
+        Variable("1", "samples from a measurement to its effort", min=0.0, max=LONGEST_DELAY),
+        0,
+        count=True,
+    )
+    effort_limit: float = quantity_of(
+        Variable("force", "largest effort of the drive", min=0.0), math.inf, endless=True
+    )
+    settle: float = quantity_of(
+        Variable("time", "time at the start that the statistics exclude", min=0.0), 0.0
+    )
+    current_lag: float = quantity_of(
+        Variable("time", "time constant of the current control of the drive", min=0.0), 0.0
+    )
+    seeds: int = quantity_of(
+        Variable("1", "number of runs with different noise", min=1.0, max=1000.0), 1, count=True
+    )
+    tolerance: float = quantity_of(
+        Variable("length", "largest error of the position in an open loop", min=0.0), 0.0
+    )
 
     def __post_init__(self) -> None:
         if self.tolerance and self.substeps:
             message = "conflicts with the tolerance, which determines the steps"
-            raise InputError(message, path="substeps", value=self.substeps, mend="Remove substeps or tolerance")
+            raise InputError(
+                message, path="substeps", value=self.substeps, mend="Remove substeps or tolerance"
+            )
         if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
         if self.duration < self.sample_time * (1.0 - OF_A_SAMPLE):
             allowed, mend = f">= {self.sample_time:g} s, the sample time", "Check the units"
-            raise InputError("is shorter than a sample", path="duration", value=self.duration, allowed=allowed, mend=mend)
+            raise InputError(
+                "is shorter than a sample",
+                path="duration",
+                value=self.duration,
+                allowed=allowed,
+                mend=mend,
+            )
         if self.settle and self.settle >= self.duration:
-            raise InputError("leaves nothing of the run", path="settle", value=self.settle, allowed=f"< {self.duration:g} s, the duration")
+            raise InputError(
+                "leaves nothing of the run",
+                path="settle",
+                value=self.settle,
+                allowed=f"< {self.duration:g} s, the duration",
+            )
         if self.duration / self.sample_time > SAMPLES_MAX:
-            message, allowed = f"gives {self.duration / self.sample_time:.3g} samples at this sample time", f"up to {SAMPLES_MAX} samples"
+            message, allowed = (
+                f"gives {self.duration / self.sample_time:.3g} samples at this sample time",
+                f"up to {SAMPLES_MAX} samples",
+            )
             raise InputError(message, path="duration", value=self.duration, allowed=allowed)
 
 
@@ -144,40 +195,81 @@ class Feedforward:
         Time over which the wind-up of the screw reverses [s]. With 0, the largest effort of the motion sets this time.
     """
 
-    mass: float = quantity_of(Variable("mass", "mass or inertia times the desired acceleration", min=0.0), 0.0)
+    mass: float = quantity_of(
+        Variable("mass", "mass or inertia times the desired acceleration", min=0.0), 0.0
+    )
     friction: Model | None = taken(optional(model("friction")), None)
     gain: float = quantity_of(Variable("1", "factor of the friction"), 1.0)
     scaled: Literal["force", "contact"] = taken(among(*SCALED), "force")
-    return_distance: float = quantity_of(Variable("length", "travel constant of the return of the factor after a rest", min=0.0), 0.0)
-    fade_time: float = quantity_of(Variable("time", "time constant of the fall of the factor at rest", min=0.0), math.inf, endless=True)
+    return_distance: float = quantity_of(
+        Variable("length", "travel constant of the return of the factor after a rest", min=0.0), 0.0
+    )
+    fade_time: float = quantity_of(
+        Variable("time", "time constant of the fall of the factor at rest", min=0.0),
+        math.inf,
+        endless=True,
+    )
     offset: float = quantity_of(Variable("force", "constant added to the friction"), 0.0)
     asymmetry: float = quantity_of(
-        Variable("1", "share by which positive friction increases and negative decreases", min=-1.0, max=1.0), 0.0
+        Variable(
+            "1",
+            "share by which positive friction increases and negative decreases",
+            min=-1.0,
+            max=1.0,
+        ),
+        0.0,
     )
-    limit: float = quantity_of(Variable("force", "largest friction feedforward", min=0.0), math.inf, endless=True)
-    rate_limit: float = quantity_of(Variable("force/time", "fastest change of the friction feedforward", min=0.0), math.inf, endless=True)
-    conditioning: float = quantity_of(Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0), 0.0)
+    limit: float = quantity_of(
+        Variable("force", "largest friction feedforward", min=0.0), math.inf, endless=True
+    )
+    rate_limit: float = quantity_of(
+        Variable("force/time", "fastest change of the friction feedforward", min=0.0),
+        math.inf,
+        endless=True,
+    )
+    conditioning: float = quantity_of(
+        Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0), 0.0
+    )
     along: Literal["desired", "measured"] = taken(among(*ALONG), "desired")
     rest: Literal["held", "middle"] = taken(among(*RESTS), "held")
     fitted_to: str = ""
     plant: Model | None = taken(optional(model("plant")), None)
     carries: Model | None = taken(optional(model("plant")), None)
     table: Model | None = taken(optional(model("friction")), None)
-    wind_up_time: float = quantity_of(Variable("time", "time over which the wind-up of a screw reverses", min=0.0), 0.0)
+    wind_up_time: float = quantity_of(
+        Variable("time", "time over which the wind-up of a screw reverses", min=0.0), 0.0
+    )
 
     def __post_init__(self) -> None:
         has_screw = self.plant is not None and self.plant.component.screw is not None
         if self.table is not None and not has_screw:
-            mend, name = "Feed a ball_screw forward, or omit the friction of the table", self.plant and self.plant.name
+            mend, name = (
+                "Feed a ball_screw forward, or omit the friction of the table",
+                self.plant and self.plant.name,
+            )
             raise InputError(
-                "needs a plant with a table behind a screw", path="feedforward.table", value=name, allowed="ball_screw", mend=mend
+                "needs a plant with a table behind a screw",
+                path="feedforward.table",
+                value=name,
+                allowed="ball_screw",
+                mend=mend,
             )
         if self.table is not None and self.table.kind != "translational":
             mend = "The table travels: its friction is in N and m"
-            raise InputError("must be translational", path="feedforward.table", value=f"{self.table.name}, {self.table.kind}", mend=mend)
+            raise InputError(
+                "must be translational",
+                path="feedforward.table",
+                value=f"{self.table.name}, {self.table.kind}",
+                mend=mend,
+            )
         if has_screw and self.mass:
             mend = "Omit mass: the plant contains the masses of motor and table"
-            raise InputError("conflicts with a plant that has two masses", path="feedforward.mass", value=self.mass, mend=mend)
+            raise InputError(
+                "conflicts with a plant that has two masses",
+                path="feedforward.mass",
+                value=self.mass,
+                mend=mend,
+            )
 
 
 FEEDFORWARD = variables_in(Feedforward)
@@ -201,9 +293,19 @@ class Learning:
     """
 
     trials: int = quantity_of(Variable("1", "number of trials", min=1.0, max=1000.0), count=True)
-    k_e: float = quantity_of(Variable("force/length", "learning gain for the following error", min=0.0))
-    k_d: float = quantity_of(Variable("force*time/length", "learning gain for the derivative of the following error", min=0.0))
-    cutoff: float = quantity_of(Variable("frequency", "cut-off of the zero-phase low-pass filter of the learned effort", min=1e-3))
+    k_e: float = quantity_of(
+        Variable("force/length", "learning gain for the following error", min=0.0)
+    )
+    k_d: float = quantity_of(
+        Variable(
+            "force*time/length", "learning gain for the derivative of the following error", min=0.0
+        )
+    )
+    cutoff: float = quantity_of(
+        Variable(
+            "frequency", "cut-off of the zero-phase low-pass filter of the learned effort", min=1e-3
+        )
+    )
 
 
 LEARNING = variables_in(Learning)
@@ -242,7 +344,9 @@ class Start:
 
     position: float = quantity_of(Variable("length", "position at the first sample"))
     velocity: float = quantity_of(Variable("length/time", "velocity at the first sample"), 0.0)
-    acceleration: float = quantity_of(Variable("length/time^2", "acceleration at the first sample"), 0.0)
+    acceleration: float = quantity_of(
+        Variable("length/time^2", "acceleration at the first sample"), 0.0
+    )
     effort: float | None = None
 
 
@@ -262,8 +366,12 @@ class Coupling:
         Inertia of the load over that of the motor.
     """
 
-    antiresonance: float = quantity_of(Variable("frequency", "antiresonance of motor and load", min=1e-9))
-    inertia_ratio: float = quantity_of(Variable("1", "inertia of the load over that of the motor", min=1e-9))
+    antiresonance: float = quantity_of(
+        Variable("frequency", "antiresonance of motor and load", min=1e-9)
+    )
+    inertia_ratio: float = quantity_of(
+        Variable("1", "inertia of the load over that of the motor", min=1e-9)
+    )
 
 
 COUPLING = variables_in(Coupling)
@@ -316,20 +424,29 @@ class Variant:
     run: Run = taken(instance(Run, "an object of class Run"))
     disturbance: np.ndarray | None = taken(optional(array()), None)
     injected: np.ndarray | None = taken(optional(array()), None)
-    learning: Learning | None = taken(optional(instance(Learning, "an object of class Learning")), None)
+    learning: Learning | None = taken(
+        optional(instance(Learning, "an object of class Learning")), None
+    )
     table: Model | None = taken(optional(model("friction")), None)
     sensor_at: str = taken(among(*SIDES), "load")
     axis: Axis | None = taken(optional(instance(Axis, "an Axis")), None)
     effort: Effort | None = taken(optional(instance(Effort, "an Effort")), None)
     start: Start | None = taken(optional(instance(Start, "an object of class Start")), None)
-    coupling: Coupling | None = taken(optional(instance(Coupling, "an object of class Coupling")), None)
-    draws: Mapping[str, np.ndarray] = taken(instance(Mapping, "a mapping"), default_factory=dict, compare=False)
+    coupling: Coupling | None = taken(
+        optional(instance(Coupling, "an object of class Coupling")), None
+    )
+    draws: Mapping[str, np.ndarray] = taken(
+        instance(Mapping, "a mapping"), default_factory=dict, compare=False
+    )
 
     def first(self, count: int) -> Variant:
         """Return the loop for its first `count` samples."""
         settle = min(self.run.settle, (count - 1) * self.run.sample_time)
         run = replace(self.run, duration=count * self.run.sample_time, settle=settle)
-        disturbance, injected = (None if signal is None else signal[:count] for signal in (self.disturbance, self.injected))
+        disturbance, injected = (
+            None if signal is None else signal[:count]
+            for signal in (self.disturbance, self.injected)
+        )
         return replace(self, run=run, disturbance=disturbance, injected=injected)
 
     def is_like(self, second: Variant) -> bool:
@@ -348,9 +465,15 @@ class Variant:
     def __post_init__(self) -> None:
         run, mend = self.run, "Write substeps instead of the tolerance"
         screw = f"needs a plant with one mass, but {self.plant.name} has a table behind a screw"
-        drive = "conflicts with the tolerance, because adaptive integration cannot include the drive"
+        drive = (
+            "conflicts with the tolerance, because adaptive integration cannot include the drive"
+        )
         for name, refused, message in (
-            ("tolerance", self.effort is None, "is only for open loops with [effort], because a controller needs equal steps"),
+            (
+                "tolerance",
+                self.effort is None,
+                "is only for open loops with [effort], because a controller needs equal steps",
+            ),
             ("tolerance", self.plant.component.screw is not None, screw),
             ("delay", run.delay, drive),
             ("current_lag", run.current_lag, drive),
@@ -380,15 +503,29 @@ class Experiment:
 
     name: str = taken(TEXT)
     kind: Kind = taken(KIND)
-    variants: tuple[Variant, ...] = taken(many(instance(Variant, "an object of class Variant"), single=True))
+    variants: tuple[Variant, ...] = taken(
+        many(instance(Variant, "an object of class Variant"), single=True)
+    )
     source: Path | None = taken(optional(instance(Path, "a path", read=Path)), None)
-    origins: Mapping[str, tuple[Origin, ...]] = taken(instance(Mapping, "a mapping"), default_factory=dict)
+    origins: Mapping[str, tuple[Origin, ...]] = taken(
+        instance(Mapping, "a mapping"), default_factory=dict
+    )
 
     def __post_init__(self) -> None:
         names = [variant.name for variant in self.variants]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
-            raise InputError("has two variants with the same name", path="variants", value=twice, mend="Give each variant a unique name")
+            raise InputError(
+                "has two variants with the same name",
+                path="variants",
+                value=twice,
+                mend="Give each variant a unique name",
+            )
         odd = next((variant for variant in self.variants if variant.plant.kind != self.kind), None)
         if odd is not None:
-            raise InputError(f"is not the kind of the variant {odd.name}", path="kind", value=self.kind, allowed=odd.plant.kind)
+            raise InputError(
+                f"is not the kind of the variant {odd.name}",
+                path="kind",
+                value=self.kind,
+                allowed=odd.plant.kind,
+            )

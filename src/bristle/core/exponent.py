@@ -25,7 +25,10 @@ def _in_bits(change: Callable[[Any, Any, Any], Any]) -> Any:
     @intrinsic
     def changed(context: Any, x: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            integer, number = context.get_value_type(types.int64), context.get_value_type(types.float64)
+            integer, number = (
+                context.get_value_type(types.int64),
+                context.get_value_type(types.float64),
+            )
             return change(builder, builder.bitcast(arguments[0], integer), number)
 
         return types.float64(types.float64), generate
@@ -67,7 +70,9 @@ def exponent_in_bits() -> Any:
 
     def read(builder: Any, bits: Any, number: Any) -> Any:
         # In the last bits of 1.5 * 2^52, the biased exponent becomes a number without a conversion.
-        placed = builder.or_(builder.lshr(bits, bits.type(MANTISSA_BITS)), bits.type(BITS_OF_ROUNDER))
+        placed = builder.or_(
+            builder.lshr(bits, bits.type(MANTISSA_BITS)), bits.type(BITS_OF_ROUNDER)
+        )
         return builder.bitcast(placed, number)
 
     part = _in_bits(read)

@@ -34,7 +34,9 @@ class _Reader:
 
     def follow(self, value: Any, names: Sequence[str] = ()) -> None:
         """Feed a value; for a module, feed only the `names` that the code may use."""
-        if isinstance(value, (bool, int, float, complex, str, bytes, type(None))) and not isinstance(value, enum.Enum):
+        if isinstance(
+            value, (bool, int, float, complex, str, bytes, type(None))
+        ) and not isinstance(value, enum.Enum):
             self._feed(type(value).__name__, repr(value))
             return
         if id(value) in self._order:
@@ -87,7 +89,10 @@ class _Reader:
 
     def _code(self, code: types.CodeType, scope: dict[str, Any]) -> None:
         self._feed("code", code.co_code)
-        self._feed("arguments", f"{code.co_argcount} {code.co_kwonlyargcount} {code.co_flags} {code.co_varnames}")
+        self._feed(
+            "arguments",
+            f"{code.co_argcount} {code.co_kwonlyargcount} {code.co_flags} {code.co_varnames}",
+        )
         for constant in code.co_consts:
             if isinstance(constant, types.CodeType):
                 self._code(constant, scope)
@@ -105,7 +110,11 @@ def _globals_read(code: types.CodeType) -> frozenset[str]:
     """Return the names that a code object reads from its module; all other names are attributes."""
     # Match instructions by parts of their names, because versions of Python differ. A superfluous name only costs time,
     # but a missing name returns an outdated number.
-    return frozenset(one.argval for one in dis.get_instructions(code) if "GLOBAL" in one.opname or one.opname == "LOAD_NAME")
+    return frozenset(
+        one.argval
+        for one in dis.get_instructions(code)
+        if "GLOBAL" in one.opname or one.opname == "LOAD_NAME"
+    )
 
 
 LETTERS = 16
@@ -115,6 +124,8 @@ CHANCE = ("seed",)  # parameters that differ between repeated runs
 def digest(model: Model) -> str:
     """Return a short checksum of name and values of a model, without the seed of its scatter."""
     values = sorted(
-        (name, value.tolist() if hasattr(value, "tolist") else value) for name, value in model.values.items() if name not in CHANCE
+        (name, value.tolist() if hasattr(value, "tolist") else value)
+        for name, value in model.values.items()
+        if name not in CHANCE
     )
     return hashlib.sha256(repr((model.name, model.kind, values)).encode()).hexdigest()[:LETTERS]

@@ -37,8 +37,31 @@ RELATIONS = _pairs(
     "le ≤ leq ≤ ge ≥ geq ≥ ne ≠ neq ≠ in ∈ to → leftarrow ← rightarrow → sim ~ approx ≈ equiv ≡ propto ∝ ll ≪ gg ≫ Rightarrow ⇒ lt < gt >"
 )
 FRAMES = _pairs("lfloor ⌊ rfloor ⌋ lceil ⌈ rceil ⌉ langle ⟨ rangle ⟩ { { } } | ‖ lvert | rvert |")
-FUNCTIONS = ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "ln", "log", "min", "max", "sup", "inf", "arctan", "arg"]
-ACCENTS = {"dot": "\u0307", "ddot": "\u0308", "hat": "\u0302", "bar": "\u0304", "tilde": "\u0303", "vec": "\u20d7"}
+FUNCTIONS = [
+    "sin",
+    "cos",
+    "tan",
+    "sinh",
+    "cosh",
+    "tanh",
+    "exp",
+    "ln",
+    "log",
+    "min",
+    "max",
+    "sup",
+    "inf",
+    "arctan",
+    "arg",
+]
+ACCENTS = {
+    "dot": "\u0307",
+    "ddot": "\u0308",
+    "hat": "\u0302",
+    "bar": "\u0304",
+    "tilde": "\u0303",
+    "vec": "\u20d7",
+}
 ACCENTS |= {"overline": ACCENTS["bar"], "widehat": ACCENTS["hat"], "widetilde": ACCENTS["tilde"]}
 HALVES = {("1", "2"): "½", ("1", "4"): "¼", ("3", "4"): "¾"}
 RAISED = dict(zip("0123456789+−()ni", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾ⁿⁱ", strict=True))
@@ -81,7 +104,15 @@ COMMANDS = {
 PRINTED = {"-": "−", "*": "·", "'": "′", "~": " "}
 ROLES = {
     sign: role
-    for role, signs in ((SIGN, "+-*"), (",", ",;"), ("/", "/"), (RELATION, "=<>"), (OPENS, "([{⌊⌈⟨"), (CLOSES, ")]}⌋⌉⟩'"), (BLANK, "~"))
+    for role, signs in (
+        (SIGN, "+-*"),
+        (",", ",;"),
+        ("/", "/"),
+        (RELATION, "=<>"),
+        (OPENS, "([{⌊⌈⟨"),
+        (CLOSES, ")]}⌋⌉⟩'"),
+        (BLANK, "~"),
+    )
     for sign in signs
 }
 
@@ -155,11 +186,19 @@ class _Reader:
         for place, (text, role) in enumerate(visible):
             if role == BLANK:
                 continue
-            after = next((later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT)
-            bracketed = f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
+            after = next(
+                (later.role for later in visible[place + 1 :] if later.role != BLANK), TIGHT
+            )
+            bracketed = (
+                f"({text})" if role == QUOTIENT and (after in "afqoF" or left == "/") else text
+            )
             # Spacing by the roles of two pieces.
-            together = re.fullmatch(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]", left + role) or (before == "Δ" and left + role == ATOM + ATOM)
-            blank = re.fullmatch(r".[rsfFq]|[rsfq,].", left + role) or (place and visible[place - 1].role == BLANK)
+            together = re.fullmatch(r"t.|[oF/][^r]|[afqc][c,t/]|f[oF]", left + role) or (
+                before == "Δ" and left + role == ATOM + ATOM
+            )
+            blank = re.fullmatch(r".[rsfFq]|[rsfq,].", left + role) or (
+                place and visible[place - 1].role == BLANK
+            )
             line += f" {bracketed}" if blank and not together else bracketed
             # A leading sign belongs to the next piece.
             left, before = TIGHT if role == SIGN and left in "oFsr,/t" else role, text
@@ -182,7 +221,9 @@ class _Reader:
         """Return the argument of a command as text: a group, or a token with its own arguments."""
         while self.tokens and self.tokens[0].isspace():
             self._next()
-        if self.depth > 40 or not self.tokens:  # nested groups; deeper nesting is not a realistic formula
+        if (
+            self.depth > 40 or not self.tokens
+        ):  # nested groups; deeper nesting is not a realistic formula
             return self._source()
         if self.tokens[0] == "{":
             return _Reader(self._source(), self.depth + 1).line()
@@ -203,7 +244,11 @@ class _Reader:
         if sign == "|":
             self.bars += 1
             return Piece("|", OPENS if self.bars % 2 else CLOSES)
-        return Piece(" ", BLANK) if sign.isspace() else Piece(PRINTED.get(sign, sign), ROLES.get(sign, ATOM))
+        return (
+            Piece(" ", BLANK)
+            if sign.isspace()
+            else Piece(PRINTED.get(sign, sign), ROLES.get(sign, ATOM))
+        )
 
     def _command(self, name: str) -> Piece:
         if name in COMMANDS:
@@ -213,7 +258,11 @@ class _Reader:
         if name in ("left", "right"):
             # A growing bracket is a separate factor: a blank before it shows that it is not an argument.
             token = self._source()
-            sign = FRAMES.get(token[1:], token[1:]) if token.startswith("\\") else token.removeprefix(".")
+            sign = (
+                FRAMES.get(token[1:], token[1:])
+                if token.startswith("\\")
+                else token.removeprefix(".")
+            )
             return Piece(sign, FACTOR if name == "left" else CLOSES)
         if name in ("frac", "tfrac", "dfrac"):
             above = self._argument()
@@ -221,16 +270,26 @@ class _Reader:
             if (above, below) in HALVES:
                 return Piece(HALVES[above, below], ATOM)
             # A sum needs brackets, and so does a function whose argument would otherwise include the fraction bar.
-            product = not re.search(r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]", _without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
+            product = not re.search(
+                r"[^\s(\[][ ]?[+−±=<>≤≥∈][ ]", _without_brackets(above)
+            ) and not re.search(r"[a-z]{3} \S", above)
             simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
-            return Piece(f"{above if product else f'({above})'}/{below if simple else f'({below})'}", QUOTIENT)
+            return Piece(
+                f"{above if product else f'({above})'}/{below if simple else f'({below})'}",
+                QUOTIENT,
+            )
         if name in ("operatorname", "mathrm", "text", "textrm"):
             return Piece(self._source(), ATOM if name.startswith("text") else FUNCTION)
         if name == "sqrt":
             inner = self._argument()
-            return Piece(f"√{inner}" if re.fullmatch(r"\w+|\|[^|]*\|", inner) else f"√({inner})", ATOM)
+            return Piece(
+                f"√{inner}" if re.fullmatch(r"\w+|\|[^|]*\|", inner) else f"√({inner})", ATOM
+            )
         if name in ACCENTS:
-            return Piece(re.sub(r".[\u0300-\u036f]*", rf"\g<0>{ACCENTS[name]}", self._argument(), count=1), ATOM)
+            return Piece(
+                re.sub(r".[\u0300-\u036f]*", rf"\g<0>{ACCENTS[name]}", self._argument(), count=1),
+                ATOM,
+            )
         return Piece(name, ATOM)
 
 
@@ -250,7 +309,9 @@ def _with_index(base: Piece, side: str, index: str) -> Piece:
     table = RAISED if side == "^" else LOWERED | {"±": "±", "∓": "∓"}
     if tight and all(sign in table for sign in tight):
         return Piece(base.text + "".join(table[sign] for sign in tight), base.role)
-    plain = re.fullmatch(r"[\w′]+", unicodedata.normalize("NFC", tight)) and (side == "^" or "_" not in tight)
+    plain = re.fullmatch(r"[\w′]+", unicodedata.normalize("NFC", tight)) and (
+        side == "^" or "_" not in tight
+    )
     return Piece(f"{base.text}{side}{tight if plain else f'({tight})'}", base.role)
 
 
@@ -298,15 +359,29 @@ def laid_out(paragraphs: Iterable[Paragraph], width: int = WIDTH) -> str:
 
 def _laid_out(paragraph: Paragraph, width: int) -> str:
     if paragraph.kind == EQUATION:
-        return "\n".join(_filled(_whole_terms(line), width, "    ", "        ") for line in lines_of(paragraph.text))
-    plain = re.sub(r"(?::\w+:)?`~?([^`]*)`", r"\1", _MATH.sub(_kept_whole, paragraph.text).replace("``", "`"))
+        return "\n".join(
+            _filled(_whole_terms(line), width, "    ", "        ")
+            for line in lines_of(paragraph.text)
+        )
+    plain = re.sub(
+        r"(?::\w+:)?`~?([^`]*)`", r"\1", _MATH.sub(_kept_whole, paragraph.text).replace("``", "`")
+    )
     plain = re.sub(r"(?<!\w)\*(\w[^*]*)\*", r"\1", plain)
-    return _filled(re.sub(r"(?<=\])_", "", plain), width, "", "  " if plain.startswith(("* ", "[")) else "")
+    return _filled(
+        re.sub(r"(?<=\])_", "", plain), width, "", "  " if plain.startswith(("* ", "[")) else ""
+    )
 
 
 def _filled(text: str, width: int, first: str, further: str) -> str:
     """Wrap text at blanks."""
-    filled = textwrap.fill(text, width, initial_indent=first, subsequent_indent=further, break_long_words=False, break_on_hyphens=False)
+    filled = textwrap.fill(
+        text,
+        width,
+        initial_indent=first,
+        subsequent_indent=further,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
     return filled.replace(NO_BREAK, " ")
 
 

@@ -15,8 +15,17 @@ _active = False
 @overload
 def kernel(function: F, /) -> F: ...
 @overload
-def kernel(*, inline: bool = True, compiled_as: Callable[[], Any] | None = None, portable: bool = True) -> Callable[[F], F]: ...
-def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callable[[], Any] | None = None, portable: bool = True) -> Any:
+def kernel(
+    *, inline: bool = True, compiled_as: Callable[[], Any] | None = None, portable: bool = True
+) -> Callable[[F], F]: ...
+def kernel(
+    function: Any = None,
+    /,
+    *,
+    inline: bool = True,
+    compiled_as: Callable[[], Any] | None = None,
+    portable: bool = True,
+) -> Any:
     """Mark a plain function as a kernel and return it unchanged.
 
     Parameters
@@ -70,7 +79,9 @@ def compiler() -> Any:
         raise
     except Exception as error:  # noqa: BLE001  (it reads settings of the environment on import)
         raise InputError(
-            f"cannot be loaded ({error_text(error)})", path="numba", mend="Unset the variables of the environment that begin with NUMBA_"
+            f"cannot be loaded ({error_text(error)})",
+            path="numba",
+            mend="Unset the variables of the environment that begin with NUMBA_",
         ) from None
     return numba
 
@@ -86,7 +97,9 @@ def activate() -> None:
         _pending.pop(0)()
 
 
-def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[], Any] | None) -> None:
+def _make_known(
+    plain: Callable[..., Any], inline: bool, compiled_as: Callable[[], Any] | None
+) -> None:
     from numba.extending import overload, register_jitable
 
     if compiled_as is None:

@@ -30,11 +30,15 @@ def normal(gram: np.ndarray, right: np.ndarray, *, rcond: float) -> np.ndarray:
     A, b, unit = _in_reach(gram / (scale[..., None] * scale[..., None, :]), right / scale)
     values, vectors = np.linalg.eigh(A)
     clear = np.abs(values) > rcond * np.max(np.abs(values), axis=-1, keepdims=True)
-    parts = np.where(clear, (b[..., None, :] @ vectors)[..., 0, :], 0.0) / np.where(clear, values, 1.0)
+    parts = np.where(clear, (b[..., None, :] @ vectors)[..., 0, :], 0.0) / np.where(
+        clear, values, 1.0
+    )
     return (vectors @ parts[..., None])[..., 0] * unit / scale
 
 
-def left_out(A: np.ndarray, b: np.ndarray, count: int, *, rcond: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+def left_out(
+    A: np.ndarray, b: np.ndarray, count: int, *, rcond: float
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Return `count` blocks of equations, columns of `A` and parts of `b`, each with the solution of all other blocks."""
     blocks = np.array_split(A, count, 1), np.array_split(b, count)
     pairs = list(zip(*blocks, strict=True))
@@ -43,13 +47,17 @@ def left_out(A: np.ndarray, b: np.ndarray, count: int, *, rcond: float) -> list[
     return list(zip(*blocks, normal(grams, rights, rcond=rcond), strict=True))
 
 
-def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def bounded(
+    A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the least-squares solution within bounds, and for each part -1 (lower bound), 0 (free) or 1 (upper bound)."""
     from scipy.optimize import lsq_linear
 
     A, b, unit = _in_reach(A, b)
     solution = lsq_linear(A, b, (low / unit, high / unit), method="bvls")
-    return np.clip(solution.x * unit, low, high), solution.active_mask  # the solver rounds beyond the bounds
+    return np.clip(
+        solution.x * unit, low, high
+    ), solution.active_mask  # the solver rounds beyond the bounds
 
 
 def non_negative(A: np.ndarray, b: np.ndarray, *, rounds: int | None = None) -> np.ndarray:
@@ -65,7 +73,11 @@ def _in_reach(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, flo
     shift, shift_of_b = _exponent(A), _exponent(b)
     if shift == shift_of_b == 0:
         return A, b, 1.0
-    return np.ldexp(A, -shift), np.ldexp(b, -shift_of_b), math.ldexp(1.0, max(min(shift_of_b - shift, 1000), -1000))
+    return (
+        np.ldexp(A, -shift),
+        np.ldexp(b, -shift_of_b),
+        math.ldexp(1.0, max(min(shift_of_b - shift, 1000), -1000)),
+    )
 
 
 def _exponent(values: np.ndarray) -> int:

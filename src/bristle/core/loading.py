@@ -8,7 +8,9 @@ from types import MappingProxyType, ModuleType
 from typing import Any
 
 
-def loaded_from(package: str, *, above: Mapping[str, str] = MappingProxyType({})) -> Callable[[str], Any]:
+def loaded_from(
+    package: str, *, above: Mapping[str, str] = MappingProxyType({})
+) -> Callable[[str], Any]:
     """Return a ``__getattr__`` for a package that imports its names at first use, from the ``if TYPE_CHECKING:`` block.
 
     `above` gives the modules of names that stand in a room above the package, which it does not import.
@@ -22,15 +24,23 @@ def loaded_from(package: str, *, above: Mapping[str, str] = MappingProxyType({})
         loader: Any = sys.modules[package].__loader__
         tree = ast.parse(loader.get_source(package))  # works for folders and zip files
         blocks = [node for node in tree.body if isinstance(node, ast.If)]
-        imports = [node for block in blocks for node in block.body if isinstance(node, ast.ImportFrom)]
-        own = {alias.asname or alias.name: (str(node.module), alias.name) for node in imports for alias in node.names}
+        imports = [
+            node for block in blocks for node in block.body if isinstance(node, ast.ImportFrom)
+        ]
+        own = {
+            alias.asname or alias.name: (str(node.module), alias.name)
+            for node in imports
+            for alias in node.names
+        }
         return own | {name: (module, name) for name, module in above.items()}
 
     def load(name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         if name not in places():
-            raise AttributeError(refusal(package, name, f"module {package!r} has no attribute {name!r}"))
+            raise AttributeError(
+                refusal(package, name, f"module {package!r} has no attribute {name!r}")
+            )
         module, inner = places()[name]
         if module != package:
             home = import_module(module)
@@ -39,7 +49,9 @@ def loaded_from(package: str, *, above: Mapping[str, str] = MappingProxyType({})
         return import_module(f"{module}.{inner}")
 
     names = vars(sys.modules[package])
-    names["__dir__"] = lambda: sorted({*names, *names.get("__all__", ()), *places()})  # for completion
+    names["__dir__"] = lambda: sorted(
+        {*names, *names.get("__all__", ()), *places()}
+    )  # for completion
     return load
 
 
@@ -62,7 +74,9 @@ class FormerNames:
     """The last finder of Python: it finds nothing, and refuses former modules and names with their successor."""
 
     @staticmethod
-    def find_spec(fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> None:
+    def find_spec(
+        fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> None:
         """Refuse a former name; leave other names to the error of Python."""
         package, _, name = fullname.rpartition(".")
         if package.partition(".")[0] != "bristle":

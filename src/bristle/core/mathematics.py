@@ -77,8 +77,12 @@ def _scale_and_fraction(x):
     r = (x - k * LN2_HIGH) - k * LN2_LOW
     r2 = r * r
     r4 = r2 * r2
-    low = (0.5000000000000001 + 0.16666666666666669 * r) + (0.041666666666624164 + 0.008333333333330065 * r) * r2
-    middle = (0.001388888891719689 + 0.00019841269863040675 * r) + (2.480152132210459e-05 + 2.7557268480106926e-06 * r) * r2
+    low = (0.5000000000000001 + 0.16666666666666669 * r) + (
+        0.041666666666624164 + 0.008333333333330065 * r
+    ) * r2
+    middle = (0.001388888891719689 + 0.00019841269863040675 * r) + (
+        2.480152132210459e-05 + 2.7557268480106926e-06 * r
+    ) * r2
     high = 2.762007600563138e-07 + 2.5100375929185925e-08 * r
     return power_of_two(k), (r + r2 * low) + (r2 * r4) * (middle + r4 * high)
 
@@ -126,7 +130,10 @@ def _logarithm(f, correction, k):
     z = s * s
     w = z * z
     even = w * (0.3999999999940942 + w * (0.22222198432149784 + w * 0.15313837699209373))
-    odd = z * (0.6666666666666735 + w * (0.2857142874366239 + w * (0.1818357216161805 + w * 0.14798198605116586)))
+    odd = z * (
+        0.6666666666666735
+        + w * (0.2857142874366239 + w * (0.1818357216161805 + w * 0.14798198605116586))
+    )
     half = 0.5 * f * f
     return k * LN2_HIGH - ((half - (s * (half + (odd + even)) + (k * LN2_LOW + correction))) - f)
 
@@ -189,7 +196,9 @@ def _near_turn(x):
     """Return an angle within the range of the reduction, less whole turns; NaN if `x` is not finite."""
     if abs(x) <= ANGLE_MAX:
         return x
-    return x - TURN * ((x / TURN + ROUNDER) - ROUNDER) if abs(x) <= ANGLE_WITHOUT_DIGITS else 0.0 * x
+    return (
+        x - TURN * ((x / TURN + ROUNDER) - ROUNDER) if abs(x) <= ANGLE_WITHOUT_DIGITS else 0.0 * x
+    )
 
 
 @kernel
@@ -221,9 +230,10 @@ def _sine(y, tail):
 @kernel
 def _sine_tail(z, w):
     r"""Return the terms of the sine from :math:`y^5` on, divided by :math:`y^5`, with :math:`z = y^2, w = z^2`."""
-    return (0.00833333333332248946124 + z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)) + z * w * (
-        -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10
-    )
+    return (
+        0.00833333333332248946124
+        + z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)
+    ) + z * w * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
 
 
 @kernel
@@ -238,8 +248,17 @@ def _cosine(y, tail):
 @kernel
 def _cosine_tail(z, w):
     r"""Return the terms of the cosine from :math:`y^4` on, divided by :math:`y^2`, with :math:`z = y^2, w = z^2`."""
-    low = z * (0.0416666666666666019037 + z * (-0.00138888888888741095749 + z * 2.48015872894767294178e-05))
-    high = w * w * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
+    low = z * (
+        0.0416666666666666019037 + z * (-0.00138888888888741095749 + z * 2.48015872894767294178e-05)
+    )
+    high = (
+        w
+        * w
+        * (
+            -2.75573143513906633035e-07
+            + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)
+        )
+    )
     return low + high
 
 

@@ -17,16 +17,22 @@ NOT_KNOWN = math.nan  # an unknown effort
 class Motion(NamedTuple):
     """Input of a friction model for one step."""
 
-    v: Annotated[float, Variable("length/time", "mean velocity of the step; the sign of zero selects a side")]
+    v: Annotated[
+        float, Variable("length/time", "mean velocity of the step; the sign of zero selects a side")
+    ]
     x: Annotated[float, Variable("length", "position at the end of the step")]
     load: Annotated[float, Variable("1", "normal load over its nominal value")] = NOMINAL_LOAD
     temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
-    transmitted: Annotated[float, Variable("force", "effort transmitted to the load")] = NOTHING_TRANSMITTED
+    transmitted: Annotated[float, Variable("force", "effort transmitted to the load")] = (
+        NOTHING_TRANSMITTED
+    )
 
 
 # The transmitted effort is not recorded: it follows from the plant.
 RECORDED: dict[str, Variable] = {
-    name: variable for name, variable in variables_of(Motion).items() if name in Motion._field_defaults and name != "transmitted"
+    name: variable
+    for name, variable in variables_of(Motion).items()
+    if name in Motion._field_defaults and name != "transmitted"
 }
 """Channels of the surroundings in a log, by name."""
 

@@ -55,13 +55,19 @@ def structure_of(value: Any) -> Structure:
         elif isinstance(field, np.ndarray):
             parts.append("array")
         else:
-            parts.append("integer" if isinstance(field, (int, np.integer)) and not isinstance(field, bool) else "number")
+            parts.append(
+                "integer"
+                if isinstance(field, (int, np.integer)) and not isinstance(field, bool)
+                else "number"
+            )
     return type(value), tuple(parts)
 
 
 def is_scalar(structure: Structure) -> bool:
     """Return whether a NamedTuple contains only numbers at all levels, so that its layout is fixed."""
-    return all(is_scalar(part) if isinstance(part, tuple) else part != "array" for part in structure[1])
+    return all(
+        is_scalar(part) if isinstance(part, tuple) else part != "array" for part in structure[1]
+    )
 
 
 def pack(value: Any) -> np.ndarray:
@@ -78,7 +84,9 @@ def pack(value: Any) -> np.ndarray:
     """
     numbers: list[float | np.ndarray] = []
     arrays = _extend(value, numbers)
-    return np.hstack(numbers).astype(float, copy=False) if arrays else np.array(numbers, dtype=float)
+    return (
+        np.hstack(numbers).astype(float, copy=False) if arrays else np.array(numbers, dtype=float)
+    )
 
 
 def _extend(value: Any, numbers: list[float | np.ndarray]) -> bool:
@@ -105,7 +113,9 @@ def flattener(structure: Structure) -> Callable[[Any], tuple[float, ...]]:
 @cache
 def unpacker(structure: Structure) -> Callable[[Any], Any]:
     """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure."""
-    return _unpacker(structure, "unpack(vector)", "0", "vector[at]", "vector[at + 1 : at + 1 + {size}]")
+    return _unpacker(
+        structure, "unpack(vector)", "0", "vector[at]", "vector[at + 1 : at + 1 + {size}]"
+    )
 
 
 class LaneConstants(NamedTuple):
@@ -138,7 +148,11 @@ def _twins(structure: Structure, rows: np.ndarray, first: int) -> Iterator[tuple
         size = number_count(part)
         if isinstance(part, tuple):
             numbers = rows[:, first : first + size].tobytes()
-            before_it = [at for kind, at in before if kind == part and rows[:, at : at + size].tobytes() == numbers]
+            before_it = [
+                at
+                for kind, at in before
+                if kind == part and rows[:, at : at + size].tobytes() == numbers
+            ]
             if before_it:
                 yield from ((first + place, before_it[0] + place) for place in range(size))
             else:
@@ -153,14 +167,28 @@ def number_count(part: Any) -> int:
 
 
 @cache
-def lane_unpacker(structure: Structure, constants: LaneConstants = NO_CONSTANTS) -> Callable[[Any, int, int], Any]:
+def lane_unpacker(
+    structure: Structure, constants: LaneConstants = NO_CONSTANTS
+) -> Callable[[Any, int, int], Any]:
     """Return the kernel ``unpack(block, row, lane) -> NamedTuple`` of a lane whose numbers begin in this row."""
     array = f"block[(at + 1) * {LANES} + lane : (at + 1 + {{size}}) * {LANES} : {LANES}]"
-    return _unpacker(structure, "unpack(block, row, lane)", "row", f"block[at * {LANES} + lane]", array, constants)
+    return _unpacker(
+        structure,
+        "unpack(block, row, lane)",
+        "row",
+        f"block[at * {LANES} + lane]",
+        array,
+        constants,
+    )
 
 
 def _unpacker(
-    structure: Structure, head: str, first: str, number: str, array: str, constants: LaneConstants = NO_CONSTANTS
+    structure: Structure,
+    head: str,
+    first: str,
+    number: str,
+    array: str,
+    constants: LaneConstants = NO_CONSTANTS,
 ) -> Callable[..., Any]:
     names: dict[str, Any] = {"INFINITY": float("inf"), "unowned": unowned}
     lines = [f"at = {first}"]
@@ -169,7 +197,12 @@ def _unpacker(
 
 
 def _unpack_expression(
-    structure: Structure, names: dict[str, Any], lines: list[str], number: str, array: str, constants: LaneConstants
+    structure: Structure,
+    names: dict[str, Any],
+    lines: list[str],
+    number: str,
+    array: str,
+    constants: LaneConstants,
 ) -> str:
     cls, parts = structure
     twins = dict(constants.twins)
@@ -183,7 +216,11 @@ def _unpack_expression(
         name, place = f"field_{len(lines)}", lines.count("at += 1")
         if part == "array":
             size = f"size_{name}"
-            lines += [f"{size} = int({number})", f"{name} = unowned({array.format(size=size)})", f"at += 1 + {size}"]
+            lines += [
+                f"{size} = int({number})",
+                f"{name} = unowned({array.format(size=size)})",
+                f"at += 1 + {size}",
+            ]
         elif place in constants.infinite:
             lines += [f"{name} = INFINITY", "at += 1"]
         elif place in twins:
@@ -206,14 +243,19 @@ def _places(structure: Structure) -> list[str]:
     """Return the index expression of each number of a NamedTuple, such as ``[1][0]``, in the order of the layout."""
     paths: list[str] = []
     for i, part in enumerate(structure[1]):
-        paths += [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
+        paths += (
+            [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
+        )
     return paths
 
 
 @cache
 def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
     """Return the kernel ``store(value, block, row, lane)`` that writes a NamedTuple of scalars into one lane."""
-    lines = [f"block[(row + {i}) * {LANES} + lane] = value{place}" for i, place in enumerate(_places(structure))]
+    lines = [
+        f"block[(row + {i}) * {LANES} + lane] = value{place}"
+        for i, place in enumerate(_places(structure))
+    ]
     return kernel_of("store(value, block, row, lane)", lines or ["return"], {})
 
 
@@ -221,10 +263,16 @@ def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
 def motion_reader(motion: Any) -> Callable[[Any, Any, Any, int], Any]:
     """Return the kernel ``moved(v, x, around, k) -> motion`` of a step, for a class of motions."""
     more = [f"around[k + {place} * v.size]" for place in range(len(motion._fields) - 2)]
-    return kernel_of("moved(v, x, around, k)", [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"], {"Motion": motion})
+    return kernel_of(
+        "moved(v, x, around, k)",
+        [f"return Motion({', '.join(['v[k]', 'x[k]', *more])})"],
+        {"Motion": motion},
+    )
 
 
-def kernel_of(head: str, lines: list[str], names: dict[str, Any], *, portable: bool = True) -> Callable[..., Any]:
+def kernel_of(
+    head: str, lines: list[str], names: dict[str, Any], *, portable: bool = True
+) -> Callable[..., Any]:
     """Return the kernel with this head and these lines, which can use these names."""
     text = f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
     scope: dict[str, Any] = {"__name__": __name__} | names

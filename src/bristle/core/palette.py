@@ -48,18 +48,33 @@ DARK = {
 
 def colour_variables(root: str = ":root, :host") -> str:
     """Return the colours as variables of a style sheet: light, dark where the reader prefers it, and always light on paper."""
-    light, dark = ("".join(f"--{name}:{colour};" for name, colour in colours.items()) for colours in (LIGHT, DARK))
+    light, dark = (
+        "".join(f"--{name}:{colour};" for name, colour in colours.items())
+        for colours in (LIGHT, DARK)
+    )
     return f"{root}{{color-scheme:light dark;{light}}}@media screen and (prefers-color-scheme:dark){{{root}{{{dark}}}}}\n"
 
 
 def notebook_style() -> str:
     """Return the style of a result in a notebook: the colours of its theme, those of the system elsewhere, light ones on paper."""
-    colours = "".join(f"--{name}:light-dark({colour},{DARK[name]});" for name, colour in LIGHT.items())
-    themes = (('data-jp-theme-light="true"', "vscode-light", "light"), ('data-jp-theme-light="false"', "vscode-dark", "dark"))
-    chosen = "".join(f":is([{lab}],.{code}) .bristle{{color-scheme:{scheme};}}" for lab, code, scheme in themes)
+    colours = "".join(
+        f"--{name}:light-dark({colour},{DARK[name]});" for name, colour in LIGHT.items()
+    )
+    themes = (
+        ('data-jp-theme-light="true"', "vscode-light", "light"),
+        ('data-jp-theme-light="false"', "vscode-dark", "dark"),
+    )
+    chosen = "".join(
+        f":is([{lab}],.{code}) .bristle{{color-scheme:{scheme};}}" for lab, code, scheme in themes
+    )
     own = "color-scheme:light dark;color:var(--ink);background:var(--ground);"
     return f".bristle{{{colours}{own}}}{chosen}@media print{{.bristle{{color-scheme:light !important;}}}}\n"
 
 
 # A terminal has a theme of its own.
-TERMINAL = {"gain": "bold", "usable": "bold green", "with_care": "bold yellow", "measure_again": "bold red"}
+TERMINAL = {
+    "gain": "bold",
+    "usable": "bold green",
+    "with_care": "bold yellow",
+    "measure_again": "bold red",
+}

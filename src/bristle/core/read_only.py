@@ -10,7 +10,9 @@ V = TypeVar("V")
 
 
 def _refuse(*_: Any, **__: Any) -> NoReturn:
-    raise TypeError("this is read-only: copy it with dict(...), or use model.with_values(...) for a model with other values")
+    raise TypeError(
+        "this is read-only: copy it with dict(...), or use model.with_values(...) for a model with other values"
+    )
 
 
 _refused: Any = _refuse

@@ -61,11 +61,25 @@ class Slot(Documented):
         if isinstance(self.channel, str) and self.channel in CHANNELS:
             object.__setattr__(self, "channel", CHANNELS[self.channel])
         if not isinstance(self.channel, Surrounding):
-            place, allowed = f"channel of {self.name}", f"{', '.join(CHANNELS)}, or a further channel"
+            place, allowed = (
+                f"channel of {self.name}",
+                f"{', '.join(CHANNELS)}, or a further channel",
+            )
             mend = 'Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)'
-            raise InputError("is not a channel of a log", path=place, value=self.channel, allowed=allowed, mend=mend)
+            raise InputError(
+                "is not a channel of a log",
+                path=place,
+                value=self.channel,
+                allowed=allowed,
+                mend=mend,
+            )
         if self.of not in (FRICTION, LEVEL):
-            raise InputError("is not a valid choice", path=f"argument `of` of {self.name}", value=self.of, allowed=f"{FRICTION}, {LEVEL}")
+            raise InputError(
+                "is not a valid choice",
+                path=f"argument `of` of {self.name}",
+                value=self.of,
+                allowed=f"{FRICTION}, {LEVEL}",
+            )
 
     @property
     def neutral(self) -> Any:
@@ -82,18 +96,32 @@ def refuse_unfit(slot: Slot) -> None:
     """Refuse a slot of invalid form, without running a model."""
     for name, variable in slot.variables.items():
         if name not in slot.defaults:
-            mend = "Give each parameter a default with which the channel does not change the friction"
+            mend = (
+                "Give each parameter a default with which the channel does not change the friction"
+            )
             raise InputError("has no default", path=f"Parameters.{name}", mend=mend)
         if slot.is_array(name) or variable.choices:
-            raise InputError("is not a number", path=f"Parameters.{name}", mend="Use only numbers as parameters of a slot")
+            raise InputError(
+                "is not a number",
+                path=f"Parameters.{name}",
+                mend="Use only numbers as parameters of a slot",
+            )
         if variable.excitation not in ("", EXCITATION):
-            message, place, allowed = "is not an excitation for a slot", f"excitation of {name}", f'"{EXCITATION}", or empty'
+            message, place, allowed = (
+                "is not an excitation for a slot",
+                f"excitation of {name}",
+                f'"{EXCITATION}", or empty',
+            )
             raise InputError(message, path=place, value=variable.excitation, allowed=allowed)
     if not slot.identified:
         mend = f'Write Variable(..., excitation="{EXCITATION}") for each parameter to identify'
         raise InputError("has no parameter to identify from a log", path="Parameters", mend=mend)
     if slot.factor not in kernels():
-        raise InputError("is not a kernel", path="factor", mend="Decorate factor with @kernel from bristle.core")
+        raise InputError(
+            "is not a kernel", path="factor", mend="Decorate factor with @kernel from bristle.core"
+        )
     count = len(inspect.signature(slot.factor).parameters)
     if count != len(TAKES):
-        raise InputError(f"takes {count} arguments", path="factor", allowed=f"factor({', '.join(TAKES)})")
+        raise InputError(
+            f"takes {count} arguments", path="factor", allowed=f"factor({', '.join(TAKES)})"
+        )

@@ -20,11 +20,15 @@ class Status(IntEnum):
 
 SENTENCES = {
     Status.OK: "completed",
-    Status.SOLVE_INACCURATE: ("the implicit step did not converge to its tolerance at least once; use a smaller step (more substeps)"),
+    Status.SOLVE_INACCURATE: (
+        "the implicit step did not converge to its tolerance at least once; use a smaller step (more substeps)"
+    ),
     Status.TOLERANCE_MISSED: (
         "the adaptive step reached its smallest length before its error was small enough; "
         "increase the tolerance, or look for jumps in the input"
     ),
-    Status.MEMORY_OVERFLOW: ("the memory of turning points overflowed and lost its innermost pair; increase its capacity"),
+    Status.MEMORY_OVERFLOW: (
+        "the memory of turning points overflowed and lost its innermost pair; increase its capacity"
+    ),
     Status.NOT_FINITE: "the simulation gave numbers that are not finite: the loop or the model is unstable",
 }

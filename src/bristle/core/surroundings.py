@@ -14,7 +14,22 @@ from bristle.core.motion import NOTHING_TRANSMITTED, Motion
 from bristle.core.packing import kernel_of
 from bristle.core.variable import Variable, variables_of
 
-RESERVED = {"v", "x", "dt", "p", "q", "axis", "memory", "state", "motion", "move", "step", "lasting", "input", "force"}
+RESERVED = {
+    "v",
+    "x",
+    "dt",
+    "p",
+    "q",
+    "axis",
+    "memory",
+    "state",
+    "motion",
+    "move",
+    "step",
+    "lasting",
+    "input",
+    "force",
+}
 """Reserved words of the contract of a model, which must not be names of channels."""
 
 
@@ -55,7 +70,12 @@ class Surrounding:
             or name.startswith("_")
             or name in RESERVED
         ):
-            raise InputError("is not a valid name of a channel", path="channel", value=name, allowed="a word, such as humidity")
+            raise InputError(
+                "is not a valid name of a channel",
+                path="channel",
+                value=name,
+                allowed="a word, such as humidity",
+            )
         if not isinstance(self.variable, Variable):
             raise InputError(
                 "needs a Variable",
@@ -63,7 +83,9 @@ class Surrounding:
                 value=type(self.variable).__name__,
                 mend='Write Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
             )
-        if (name in COLUMNS or name in Motion._fields) and variables_of(Motion).get(self.field) != self.variable:
+        if (name in COLUMNS or name in Motion._fields) and variables_of(Motion).get(
+            self.field
+        ) != self.variable:
             raise InputError(
                 "is already the name of a channel of bristle",
                 path="channel",
@@ -89,7 +111,8 @@ class Surrounding:
 
 
 OF_MOTION: dict[str, Surrounding] = {
-    name: Surrounding(name, variables_of(Motion)[name], usual) for name, usual in Motion._field_defaults.items()
+    name: Surrounding(name, variables_of(Motion)[name], usual)
+    for name, usual in Motion._field_defaults.items()
 } | {"position": Surrounding("position", variables_of(Motion)["x"], 0.0)}
 """Fields of `Motion` for the surroundings and the position, by name."""
 
@@ -121,9 +144,18 @@ _classes: dict[tuple[str, ...], Any] = {Motion._fields: Motion}
 
 
 @once
-def _with_velocity(name: str, fields: tuple[str, ...], transmitted: str = "motion.transmitted") -> Callable[..., Any]:
-    values = ["v", *(transmitted if field == "transmitted" else f"motion.{field}" for field in fields[1:])]
-    return kernel_of(f"{name}(v, motion)", [f"return Motion({', '.join(values)})"], {"__name__": __name__, "Motion": _classes[fields]})
+def _with_velocity(
+    name: str, fields: tuple[str, ...], transmitted: str = "motion.transmitted"
+) -> Callable[..., Any]:
+    values = [
+        "v",
+        *(transmitted if field == "transmitted" else f"motion.{field}" for field in fields[1:]),
+    ]
+    return kernel_of(
+        f"{name}(v, motion)",
+        [f"return Motion({', '.join(values)})"],
+        {"__name__": __name__, "Motion": _classes[fields]},
+    )
 
 
 def at_rest(v, motion):
@@ -136,7 +168,9 @@ def on_side(v, motion):
     return motion._replace(v=v)
 
 
-chosen_by_fields(at_rest, lambda fields: _with_velocity("motion_at_rest", fields, repr(NOTHING_TRANSMITTED)))
+chosen_by_fields(
+    at_rest, lambda fields: _with_velocity("motion_at_rest", fields, repr(NOTHING_TRANSMITTED))
+)
 chosen_by_fields(on_side, lambda fields: _with_velocity("motion_on_side", fields))
 
 

@@ -29,27 +29,47 @@ class Card(NamedTuple):
     @property
     def _rest(self) -> list[str]:
         """Remarks up to the limit, and the number of omitted rows and remarks."""
-        lines = [shortened(in_one_line(remark), 100) for remark in self.remarks[:MOST_REMARKS]]  # characters of a remark
-        for left, noun in ((len(self.rows) - MOST_SHOWN, "rows"), (len(self.remarks) - MOST_REMARKS, "remarks")):
+        lines = [
+            shortened(in_one_line(remark), 100) for remark in self.remarks[:MOST_REMARKS]
+        ]  # characters of a remark
+        for left, noun in (
+            (len(self.rows) - MOST_SHOWN, "rows"),
+            (len(self.remarks) - MOST_REMARKS, "remarks"),
+        ):
             lines += [f"and {left} more {noun}"] if left > 0 else []
         return lines
 
     def text(self) -> str:
         """Return the card as text that fits a screen."""
-        rows = [tuple(map(in_one_line, row)) for row in (self.heads, *self.rows[:MOST_SHOWN]) if row]
+        rows = [
+            tuple(map(in_one_line, row)) for row in (self.heads, *self.rows[:MOST_SHOWN]) if row
+        ]
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in rows]
-        return "\n".join([in_one_line(self.title), *(f"  {line}".rstrip() for line in (*lines, *self._rest))])
+        lines = [
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+            for row in rows
+        ]
+        return "\n".join(
+            [in_one_line(self.title), *(f"  {line}".rstrip() for line in (*lines, *self._rest))]
+        )
 
     def html(self) -> str:
         """Return the card as HTML; text from files is escaped."""
 
         def row(cells: tuple[str, ...], tag: str) -> str:
             side = ' style="text-align: left; padding-right: 1em"'
-            return "<tr>" + "".join(f"<{tag}{side}>{escape(in_one_line(cell))}</{tag}>" for cell in cells) + "</tr>"
+            return (
+                "<tr>"
+                + "".join(f"<{tag}{side}>{escape(in_one_line(cell))}</{tag}>" for cell in cells)
+                + "</tr>"
+            )
 
         body = "".join(row(cells, "td") for cells in self.rows[:MOST_SHOWN])
-        table = f"<table><thead>{row(self.heads, 'th')}</thead><tbody>{body}</tbody></table>" if self.rows else ""
+        table = (
+            f"<table><thead>{row(self.heads, 'th')}</thead><tbody>{body}</tbody></table>"
+            if self.rows
+            else ""
+        )
         remarks = "".join(f"<li>{escape(remark)}</li>" for remark in self._rest)
         listed = f"<ul>{remarks}</ul>" if remarks else ""
         return f"<div><strong>{escape(in_one_line(self.title))}</strong>{table}{listed}</div>"
@@ -120,7 +140,11 @@ class Tabular(WithCard):
         """Return the available signals, time first."""
         held: dict[str, Any] = {name: getattr(self, name, None) for name in SIGNALS}
         return {
-            name: Signal(held[name], variable.unit(getattr(self, "kind", "translational")), variable.description)
+            name: Signal(
+                held[name],
+                variable.unit(getattr(self, "kind", "translational")),
+                variable.description,
+            )
             for name, variable in SIGNALS.items()
             if isinstance(held[name], np.ndarray) and np.shape(held[name]) == np.shape(held["time"])
         }
@@ -128,7 +152,9 @@ class Tabular(WithCard):
     def _facts(self) -> dict[str, Any]:
         """Return the further data as plain data."""
         rest = (spec.name for spec in fields(self) if spec.name not in SIGNALS)  # type: ignore[arg-type]
-        return {"kind": getattr(self, "kind", "translational")} | {name: plain(getattr(self, name)) for name in rest}
+        return {"kind": getattr(self, "kind", "translational")} | {
+            name: plain(getattr(self, name)) for name in rest
+        }
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: ``signals`` and ``units`` by name, and all other fields."""
@@ -150,15 +176,26 @@ class Tabular(WithCard):
         """Return the signals as an xarray data set over time, in SI units."""
         xarray = library("xarray", "to_xarray()")
         held = {
-            name: ("time", np.array(signal.values), {"units": signal.unit, "long_name": signal.description})
+            name: (
+                "time",
+                np.array(signal.values),
+                {"units": signal.unit, "long_name": signal.description},
+            )
             for name, signal in self._signals().items()
         }
-        facts = {name: fact for name, fact in self._facts().items() if isinstance(fact, (str, int, float))}
+        facts = {
+            name: fact
+            for name, fact in self._facts().items()
+            if isinstance(fact, (str, int, float))
+        }
         return xarray.Dataset(held, coords={"time": held.pop("time")}, attrs=facts)
 
     def _card(self) -> Card:
         signals = self._signals()
-        rows = tuple((name, ranged(signal.values, signal.unit), signal.description) for name, signal in signals.items())
+        rows = tuple(
+            (name, ranged(signal.values, signal.unit), signal.description)
+            for name, signal in signals.items()
+        )
         return Card(self._title(), ("Signal", "Range", "Description"), rows, tuple(self._remarks()))
 
     def _title(self) -> str:
@@ -209,4 +246,8 @@ def library(name: str, wanted_by: str, extra: str = "") -> Any:
     except ImportError:
         if extra:
             raise MissingExtraError.of(wanted_by, extra) from None
-        raise MissingExtraError(f"needs {name}, which is not installed", path=wanted_by, mend=f"Type: pip install {name}") from None
+        raise MissingExtraError(
+            f"needs {name}, which is not installed",
+            path=wanted_by,
+            mend=f"Type: pip install {name}",
+        ) from None

@@ -48,7 +48,9 @@ def _compiled(arguments: str, result: str, generate: Callable[..., Any]) -> Call
     return mark
 
 
-def _make_known(plain: Callable[..., Any], arguments: str, result: str, generate: Callable[..., Any]) -> None:
+def _make_known(
+    plain: Callable[..., Any], arguments: str, result: str, generate: Callable[..., Any]
+) -> None:
     from numba.core import types
     from numba.extending import intrinsic, overload
 
@@ -58,21 +60,27 @@ def _make_known(plain: Callable[..., Any], arguments: str, result: str, generate
 
     def write(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         def plain_value(letter: str, kind: Any, value: Any) -> Any:
-            return context.make_array(kind)(context, builder, value).data if letter == "a" else value
+            return (
+                context.make_array(kind)(context, builder, value).data if letter == "a" else value
+            )
 
         made = generate(builder, *map(plain_value, arguments, signature.args, values))
         return context.get_dummy_value() if result == "-" else made
 
     def typing(context: Any, *argument_types: Any) -> Any:
         pairs = zip(arguments, argument_types, strict=True)
-        return types_by_letter[result](*(kind if letter == "a" else types_by_letter[letter] for letter, kind in pairs)), write
+        return types_by_letter[result](
+            *(kind if letter == "a" else types_by_letter[letter] for letter, kind in pairs)
+        ), write
 
     # The compiler matches arguments by name.
     scope: dict[str, Any] = {"typing": typing}
     exec(f"def generated({all_names}): return typing({all_names})", scope)
     scope["inner"] = intrinsic(scope["generated"])
     exec(f"def implementation({names}): return lambda {names}: inner({names})", scope)
-    overload(plain, jit_options=cast(Any, kernel_options(inline=True)), strict=False)(scope["implementation"])
+    overload(plain, jit_options=cast(Any, kernel_options(inline=True)), strict=False)(
+        scope["implementation"]
+    )
 
 
 def _uniform(number: float) -> Any:
@@ -86,9 +94,13 @@ def _product(builder: Any, number: Any, tangent: Any) -> Any:
     from llvmlite import ir
 
     index = ir.IntType(32)
-    first = builder.insert_element(ir.Constant(tangent.type, ir.Undefined), number, ir.Constant(index, 0))
+    first = builder.insert_element(
+        ir.Constant(tangent.type, ir.Undefined), number, ir.Constant(index, 0)
+    )
     everywhere = ir.Constant(ir.VectorType(index, DIRECTIONS), [0] * DIRECTIONS)
-    return builder.fmul(builder.shuffle_vector(first, ir.Constant(tangent.type, ir.Undefined), everywhere), tangent)
+    return builder.fmul(
+        builder.shuffle_vector(first, ir.Constant(tangent.type, ir.Undefined), everywhere), tangent
+    )
 
 
 def _last(builder: Any, tangent: Any) -> Any:
@@ -141,7 +153,11 @@ def tangent_scaled(a, b):
     return a * b
 
 
-@_compiled("rtrt", "t", lambda builder, a, b, c, d: builder.fadd(_product(builder, a, b), _product(builder, c, d)))
+@_compiled(
+    "rtrt",
+    "t",
+    lambda builder, a, b, c, d: builder.fadd(_product(builder, a, b), _product(builder, c, d)),
+)
 def tangent_combined(a, b, c, d):
     """Return `a` times one tangent and `c` times another."""
     return a * b + c * d
@@ -159,4 +175,14 @@ def keep_tangent(a, b, c):
     a[b * DIRECTIONS : (b + 1) * DIRECTIONS] = c
 
 
-TANGENTS = keep_tangent, moving, still, tangent_at, tangent_combined, tangent_difference, tangent_last, tangent_scaled, tangent_sum
+TANGENTS = (
+    keep_tangent,
+    moving,
+    still,
+    tangent_at,
+    tangent_combined,
+    tangent_difference,
+    tangent_last,
+    tangent_scaled,
+    tangent_sum,
+)

@@ -7,8 +7,15 @@ from typing import Any, NamedTuple
 # Multiples in use: symbol, power of ten, and smallest magnitude [SI] for its use.
 _METRE = (("{}", 0, 1.0), ("m{}", -3, 1e-3), ("µ{}", -6, 1e-6), ("n{}", -9, 1e-9))
 _NEWTON = (("k{}", 3, 1e4), *_METRE[:3])
-_MULTIPLES = dict.fromkeys(("m", "rad", "s"), _METRE) | dict.fromkeys(("N", "V", "A"), _NEWTON) | {"Hz": _NEWTON[:2]}
-_WHOLE_UNITS = {"kg*m^2": (("kg*m^2", 0, 0.1), ("kg*cm^2", -4, 1e-5), ("g*cm^2", -7, 0.0)), "kg": (("kg", 0, 0.1), ("g", -3, 0.0))}
+_MULTIPLES = (
+    dict.fromkeys(("m", "rad", "s"), _METRE)
+    | dict.fromkeys(("N", "V", "A"), _NEWTON)
+    | {"Hz": _NEWTON[:2]}
+)
+_WHOLE_UNITS = {
+    "kg*m^2": (("kg*m^2", 0, 0.1), ("kg*cm^2", -4, 1e-5), ("g*cm^2", -7, 0.0)),
+    "kg": (("kg", 0, 0.1), ("g", -3, 0.0)),
+}
 LARGEST_WRITTEN_OUT = 1e12  # larger numbers are written with a power of ten
 
 
@@ -25,7 +32,9 @@ class Scale(NamedTuple):
 
 def escaped(text: str) -> str:
     """Return text that can be encoded: undecodable bytes of a file name become escape sequences."""
-    return re.sub("[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)  # surrogates of `os.fsdecode`
+    return re.sub(
+        "[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text
+    )  # surrogates of `os.fsdecode`
 
 
 def printable(text: str) -> str:
@@ -55,7 +64,9 @@ def scale_of(unit: str, magnitude: float) -> Scale:
     # A power would also apply to a prefix.
     symbol = re.match(r"(?:[A-Za-z]+(?![A-Za-z^]))?", unit)[0]  # type: ignore[index]
     steps = _WHOLE_UNITS.get(unit) or _MULTIPLES.get(symbol, _METRE[:1])
-    pattern, power, _ = next((step for step in steps if magnitude >= step[2] * (1 - 1e-12)), steps[-1])
+    pattern, power, _ = next(
+        (step for step in steps if magnitude >= step[2] * (1 - 1e-12)), steps[-1]
+    )
     return Scale(float(f"1e{-power}"), typeset(pattern.format(unit)))
 
 

@@ -14,16 +14,30 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
-from bristle.core.dimensions import KINDS, LONGEST, SYMBOLS, Kind, factors_of, grammar, total, unit_elsewhere, written
+from bristle.core.dimensions import (
+    KINDS,
+    LONGEST,
+    SYMBOLS,
+    Kind,
+    factors_of,
+    grammar,
+    total,
+    unit_elsewhere,
+    written,
+)
 from bristle.core.errors import InputError, located
 from bristle.core.variable import Variable
 
-ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_unit", "erg", "watt_hour"})
+ENERGY_UNITS = frozenset(
+    {"joule", "calorie", "electron_volt", "british_thermal_unit", "erg", "watt_hour"}
+)
 
 _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'
 _SHARES = {"%": -2, "‰": -3}
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
-LARGEST = 1e100  # limit for quantities of an axis, so that products of a few of them do not overflow
+LARGEST = (
+    1e100  # limit for quantities of an axis, so that products of a few of them do not overflow
+)
 LONGEST_UNIT = 64
 _GRAMMAR = grammar(r"(?:[^\W\d_]\w*|%|‰|1)")
 _DECIMALS = {
@@ -32,7 +46,13 @@ _DECIMALS = {
     for si in SYMBOLS
     if si not in ("kg", "T")
 }
-_DECIMALS |= {"kg": ("kg", 0), "g": ("kg", -3), "%": ("rated", -2), "‰": ("rated", -3), "1": ("1", 0)}
+_DECIMALS |= {
+    "kg": ("kg", 0),
+    "g": ("kg", -3),
+    "%": ("rated", -2),
+    "‰": ("rated", -3),
+    "1": ("1", 0),
+}
 _PRODUCTS = {"N": "kg*m/s^2", "Hz": "1/s", "V": "kg*m^2/(s^3*A)"}
 _SPELLINGS = (
     (re.compile("[µμ]"), "u"),  # the micro sign and the Greek letter
@@ -58,13 +78,25 @@ class Scale(NamedTuple):
 @lru_cache(maxsize=512)
 def _decimal(unit: str) -> Scale | None:
     """Parse a unit that differs from SI by a power of ten; None for any other unit."""
-    factors = factors_of(unit) if len(unit) <= LONGEST_UNIT and _GRAMMAR.fullmatch(unit) else {unit: 1.0} if unit else {}
-    power = sum(_DECIMALS[name][1] * exponent for name, exponent in factors.items()) if factors.keys() <= _DECIMALS.keys() else 0.5
+    factors = (
+        factors_of(unit)
+        if len(unit) <= LONGEST_UNIT and _GRAMMAR.fullmatch(unit)
+        else {unit: 1.0}
+        if unit
+        else {}
+    )
+    power = (
+        sum(_DECIMALS[name][1] * exponent for name, exponent in factors.items())
+        if factors.keys() <= _DECIMALS.keys()
+        else 0.5
+    )
     if not float(power).is_integer():
         return None
     in_si = total((_DECIMALS[name][0], exponent) for name, exponent in factors.items())
     base = total(
-        (part, exponent * inner) for name, exponent in in_si.items() for part, inner in factors_of(_PRODUCTS.get(name, name)).items()
+        (part, exponent * inner)
+        for name, exponent in in_si.items()
+        for part, inner in factors_of(_PRODUCTS.get(name, name)).items()
     )
     return Scale(written(in_si, SYMBOLS), int(power), base)
 
@@ -87,17 +119,35 @@ def _registry() -> Any:
 
 
 OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}
-OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "permille_rated = 0.001 * rated", "@alias turn = rev")
+OWN_UNITS = (
+    "rated = [rated_effort]",
+    "percent_rated = 0.01 * rated",
+    "permille_rated = 0.001 * rated",
+    "@alias turn = rev",
+)
 
 
-def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False) -> float:
+def quantity(
+    value: Any,
+    variable: Variable,
+    kind: Kind = "translational",
+    *,
+    path: str = "",
+    infinite: bool = False,
+) -> float:
     """Convert a value to a number in SI units for the kind of axis."""
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
-        raise InputError(f"must be a number, or text with a unit, for {variable.description!r}", path=path, value=value)
+        raise InputError(
+            f"must be a number, or text with a unit, for {variable.description!r}",
+            path=path,
+            value=value,
+        )
     try:
         number = float(value)
     except OverflowError:
-        raise InputError("is too large for a floating-point number", path=path, mend="Check the unit") from None
+        raise InputError(
+            "is too large for a floating-point number", path=path, mend="Check the unit"
+        ) from None
     except ValueError:
         number = convert(str(value), variable.unit(kind), path=path)
     if not (infinite and math.isinf(number)):
@@ -111,7 +161,13 @@ def refuse_absurd(number: float, path: str, value: Any = None) -> None:
     if not math.isfinite(number):
         raise InputError("must be a finite number", path=path, value=value)
     if abs(number) > LARGEST:
-        raise InputError("is too large", path=path, value=value, allowed=f"up to {LARGEST:g} in SI units", mend="Check the unit")
+        raise InputError(
+            "is too large",
+            path=path,
+            value=value,
+            allowed=f"up to {LARGEST:g} in SI units",
+            mend="Check the unit",
+        )
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
@@ -123,12 +179,23 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     if source_unit in _SHARES and unit == "1":
         return float(Decimal(number).scaleb(_SHARES[source_unit]))
     source, target = _decimal(source_unit), _decimal(unit)
-    if source and target and source.base == target.base and not (unit == "1/s" and "Hz" in source_unit):
+    if (
+        source
+        and target
+        and source.base == target.base
+        and not (unit == "1/s" and "Hz" in source_unit)
+    ):
         return float(Decimal(number).scaleb(source.power - target.power))
     if source_unit in ("", "1"):
         return float(number)
     if not compatible(source_unit, unit, path=path) or _misnamed(source_unit, unit):
-        raise InputError("has the wrong unit", path=path, value=text, allowed=allowed, mend=_mend(source_unit, unit))
+        raise InputError(
+            "has the wrong unit",
+            path=path,
+            value=text,
+            allowed=allowed,
+            mend=_mend(source_unit, unit),
+        )
     return float(_registry().Quantity(float(number), _unit(source_unit)).to(_unit(unit)).magnitude)
 
 
@@ -150,7 +217,9 @@ def compatible(unit: str, target: str, *, path: str = "") -> bool:
 
 def like(unit: str | None, targets: Iterable[str], *, per: str = "", path: str = "") -> str | None:
     """Return the first target, each followed by `per`, with the dimension of a unit; None without a match."""
-    return next((target for target in targets if unit and compatible(unit, target + per, path=path)), None)
+    return next(
+        (target for target in targets if unit and compatible(unit, target + per, path=path)), None
+    )
 
 
 def si_of(unit: str, *, path: str = "") -> str:
@@ -174,7 +243,10 @@ def is_unit(text: str) -> bool:
     """Return whether `text` is a unit."""
     if _decimal(_spelt(text)) is not None:
         return True
-    if text.strip().lower() in ("mil", "mils"):  # ambiguous: a thousandth of an inch, or a 6400th of a turn
+    if text.strip().lower() in (
+        "mil",
+        "mils",
+    ):  # ambiguous: a thousandth of an inch, or a 6400th of a turn
         return False
     try:
         _unit(_spelt(text))
@@ -190,7 +262,9 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
         if not isinstance(value, str) or variable is None or variable.choices:
             continue
         _, unit = split(value, name)
-        fits: list[Kind] = [kind for kind in KINDS if unit and compatible(unit, variable.unit(kind), path=name)]
+        fits: list[Kind] = [
+            kind for kind in KINDS if unit and compatible(unit, variable.unit(kind), path=name)
+        ]
         if len(fits) == 1:
             return fits[0]
     return "translational"
@@ -199,13 +273,20 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
 def split(text: str, path: str = "") -> tuple[str, str]:
     """Split text into a number and a unit in canonical spelling, both as text."""
     if len(text.strip()) > LONGEST:
-        raise InputError("is too long for a number with a unit", path=path, value=text, mend=_EXAMPLE)
+        raise InputError(
+            "is too long for a number with a unit", path=path, value=text, mend=_EXAMPLE
+        )
     match = _NUMBER.fullmatch(text.strip())
     if not match:
         raise InputError("is not a number with a unit", path=path, value=text, mend=_EXAMPLE)
     number, rest = match.groups()
     if re.match(r",\d", rest):
-        raise InputError("has a decimal comma", path=path, value=text, mend=f"Write {text.replace(',', '.', 1)!r}")
+        raise InputError(
+            "has a decimal comma",
+            path=path,
+            value=text,
+            mend=f"Write {text.replace(',', '.', 1)!r}",
+        )
     return number, _spelt(rest)
 
 
@@ -224,7 +305,11 @@ def _unit(text: str) -> Any:
     if spelt and (len(spelt) > LONGEST_UNIT or not _GRAMMAR.fullmatch(spelt)):
         raise InputError("is not a unit", value=text)
     try:
-        return _registry().parse_units("" if spelt == "1" else spelt.replace("%", "percent_rated").replace("‰", "permille_rated"))
+        return _registry().parse_units(
+            ""
+            if spelt == "1"
+            else spelt.replace("%", "percent_rated").replace("‰", "permille_rated")
+        )
     except Exception:  # noqa: BLE001  (the tokenizer of the library raises many kinds of errors)
         raise InputError("is not a unit", value=text) from None
 
@@ -246,12 +331,30 @@ def _mend(source_unit: str, unit: str) -> str:
     names, dimensions = _names(source_unit), dict(_unit(source_unit).dimensionality)
     is_frequency, turns = dimensions == {"[time]": -1}, dimensions == {"[angle]": 1, "[time]": -1}
     confusions = (
-        (names & ENERGY_UNITS and "N*m" in unit, 'An energy is not a torque: write newton times metre, such as "40 mN*m"'),
-        ("count" in names, 'Counts need a resolution: write the length or angle instead, with for example "0.125 um" per count'),
-        (is_frequency and unit == "rad/s", 'A frequency is not an angular velocity: write rad/s, rev/s or rpm, such as "3000 rpm"'),
-        ("hertz" in names and unit == "1/s", "A gain is not a frequency: write the gain in 1/s (2 pi times a corner frequency)"),
-        (turns and unit == "Hz", "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"),
-        (names & {"percent_rated", "permille_rated"}, "Percent needs the rated effort: write `rated` in [effort] of the axis file"),
+        (
+            names & ENERGY_UNITS and "N*m" in unit,
+            'An energy is not a torque: write newton times metre, such as "40 mN*m"',
+        ),
+        (
+            "count" in names,
+            'Counts need a resolution: write the length or angle instead, with for example "0.125 um" per count',
+        ),
+        (
+            is_frequency and unit == "rad/s",
+            'A frequency is not an angular velocity: write rad/s, rev/s or rpm, such as "3000 rpm"',
+        ),
+        (
+            "hertz" in names and unit == "1/s",
+            "A gain is not a frequency: write the gain in 1/s (2 pi times a corner frequency)",
+        ),
+        (
+            turns and unit == "Hz",
+            "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz",
+        ),
+        (
+            names & {"percent_rated", "permille_rated"},
+            "Percent needs the rated effort: write `rated` in [effort] of the axis file",
+        ),
     )
     for is_confused, mend in confusions:
         if is_confused:

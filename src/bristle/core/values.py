@@ -28,7 +28,9 @@ def looked_at(convert: Converter, value: Any, path: str, kind: Kind | None) -> A
     except BristleError:
         raise
     except Exception as error:  # noqa: BLE001
-        raise InputError(f"cannot be read ({type(error).__name__}: {error_text(error)})", path=path, value=value) from None
+        raise InputError(
+            f"cannot be read ({type(error).__name__}: {error_text(error)})", path=path, value=value
+        ) from None
 
 
 def shown(value: Any) -> Any:
@@ -36,12 +38,18 @@ def shown(value: Any) -> Any:
     return "None" if value is None else value
 
 
-def check_relations(component: Documented, parameters: Any, path: str, *, structural_only: bool = False) -> None:
+def check_relations(
+    component: Documented, parameters: Any, path: str, *, structural_only: bool = False
+) -> None:
     """Refuse parameters that violate a relation of the component; warn for an advisory relation."""
     for relation in component.relations:
         if (structural_only and not relation.structural) or relation.holds(parameters):
             continue
-        names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
+        names = [
+            name
+            for name in component.variables
+            if name.split("_pos")[0].split("_neg")[0] in relation.condition
+        ]
         values = component.values(parameters)
         facts = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
         if relation.advisory:
@@ -49,10 +57,17 @@ def check_relations(component: Documented, parameters: Any, path: str, *, struct
             warnings.warn(message, InputWarning, stacklevel=4)
         else:
             allowed = relation.allowed(parameters) if relation.allowed else ""
-            raise InputError(f"needs {relation.condition}, but {facts}", path=path, allowed=allowed, mend=relation.mend)
+            raise InputError(
+                f"needs {relation.condition}, but {facts}",
+                path=path,
+                allowed=allowed,
+                mend=relation.mend,
+            )
 
 
-def coerced(component: Documented, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:
+def coerced(
+    component: Documented, name: str, variable: Variable, value: Any, path: str, kind: Kind
+) -> Any:
     """Convert a user value for kernels: to a number in SI units, a 1-D array, or the index of a choice."""
     from bristle.core import units
 
@@ -61,7 +76,12 @@ def coerced(component: Documented, name: str, variable: Variable, value: Any, pa
     if component.is_integer(name):
         number = units.quantity(value, variable, kind, path=path)
         if not number.is_integer() or abs(number) > LARGEST_COUNT:
-            raise InputError("must be a whole number up to 2^53", path=path, value=value, allowed=variable.allowed(kind))
+            raise InputError(
+                "must be a whole number up to 2^53",
+                path=path,
+                value=value,
+                allowed=variable.allowed(kind),
+            )
         return int(number)
     if component.is_array(name):
         if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
@@ -71,16 +91,25 @@ def coerced(component: Documented, name: str, variable: Variable, value: Any, pa
             for odd in numbers[~(np.abs(numbers) <= units.LARGEST)][:1]:
                 units.refuse_absurd(float(odd), path)
             return numbers
-        return np.array([units.quantity(number, variable, kind, path=path) for number in value], dtype=float)
+        return np.array(
+            [units.quantity(number, variable, kind, path=path) for number in value], dtype=float
+        )
     return units.quantity(value, variable, kind, path=path, infinite=True)
 
 
-def check_value(component: Documented, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
+def check_value(
+    component: Documented, name: str, variable: Variable, value: Any, kind: Kind, path: str
+) -> None:
     """Refuse a number that is not finite or out of range; an infinite default is accepted."""
     default = component.defaults.get(name)
     may_be_infinite = isinstance(default, float) and math.isinf(default)
     if not np.all(np.isfinite(value)) and not (may_be_infinite and value == default):
-        raise InputError("is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind))
+        raise InputError(
+            "is not a finite number",
+            path=path,
+            value=float(np.max(value)),
+            allowed=variable.allowed(kind),
+        )
     variable.validate(value, path, kind)
 
 
@@ -105,9 +134,23 @@ class Threshold(NamedTuple):
     source: str
 
 
-def threshold(default: float, meaning: str, unit: str = "1", least: float = 0.0, most: float = math.inf, source: str = "") -> Any:
+def threshold(
+    default: float,
+    meaning: str,
+    unit: str = "1",
+    least: float = 0.0,
+    most: float = math.inf,
+    source: str = "",
+) -> Any:
     """Return a field of a dataclass for a threshold."""
-    about = {"default": default, "meaning": meaning, "unit": unit, "least": least, "most": most, "source": source}
+    about = {
+        "default": default,
+        "meaning": meaning,
+        "unit": unit,
+        "least": least,
+        "most": most,
+        "source": source,
+    }
     return field(default=default, metadata=about)
 
 
@@ -136,10 +179,20 @@ class Thresholds:
                     mend=FORMER["settings.*"],
                 )
             entry = by_name[name]
-            number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+            number = (
+                value
+                if isinstance(value, (int, float)) and not isinstance(value, bool)
+                else math.nan
+            )
             if not (entry.least <= number <= entry.most and math.isfinite(number)):
-                allowed = f"{entry.least:g} to {entry.most:g}" if math.isfinite(entry.most) else f">= {entry.least:g}"
-                raise InputError("is out of range", path=f"{path}.{name}", value=value, allowed=allowed)
+                allowed = (
+                    f"{entry.least:g} to {entry.most:g}"
+                    if math.isfinite(entry.most)
+                    else f">= {entry.least:g}"
+                )
+                raise InputError(
+                    "is out of range", path=f"{path}.{name}", value=value, allowed=allowed
+                )
             numbers[name] = float(number)
         return cls(**numbers)
 
@@ -152,7 +205,11 @@ class Thresholds:
     @property
     def changed(self) -> dict[str, float]:
         """Values that differ from the defaults, by name."""
-        return {entry.name: value for entry in self.described() if (value := getattr(self, entry.name)) != entry.default}
+        return {
+            entry.name: value
+            for entry in self.described()
+            if (value := getattr(self, entry.name)) != entry.default
+        }
 
     def as_data(self) -> dict[str, float]:
         """Return all values by name."""

@@ -8,8 +8,23 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (re-exported)
 from bristle.core.errors import InputError, did_you_mean, located
 
-OF_SLOTS = ("place", "load", "temperature", "channel")  # excitations for parameters of slots; the last is for user slots
-EXCITATIONS = ("", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", *OF_SLOTS, "drive")
+OF_SLOTS = (
+    "place",
+    "load",
+    "temperature",
+    "channel",
+)  # excitations for parameters of slots; the last is for user slots
+EXCITATIONS = (
+    "",
+    "sliding",
+    "speed",
+    "stribeck",
+    "presliding",
+    "displacement",
+    "acceleration",
+    *OF_SLOTS,
+    "drive",
+)
 """Excitations that the identification of a parameter may require."""
 
 
@@ -59,17 +74,37 @@ class Variable:
     def __post_init__(self) -> None:
         if not self.description:
             mend = 'Write both, such as Variable("force", "Coulomb friction force")'
-            raise InputError("lacks the quantity or the description", path=f"Variable({self.quantity!r})", mend=mend)
+            raise InputError(
+                "lacks the quantity or the description",
+                path=f"Variable({self.quantity!r})",
+                mend=mend,
+            )
         with located(f"quantity of {self.description!r}"):
             object.__setattr__(self, "quantity", canonical(self.quantity))
         if not math.isfinite(self.nominal):
-            raise InputError("must be finite", path=f"nominal of {self.description!r}", value=self.nominal)
+            raise InputError(
+                "must be finite", path=f"nominal of {self.description!r}", value=self.nominal
+            )
         if not self.min <= self.max:
-            raise InputError("is above max", path=f"min of {self.description!r}", value=self.min, allowed=f"<= {self.max:g}")
+            raise InputError(
+                "is above max",
+                path=f"min of {self.description!r}",
+                value=self.min,
+                allowed=f"<= {self.max:g}",
+            )
         if self.excitation not in EXCITATIONS:
-            place, allowed = f"excitation of {self.description!r}", f"{', '.join(EXCITATIONS[1:])}, or empty text"
+            place, allowed = (
+                f"excitation of {self.description!r}",
+                f"{', '.join(EXCITATIONS[1:])}, or empty text",
+            )
             mend = did_you_mean(self.excitation, EXCITATIONS[1:])
-            raise InputError("is not an excitation", path=place, value=self.excitation, allowed=allowed, mend=mend)
+            raise InputError(
+                "is not an excitation",
+                path=place,
+                value=self.excitation,
+                allowed=allowed,
+                mend=mend,
+            )
 
     def unit(self, kind: Kind = "translational") -> str:
         """Return the SI unit on an axis of this kind."""
@@ -98,7 +133,9 @@ class Variable:
         """
         if value not in self.choices:
             mend = did_you_mean(value, self.choices)
-            raise InputError("is not a valid choice", path=path, value=value, allowed=self.allowed(), mend=mend)
+            raise InputError(
+                "is not a valid choice", path=path, value=value, allowed=self.allowed(), mend=mend
+            )
         return self.choices.index(value)
 
     def written(self, value: Any) -> Any:
@@ -114,14 +151,23 @@ class Variable:
             With the path, the value, and the allowed range. An unbounded range includes infinity; the caller must
             refuse it if necessary.
         """
-        if hasattr(value, "dtype") and value.size and self.min <= value.min() and value.max() <= self.max:
+        if (
+            hasattr(value, "dtype")
+            and value.size
+            and self.min <= value.min()
+            and value.max() <= self.max
+        ):
             return  # an array, quickly
         for index, number in enumerate(value if hasattr(value, "__len__") else (value,)):
             place = f"{path}[{index}]" if hasattr(value, "__len__") else path
             if math.isnan(number):
-                raise InputError("is not a number", path=place, value=float(number), allowed=self.allowed(kind))
+                raise InputError(
+                    "is not a number", path=place, value=float(number), allowed=self.allowed(kind)
+                )
             if not self.min <= number <= self.max:
-                raise InputError("out of range", path=place, value=float(number), allowed=self.allowed(kind))
+                raise InputError(
+                    "out of range", path=place, value=float(number), allowed=self.allowed(kind)
+                )
 
 
 def variables_of(cls: type) -> dict[str, Variable]:
@@ -159,7 +205,9 @@ def _variables(cls: type) -> tuple[tuple[str, Variable], ...]:
         marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
         variable = next((mark for mark in marks if isinstance(mark, Variable)), None)
         if variable is None:
-            raise TypeError(f"{cls.__module__}.{cls.__qualname__}.{name} has no Variable in its annotation")
+            raise TypeError(
+                f"{cls.__module__}.{cls.__qualname__}.{name} has no Variable in its annotation"
+            )
         variables.append((name, variable))
     return tuple(variables)
 

@@ -15,7 +15,16 @@ from bristle.engine.instance import Instance, memory_of
 from bristle.engine.loop import DRIVEN, MECHANISM, Trace, held, substeps_entry, vectors_of
 from bristle.engine.motion import presliding_distance
 from bristle.engine.screwed import refuse_screw
-from bristle.engine.step_doubling import GIVE_UP, ROUNDING, Course, DoublingEntries, Limits, Samples, doubling, make_rest_time
+from bristle.engine.step_doubling import (
+    GIVE_UP,
+    ROUNDING,
+    Course,
+    DoublingEntries,
+    Limits,
+    Samples,
+    doubling,
+    make_rest_time,
+)
 
 # Measured on stick-slip, pre-sliding and break-away: with this share of the tolerance allowed over the duration, the
 # global error stays below the tolerance. A contact must be resolved for any tolerance, or it breaks away at the wrong
@@ -129,7 +138,12 @@ def run_adaptive(
     )
     vectors = vectors_of(body, contact, memory_of(friction, memory), np.zeros(OUT_SIZE))
     before, full_step = (
-        vectors._replace(plant_state=body.state.copy(), friction_state=contact.state.copy(), out=np.zeros(OUT_SIZE)) for _ in range(2)
+        vectors._replace(
+            plant_state=body.state.copy(),
+            friction_state=contact.state.copy(),
+            out=np.zeros(OUT_SIZE),
+        )
+        for _ in range(2)
     )
     before = before._replace(memory=vectors.memory.copy())
     entries, samples, report = (
@@ -137,7 +151,9 @@ def run_adaptive(
         Samples(times, *np.zeros((3, times.size))),
         np.zeros(4),
     )
-    reached = int(driver(doubling)(entries, vectors, before, full_step, course, limits, samples, report))
+    reached = int(
+        driver(doubling)(entries, vectors, before, full_step, course, limits, samples, report)
+    )
     cut = slice(0, min(reached, effort.size))
     accepted, rejected, missed, failed = report
     if tolerance < 16.0 * ROUNDING * float(np.max(np.abs(samples.x))):

@@ -124,7 +124,12 @@ class _Batch:
         efforts, plants, frictions = np.atleast_2d(effort), plant, friction
         odd = next((model for model in (*plants, *frictions) if model.kind != plants[0].kind), None)
         if odd is not None:
-            raise InputError("is of another kind of axis", path="friction", value=f"{odd.name}, {odd.kind}", allowed=plants[0].kind)
+            raise InputError(
+                "is of another kind of axis",
+                path="friction",
+                value=f"{odd.name}, {odd.kind}",
+                allowed=plants[0].kind,
+            )
         refuse_screw(plants[0], "run_batch")
         numbers = {
             "plants": len(plants),
@@ -137,7 +142,9 @@ class _Batch:
         if len(sizes) > 1:
             listed = ", ".join(f"{number} {name}" for name, number in numbers.items())
             raise InputError(
-                f"cannot make one batch of {listed}", path="run_batch", mend="Give one model of each, or one for each trajectory"
+                f"cannot make one batch of {listed}",
+                path="run_batch",
+                mend="Give one model of each, or one for each trajectory",
             )
         self.count = sizes.pop() if sizes else 1
         self.plant, self.plants = _parameters(plants, self.count, "plant")
@@ -145,7 +152,9 @@ class _Batch:
         self.body = np.tile(self.plant.state, (self.count, 1))
         self.body[:, 0], self.body[:, 1] = x, v
         self.state = np.tile(self.friction.state, (self.count, 1))
-        self.memory = np.tile(self.friction.component.new_memory(self.friction.model.parameters), (self.count, 1))
+        self.memory = np.tile(
+            self.friction.component.new_memory(self.friction.model.parameters), (self.count, 1)
+        )
         # The trajectories of one sample are contiguous, because a block reads them together.
         self.effort = np.ascontiguousarray(efforts.T)
         self.position, self.velocity, self.force = (np.empty((self.count, 0)) for _ in range(3))
@@ -154,14 +163,25 @@ class _Batch:
     def one_by_one(self, dt: float, steps: int, hold: str, width: int) -> Callable[[int], Any]:
         """Return the function that runs one block of `width` trajectories one after another."""
         vectors = (self.plants, self.body, self.frictions, self.state, self.memory, self.out)
-        mechanisms = Mechanisms(substeps_entry(self.plant, self.friction), MechanismVectors(*(matrix.ravel() for matrix in vectors)))
+        mechanisms = Mechanisms(
+            substeps_entry(self.plant, self.friction),
+            MechanismVectors(*(matrix.ravel() for matrix in vectors)),
+        )
         run, efforts = driver(open_loops), self._efforts(hold)
         matrices = np.full((3, self.count, len(self.effort)), np.nan)
         self.position, self.velocity, self.force = matrices
         records = Records(*matrices.reshape(3, -1), mechanisms=self.count)
 
         def work(first: int) -> None:
-            run(mechanisms, first, min(first + width, self.count), efforts, float(dt), int(steps), records)
+            run(
+                mechanisms,
+                first,
+                min(first + width, self.count),
+                efforts,
+                float(dt),
+                int(steps),
+                records,
+            )
 
         return work
 
@@ -170,7 +190,9 @@ class _Batch:
 
     def in_lanes(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
         """Return the function that runs all trajectories of one block together."""
-        widths = [matrix.shape[1] for matrix in (self.plants, self.body, self.frictions, self.state)]
+        widths = [
+            matrix.shape[1] for matrix in (self.plants, self.body, self.frictions, self.state)
+        ]
         rows, structures = Rows(*widths), (*self.plant.structures, *self.friction.structures)
         constants = lane_constants(structures[2], self.frictions)
         run = compiled(
@@ -182,13 +204,18 @@ class _Batch:
         )
         matrices = np.empty((3, len(self.effort), self.count))
         self.position, self.velocity, self.force = matrices.transpose(0, 2, 1)
-        efforts, records = self._efforts(hold), Records(*matrices.reshape(3, -1), mechanisms=self.count)
+        efforts, records = (
+            self._efforts(hold),
+            Records(*matrices.reshape(3, -1), mechanisms=self.count),
+        )
         mechanisms = np.hstack((self.plants, self.body, self.frictions, self.state))
 
         def work(first: int) -> None:
             used = min(LANES, self.count - first)
             block = np.zeros((rows.count, LANES))
-            block[: mechanisms.shape[1]] = mechanisms[np.minimum(np.arange(first, first + LANES), self.count - 1)].T
+            block[: mechanisms.shape[1]] = mechanisms[
+                np.minimum(np.arange(first, first + LANES), self.count - 1)
+            ].T
             run(block.ravel(), np.zeros(0), first, used, efforts, float(dt), int(steps), records)
             self.out[first : first + used, FAILED_SO_FAR] = block[rows.failures_so_far, :used]
             for lane in np.flatnonzero(block[rows.lost_at, :used]):
@@ -199,13 +226,18 @@ class _Batch:
 
     def trace(self, dt: float) -> BatchTrace:
         """Return the trace of all trajectories."""
-        finite = np.all(np.isfinite(self.position) & np.isfinite(self.velocity) & np.isfinite(self.force), axis=1)
+        finite = np.all(
+            np.isfinite(self.position) & np.isfinite(self.velocity) & np.isfinite(self.force),
+            axis=1,
+        )
         inaccurate = self.out[:, FAILED_SO_FAR] > 0.0
         status = tuple(
             Status.SOLVE_INACCURATE if ok and bad else Status.OK if ok else Status.NOT_FINITE
             for ok, bad in zip(finite.tolist(), inaccurate.tolist(), strict=True)
         )
-        return BatchTrace(dt * np.arange(len(self.effort)), self.position, self.velocity, self.force, status)
+        return BatchTrace(
+            dt * np.arange(len(self.effort)), self.position, self.velocity, self.force, status
+        )
 
 
 def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Instance, np.ndarray]:
@@ -216,7 +248,9 @@ def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Instanc
         numbers = flattener(first.structures[0])
         rows = np.array([numbers(model.parameters) for model in models], dtype=float)
     else:
-        rows = np.stack([_row(first, model, f"{path}[{index}]") for index, model in enumerate(models)])
+        rows = np.stack(
+            [_row(first, model, f"{path}[{index}]") for index, model in enumerate(models)]
+        )
     return first, np.array(np.broadcast_to(rows, (count, rows.shape[1])))
 
 

@@ -7,18 +7,28 @@ from bristle.core.edge import amount, instance, is_finite, model, optional, whol
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 
-FRICTION, OPERATOR = model("friction"), model("hysteresis")  # converters to a friction model and to a hysteresis operator
+FRICTION, OPERATOR = (
+    model("friction"),
+    model("hysteresis"),
+)  # converters to a friction model and to a hysteresis operator
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)  # accepts a time step [s]
 PLACE, SPEED = amount(Variable("length", "position")), amount(Variable("length/time", "velocity"))
 STEPS = whole(1, 10**6)  # accepts a number of steps
-STATE = optional(instance(tuple, "the state of the model", "Take the state from the trace of another run"))
+STATE = optional(
+    instance(tuple, "the state of the model", "Take the state from the trace of another run")
+)
 
 
 def check_run(count: int, **signals: np.ndarray) -> None:
     """Refuse signals that compiled code would read beyond their end."""
     for name, signal in signals.items():
         if signal.shape != (count,):
-            raise InputError("has the wrong length", path=name, value=np.shape(signal), allowed=f"shape ({count},)")
+            raise InputError(
+                "has the wrong length",
+                path=name,
+                value=np.shape(signal),
+                allowed=f"shape ({count},)",
+            )
 
 
 def finite(output: np.ndarray, model: Model, path: str = "model") -> np.ndarray:

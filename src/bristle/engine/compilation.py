@@ -30,7 +30,14 @@ from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, compiler, kernel_options
 from bristle.core.locks import COMPILING
 from bristle.core.packing import without_holder
-from bristle.engine.signature import compiled_signature, flat, handed_over, linked_into, signature_of, type_of
+from bristle.engine.signature import (
+    compiled_signature,
+    flat,
+    handed_over,
+    linked_into,
+    signature_of,
+    type_of,
+)
 
 _interpreted = ContextVar("interpreted", default=False)
 _entries: dict[tuple[str, tuple[Any, ...]], Callable[..., Any]] = {}
@@ -63,7 +70,11 @@ def cache_folder() -> Path | None:
     folder_name = os.environ.get("BRISTLE_CACHE_DIR")
     if folder_name == "":
         return None
-    root = Path(folder_name) if folder_name else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
+    root = (
+        Path(folder_name)
+        if folder_name
+        else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
+    )
     # The version comes from the metadata, because loading numba takes longer.
     folder = root / f"{sys.implementation.cache_tag}-numba-{version('numba')}"
     try:
@@ -94,11 +105,20 @@ def _forget_old(folder: Path) -> None:
     limit = time.time() - 86400.0 * 30.0
     for file in folder.iterdir():
         with contextlib.suppress(OSError):
-            if re.search(r"-[0-9a-f]{16}\.bin$|\.partial$", file.name) and file.stat().st_mtime < limit:
+            if (
+                re.search(r"-[0-9a-f]{16}\.bin$|\.partial$", file.name)
+                and file.stat().st_mtime < limit
+            ):
                 file.unlink()
 
 
-def compiled(name: str, make: Callable[[], Callable[..., Any]], kind: Any, parts: tuple[Any, ...] = (), interleaved: int = 1) -> Any:
+def compiled(
+    name: str,
+    make: Callable[[], Callable[..., Any]],
+    kind: Any,
+    parts: tuple[Any, ...] = (),
+    interleaved: int = 1,
+) -> Any:
     """Return a callable entry: compiled, loaded from the cache, or plain Python in interpreted mode."""
     if is_interpreted():
         return make()
@@ -121,7 +141,14 @@ def driver(function: Callable[..., Any]) -> Callable[..., Any]:
     return lambda *arguments: entry(*flat(arguments))
 
 
-def _compile(name: str, function: Callable[..., Any], kind: Any, code: str, parts: tuple[Any, ...], interleaved: int) -> Callable[..., Any]:
+def _compile(
+    name: str,
+    function: Callable[..., Any],
+    kind: Any,
+    code: str,
+    parts: tuple[Any, ...],
+    interleaved: int,
+) -> Callable[..., Any]:
     numba = compiler()
     activate()
     signature = compiled_signature(kind)
@@ -129,7 +156,12 @@ def _compile(name: str, function: Callable[..., Any], kind: Any, code: str, part
     body: Any = numba.njit(inline="always", error_model="numpy")(function)
     dispatcher: Any = numba.njit(**kernel_options(inline=False))(handed_over(function, kind, body))
     dispatcher._cache = _EntryCache(name, str(signature), f"{code} {interleaved}")
-    with _numbered_from(code), _faults_of(parts), _interleaving(interleaved), linked_into(dispatcher.py_func):
+    with (
+        _numbered_from(code),
+        _faults_of(parts),
+        _interleaving(interleaved),
+        linked_into(dispatcher.py_func),
+    ):
         dispatcher.compile(signature)
     dispatcher.disable_compile()
     product = _Product(dispatcher.get_compile_result(signature))
@@ -178,13 +210,18 @@ def _faults_of(parts: tuple[Any, ...]) -> Iterator[None]:
         own = [part for part in parts if (part.__module__ or "").partition(".")[0] != "bristle"]
         if not own:
             raise
-        file, lines = own[0].__code__.co_filename, [line.strip() for line in str(error).splitlines()]
+        file, lines = (
+            own[0].__code__.co_filename,
+            [line.strip() for line in str(error).splitlines()],
+        )
         # The innermost reason follows the last heading; each level of calls adds a heading.
         heads = [i for i, line in enumerate(lines[:-1]) if "Failed in nopython mode" in line]
         reason = lines[heads[-1] + 1] if heads else lines[0]
         place = re.search(rf'File "[^"]*{re.escape(os.path.basename(file))}", line \d+', str(error))
         line = f", {place[0].rpartition(', ')[2]}" if place else ""
-        raise InputError(f"cannot be compiled: {reason}", path=f"{file}{line}", mend=f"Try: bristle check {file}") from None
+        raise InputError(
+            f"cannot be compiled: {reason}", path=f"{file}{line}", mend=f"Try: bristle check {file}"
+        ) from None
 
 
 @contextlib.contextmanager

@@ -18,7 +18,10 @@ from bristle.engine.motion import along, follow
 from bristle.models.friction import unvaried
 from bristle.models.friction.slots import whole_parts
 
-DISTANCE, SPEED = Variable("length", "distance of a move"), Variable("length/time", "speed of a move", min=0.0)
+DISTANCE, SPEED = (
+    Variable("length", "distance of a move"),
+    Variable("length/time", "speed of a move", min=0.0),
+)
 VELOCITY = Variable("length/time", "velocity")
 
 
@@ -97,10 +100,15 @@ def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) 
     stride = max(count // THINNED, 1)
     thinned = {name: values[stride - 1 : count : stride] for name, values in motion.items()}
     # A step of several samples has the mean of their velocities.
-    thinned["v"] = np.diff(thinned["x"], prepend=motion["x"][0] - dt * motion["v"][0]) / (stride * dt)
+    thinned["v"] = np.diff(thinned["x"], prepend=motion["x"][0] - dt * motion["v"][0]) / (
+        stride * dt
+    )
 
     def costs(places: np.ndarray) -> np.ndarray:
-        force = [along(friction, dt=stride * dt, state=state_at(friction, place), **thinned) for place in places.tolist()]
+        force = [
+            along(friction, dt=stride * dt, state=state_at(friction, place), **thinned)
+            for place in places.tolist()
+        ]
         return np.sum((measured[stride - 1 : count : stride] - np.array(force)) ** 2, axis=1)
 
     places = np.linspace(-1.0, 1.0, PLACES)
@@ -111,7 +119,11 @@ def place_of(friction: Model, motion: Signals, dt: float, measured: np.ndarray) 
         low, high = max(best - 1, 0), min(best + 1, PLACES - 1)
         places = np.linspace(places[low], places[high], PLACES)
         computed = np.linspace(0, PLACES - 1, high - low + 1).astype(int)
-        new, coarse, cost = np.delete(np.arange(PLACES), computed), cost[low : high + 1], np.empty(PLACES)
+        new, coarse, cost = (
+            np.delete(np.arange(PLACES), computed),
+            cost[low : high + 1],
+            np.empty(PLACES),
+        )
         cost[computed], cost[new] = coarse, costs(places[new])
     best = int(np.argmin(cost))
     if not 0 < best < PLACES - 1:
@@ -128,8 +140,12 @@ def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
     count, length = 0, motion["v"].size
     for size in (*(FIRST * 4**k for k in range(12) if FIRST * 4**k < length), length):
         part = {name: values[:size] for name, values in motion.items()}
-        low, high = (along(friction, dt=dt, state=state_at(friction, at), **part) for at in (-1.0, 1.0))
-        apart = np.flatnonzero(np.abs(high - low) > ALIKE * max(float(np.max(np.abs(high))), 1e-300))
+        low, high = (
+            along(friction, dt=dt, state=state_at(friction, at), **part) for at in (-1.0, 1.0)
+        )
+        apart = np.flatnonzero(
+            np.abs(high - low) > ALIKE * max(float(np.max(np.abs(high))), 1e-300)
+        )
         count = int(apart[-1]) + 1 if apart.size else 0
         if count < size - MARGIN:
             return count
@@ -150,7 +166,9 @@ def steady_force(model: Model, v: float) -> float:
     component, p = model.component, unvaried(model).parameters
     state, memory = component.initial_state(p), component.new_memory(p)
     dt, x, force, before = 1e-6, 0.0, math.nan, math.nan
-    with np.errstate(over="ignore", invalid="ignore"):  # a force that grows without bound is refused at the end
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # a force that grows without bound is refused at the end
         for _ in range(200):
             x += v * dt
             force, move = component.trial(state, memory, Motion(v, x), dt, p)
@@ -173,6 +191,9 @@ def sliding_level(model: Model, fastest: float) -> float:
 
 def level_of(model: Model, fastest: float) -> float:
     """Return the smaller level of sliding friction at a low speed and, without its viscous part, at full speed [N or N*m]."""
-    at_full_speed = 0.5 * (steady_force(model, fastest) - steady_force(model, -fastest)) - whole_parts(model)["viscous"] * fastest
+    at_full_speed = (
+        0.5 * (steady_force(model, fastest) - steady_force(model, -fastest))
+        - whole_parts(model)["viscous"] * fastest
+    )
     slow = sliding_level(model, fastest)
     return min(slow, at_full_speed) if at_full_speed > 0.0 else slow

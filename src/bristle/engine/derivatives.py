@@ -20,7 +20,15 @@ from bristle.core.contracts import Model
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.edge import vector
 from bristle.core.kernel import kernel
-from bristle.core.packing import Structure, kernel_of, motion_reader, number_count, packer, unowned, unpacker
+from bristle.core.packing import (
+    Structure,
+    kernel_of,
+    motion_reader,
+    number_count,
+    packer,
+    unowned,
+    unpacker,
+)
 from bristle.core.tangent import DIRECTIONS, keep_tangent, tangent_at
 from bristle.engine.checks import check_run
 from bristle.engine.compilation import compiled
@@ -28,7 +36,13 @@ from bristle.engine.instance import Instance, memory_of, warn_of_lost
 from bristle.engine.motion import _surroundings
 from bristle.engine.signature import Vector
 from bristle.engine.translation.build import Builder
-from bristle.engine.translation.derivative import Activity, Derivatives, activity_of, is_active, nowhere
+from bristle.engine.translation.derivative import (
+    Activity,
+    Derivatives,
+    activity_of,
+    is_active,
+    nowhere,
+)
 from bristle.engine.translation.tree import INTEGER, REAL, Array, Struct, Type, struct_of
 
 # A friction model along a motion, each vector followed by its tangents: (state, memory, v, x, consecutive surroundings, dt,
@@ -58,12 +72,20 @@ class Argument(NamedTuple):
 
 
 def with_tangents(
-    derivatives: Derivatives, function: Callable[..., Any], arguments: Sequence[Argument], kept: str = ""
+    derivatives: Derivatives,
+    function: Callable[..., Any],
+    arguments: Sequence[Argument],
+    kept: str = "",
 ) -> Callable[..., Any]:
     """Return the entry that runs a kernel with tangents, each after its argument; the result is a number, or is stored in `kept`."""
     activities = [argument.activity for argument in arguments]
-    derived = derivatives.of(Builder().function(function, [argument.type for argument in arguments]), activities)
-    parts: dict[str, Any] = {"with_tangents": derivatives.scope[derived.name], "tangent_at": tangent_at}
+    derived = derivatives.of(
+        Builder().function(function, [argument.type for argument in arguments]), activities
+    )
+    parts: dict[str, Any] = {
+        "with_tangents": derivatives.scope[derived.name],
+        "tangent_at": tangent_at,
+    }
     heads, values, tangents = list[str](), list[str](), list[str]()
     for (name, holds, moves, handed), activity in zip(arguments, activities, strict=True):
         heads += [name, *([f"d_{name}"] if moves or handed else [])]
@@ -80,7 +102,12 @@ def with_tangents(
         assert isinstance(structure, tuple)
         parts |= {"store": packer(structure), "keep": _tangent_packer(structure)}
         moved = is_active(derived.result)
-        lines = [f"end{', d_end' * moved} = {call}", f"store(end, {kept})", *[f"keep(d_end, d_{kept})"] * moved, "return 0.0"]
+        lines = [
+            f"end{', d_end' * moved} = {call}",
+            f"store(end, {kept})",
+            *[f"keep(d_end, d_{kept})"] * moved,
+            "return 0.0",
+        ]
     return kernel_of(f"entry({', '.join(heads)})", lines, parts, portable=False)
 
 
@@ -88,7 +115,9 @@ VECTOR, WRITTEN = Array(-1), Array(-1, writable=True)
 
 
 @cache
-def make_force_with_tangents(parameters: Structure, state: Structure, motion: Any, moves: bool, acts: bool) -> Callable[..., Any]:
+def make_force_with_tangents(
+    parameters: Structure, state: Structure, motion: Any, moves: bool, acts: bool
+) -> Callable[..., Any]:
     """Return the entry of a friction model with tangents; `moves` adds those of the motion, `acts` those of the surroundings."""
     moved = motion_reader(motion)
 
@@ -100,8 +129,18 @@ def make_force_with_tangents(parameters: Structure, state: Structure, motion: An
         return s
 
     begun = Argument("s", state, True), Argument("memory", WRITTEN, True)
-    signals = Argument("v", VECTOR, moves, True), Argument("x", VECTOR, moves, True), Argument("around", VECTOR, acts, True)
-    arguments = [*begun, *signals, Argument("dt", REAL), Argument("p", parameters, True), Argument("force", WRITTEN, True)]
+    signals = (
+        Argument("v", VECTOR, moves, True),
+        Argument("x", VECTOR, moves, True),
+        Argument("around", VECTOR, acts, True),
+    )
+    arguments = [
+        *begun,
+        *signals,
+        Argument("dt", REAL),
+        Argument("p", parameters, True),
+        Argument("force", WRITTEN, True),
+    ]
     return with_tangents(Derivatives(), along, arguments, kept="s")
 
 
@@ -109,7 +148,9 @@ def type_of_structure(structure: Structure) -> Struct:
     """Return the type, in the tree, of a NamedTuple of this structure."""
     cls, parts = structure
     kinds: dict[str, Type] = {"number": REAL, "integer": INTEGER, "array": Array(-1)}
-    return struct_of(cls, [type_of_structure(part) if isinstance(part, tuple) else kinds[part] for part in parts])
+    return struct_of(
+        cls, [type_of_structure(part) if isinstance(part, tuple) else kinds[part] for part in parts]
+    )
 
 
 def _tangent_reader(structure: Structure) -> Callable[..., Any]:
@@ -122,14 +163,21 @@ def _tangent_reader(structure: Structure) -> Callable[..., Any]:
             return f"({', '.join(inside)},)" if inside else ""
         name = f"part_{len(lines)}"
         if part == "array":
-            begin = f"{name} = unowned(all[(at + 1) * {DIRECTIONS} : (at + 1 + size) * {DIRECTIONS}])"
+            begin = (
+                f"{name} = unowned(all[(at + 1) * {DIRECTIONS} : (at + 1 + size) * {DIRECTIONS}])"
+            )
             lines.extend(["size = int(vector[at])", begin, "at += 1 + size"])
             return name
         lines.extend([*[f"{name} = tangent_at(all, at)"] * (part == "number"), "at += 1"])
         return name * (part == "number")
 
     text = text_of(structure)
-    return kernel_of("tangents(vector, all)", [*lines, f"return {text}"], {"tangent_at": tangent_at, "unowned": unowned}, portable=False)
+    return kernel_of(
+        "tangents(vector, all)",
+        [*lines, f"return {text}"],
+        {"tangent_at": tangent_at, "unowned": unowned},
+        portable=False,
+    )
 
 
 def _tangent_packer(structure: Structure) -> Callable[..., Any]:
@@ -146,7 +194,9 @@ def _tangent_packer(structure: Structure) -> Callable[..., Any]:
             at, place = at + number_count(inner), place + (len(lines) > before)
 
     write(structure, 0, "tangent")
-    return kernel_of("keep(tangent, all)", lines or ["return"], {"keep_tangent": keep_tangent}, portable=False)
+    return kernel_of(
+        "keep(tangent, all)", lines or ["return"], {"keep_tangent": keep_tangent}, portable=False
+    )
 
 
 class TangentRun:
@@ -162,20 +212,46 @@ class TangentRun:
         moves: bool = False,
         acts: bool = False,
     ) -> None:
-        self.part, self.memory, self.moves, self.acts = Instance(model), memory_of(model, None), moves, acts
+        self.part, self.memory, self.moves, self.acts = (
+            Instance(model),
+            memory_of(model, None),
+            moves,
+            acts,
+        )
         self.part.begin(state)
-        self._tangents = padded(tangents, self.part.parameters.size), padded(state_tangents, self.part.state.size)
-        self._d_memory, self._entry = np.zeros(self.memory.size * DIRECTIONS), _entry(self.part, moves, acts)
+        self._tangents = (
+            padded(tangents, self.part.parameters.size),
+            padded(state_tangents, self.part.state.size),
+        )
+        self._d_memory, self._entry = (
+            np.zeros(self.memory.size * DIRECTIONS),
+            _entry(self.part, moves, acts),
+        )
 
     def along(
-        self, v: np.ndarray, dt: float, x: np.ndarray, around: Mapping[str, Any], out: np.ndarray, moved: Mapping[str, np.ndarray] = UNMOVED
+        self,
+        v: np.ndarray,
+        dt: float,
+        x: np.ndarray,
+        around: Mapping[str, Any],
+        out: np.ndarray,
+        moved: Mapping[str, np.ndarray] = UNMOVED,
     ) -> np.ndarray:
         """Return the force of the next steps; `out` receives its tangents, shape (step, `DIRECTIONS`). `moved` are tangents of signals."""
-        part, (dp, ds), signals = self.part, self._tangents, _surroundings(self.part, v.size, around).ravel()
+        part, (dp, ds), signals = (
+            self.part,
+            self._tangents,
+            _surroundings(self.part, v.size, around).ravel(),
+        )
         d_v, d_x = (padded(moved.get(name), v.size * self.moves) for name in "vx")
-        d_around = np.concatenate([padded(moved.get(name), v.size * self.acts) for name in part.motion._field_defaults])
+        d_around = np.concatenate(
+            [padded(moved.get(name), v.size * self.acts) for name in part.motion._field_defaults]
+        )
         force = np.empty(v.size)
-        begun, motion = (part.state, ds, self.memory, self._d_memory), (v, d_v, x, d_x, signals, d_around)
+        begun, motion = (
+            (part.state, ds, self.memory, self._d_memory),
+            (v, d_v, x, d_x, signals, d_around),
+        )
         self._entry(*begun, *motion, float(dt), part.parameters, dp, force, out.reshape(-1))
         return force
 
@@ -200,7 +276,10 @@ def force_with_derivatives(
         now, force_tangents = slice(first, first + DIRECTIONS), np.empty((v.size, DIRECTIONS))
         begun = None if state_tangents is None else state_tangents[:, now]
         part = TangentRun(model, tangents[:, now], state, begun, moves=motion_tangents is not None)
-        moved = {name: columns[:, now] for name, columns in zip("vx", motion_tangents or (), strict=False)}
+        moved = {
+            name: columns[:, now]
+            for name, columns in zip("vx", motion_tangents or (), strict=False)
+        }
         force = part.along(v, dt, x, around or {}, force_tangents, moved)
         if first == 0:
             warn_of_lost(part.part)
@@ -209,9 +288,13 @@ def force_with_derivatives(
     return in_blocks(run, tangents.shape[1])
 
 
-def in_blocks(run: Callable[[int], tuple[np.ndarray, np.ndarray]], directions: int) -> tuple[np.ndarray, np.ndarray]:
+def in_blocks(
+    run: Callable[[int], tuple[np.ndarray, np.ndarray]], directions: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return a signal with its derivatives in all directions, from runs with a limited number of directions each."""
-    signals, slopes = zip(*(run(first) for first in range(0, max(directions, 1), DIRECTIONS)), strict=True)
+    signals, slopes = zip(
+        *(run(first) for first in range(0, max(directions, 1), DIRECTIONS)), strict=True
+    )
     return signals[0], np.hstack([part.reshape(-1, DIRECTIONS) for part in slopes])[:, :directions]
 
 

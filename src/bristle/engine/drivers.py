@@ -6,7 +6,16 @@ The arguments of a driver are tuples of an entry and of the vectors that this en
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel
-from bristle.engine.entry_points import FAILED, FAILED_SO_FAR, FORCE, Compensate, Control, MechanismVectors, Sense, Substeps
+from bristle.engine.entry_points import (
+    FAILED,
+    FAILED_SO_FAR,
+    FORCE,
+    Compensate,
+    Control,
+    MechanismVectors,
+    Sense,
+    Substeps,
+)
 from bristle.engine.signature import Vector
 
 # Rows of the flat history of a run.
@@ -110,7 +119,9 @@ def record(history, count, k, load, plant):
     history[MOTOR_POSITION * count + k], history[MOTOR_VELOCITY * count + k] = plant[0], plant[1]
 
 
-def open_loop(driven: Driven, effort: Vector, effort_end: Vector, dt: float, steps: int, history: Vector) -> int:
+def open_loop(
+    driven: Driven, effort: Vector, effort_end: Vector, dt: float, steps: int, history: Vector
+) -> int:
     """Drive a plant by a recorded effort; return the number of samples that stayed finite.
 
     `history` is as in `closed_loop`, without measurement and command.
@@ -154,7 +165,13 @@ def closed_loop(
     for k in range(count):
         measured = sensor.sense(sensor.parameters, sensor.state, sensor.reading[0], dt)
         fed = compensation.compensate(
-            compensation.parameters, compensation.state, compensation.memory, compensation.shape, measured, compensation.transmitted[k], dt
+            compensation.parameters,
+            compensation.state,
+            compensation.memory,
+            compensation.shape,
+            measured,
+            compensation.transmitted[k],
+            dt,
         )
         command = controller.control(
             controller.parameters,
@@ -182,12 +199,26 @@ def closed_loop(
     return count
 
 
-def open_loops(mechanisms: Mechanisms, first: int, last: int, efforts: Efforts, dt: float, steps: int, records: Records) -> int:
+def open_loops(
+    mechanisms: Mechanisms,
+    first: int,
+    last: int,
+    efforts: Efforts,
+    dt: float,
+    steps: int,
+    records: Records,
+) -> int:
     """Drive the mechanisms `first` to `last` one after another; return 0.
 
     Records after the sample at which a mechanism diverged are not written.
     """
-    x, v, force, count, columns = records.x, records.v, records.force, records.mechanisms, efforts.columns
+    x, v, force, count, columns = (
+        records.x,
+        records.v,
+        records.force,
+        records.mechanisms,
+        efforts.columns,
+    )
     size = x.size // count
     for m in range(first, last):
         vectors = of_one(mechanisms.vectors, m, count)

@@ -13,7 +13,13 @@ step is split at the instant of the stop.
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
-from bristle.core.dispatch import friction_commit, friction_trial, plant_port, plant_rest, plant_step
+from bristle.core.dispatch import (
+    friction_commit,
+    friction_trial,
+    plant_port,
+    plant_rest,
+    plant_step,
+)
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 
@@ -161,7 +167,9 @@ def stop_residual(time, plant_state, friction_state, memory, effort, q, p):
     """Return the residual of the mean velocity v/2 [m/s or rad/s] over a step after which the velocity is zero."""
     half = 0.5 * plant_state.v
     a, b = plant_port(plant_state, effort, time, q)
-    force, _ = evaluate_apart(friction_state, memory, half, plant_state.x, effort - (half - a) / b, time, p)
+    force, _ = evaluate_apart(
+        friction_state, memory, half, plant_state.x, effort - (half - a) / b, time, p
+    )
     return half - a - b * force
 
 
@@ -190,7 +198,9 @@ def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope)
     half = 0.5 * plant_state.v
     a, b = plant_port(plant_state, effort, first, q)
     transmitted = effort - (half - a) / b if first > 0.0 else effort
-    force_1, move = evaluate_apart(friction_state, memory, half, plant_state.x, transmitted, first, p)
+    force_1, move = evaluate_apart(
+        friction_state, memory, half, plant_state.x, transmitted, first, p
+    )
     friction_state = friction_commit(friction_state, memory, move, p)
     _, plant_state = plant_step(plant_state, effort, force_1, first, q)
     plant_state = plant_rest(plant_state, effort, 0.0, q)
@@ -198,7 +208,9 @@ def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope)
     if second <= 0.0:
         return Advance(plant_state, friction_state, force_1, 0.0, slope, 0.0)
     a, b = plant_port(plant_state, effort, second, q)
-    rest = solve(friction_state, memory, plant_state.x, effort, second, p, a, b, Start(0.0, slope, 0.0))
+    rest = solve(
+        friction_state, memory, plant_state.x, effort, second, p, a, b, Start(0.0, slope, 0.0)
+    )
     friction_state = friction_commit(friction_state, memory, rest.move, p)
     _, plant_next = plant_step(plant_state, effort, rest.force, second, q)
     if rest.v == 0.0:
@@ -219,7 +231,11 @@ def advance(plant_state, friction_state, memory, effort, dt, q, p, start):
     if plant_state.v == 0.0:
         if solution.v == 0.0:
             plant_next = plant_rest(plant_state, effort, dt, q)
-    elif plant_state.v * plant_next.v < 0.0 and is_set_valued(friction_state, memory, plant_state.x, effort, dt, p):
+    elif plant_state.v * plant_next.v < 0.0 and is_set_valued(
+        friction_state, memory, plant_state.x, effort, dt, p
+    ):
         return stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, solution.slope)
     friction_state = friction_commit(friction_state, memory, solution.move, p)
-    return Advance(plant_next, friction_state, solution.force, solution.v, solution.slope, solution.failures)
+    return Advance(
+        plant_next, friction_state, solution.force, solution.v, solution.slope, solution.failures
+    )

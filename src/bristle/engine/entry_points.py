@@ -10,7 +10,13 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
-from bristle.core.dispatch import friction_commit, friction_trial, operator_commit, operator_trial, sensor_step
+from bristle.core.dispatch import (
+    friction_commit,
+    friction_trial,
+    operator_commit,
+    operator_trial,
+    sensor_step,
+)
 from bristle.core.packing import Structure, motion_reader, packer, unpacker
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.signature import Vector
@@ -21,7 +27,17 @@ from bristle.models.controllers.law import law
 # the last solve per step [1/s] and mean acceleration (both are inputs of the next steps), failed solves so far, effort of
 # the drive [N or N*m] (also an input). Inputs: allowed error of the mean velocity in a solve [m/s or rad/s], time
 # constant of the drive [s].
-FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, DRIVE_EFFORT, DRIVE_LAG, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8
+FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, DRIVE_EFFORT, DRIVE_LAG, OUT_SIZE = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+)
 
 
 class MechanismVectors(NamedTuple):
@@ -48,12 +64,16 @@ Control = Callable[[Vector, Vector, float, float, float, float, float, float, fl
 # Friction that is fed forward at one sample: (parameters, state, memory, shape, measured, transmitted, dt).
 Compensate = Callable[[Vector, Vector, Vector, Vector, float, float, float], float]
 # The same along a desired motion: (parameters, state, memory, shape, v, x, transmitted, dt, effort).
-CompensateAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
+CompensateAlong = Callable[
+    [Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float
+]
 # A sensor at one sample: (parameters, state, x, dt).
 Sense = Callable[[Vector, Vector, float, float], float]
 
 
-def make_force_along(parameters: Structure, state: Structure, motion: Any = Motion) -> Callable[..., Any]:
+def make_force_along(
+    parameters: Structure, state: Structure, motion: Any = Motion
+) -> Callable[..., Any]:
     """Return the entry that runs one friction model along a prescribed motion of the class `motion`."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
     moved = motion_reader(motion)
@@ -86,7 +106,9 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
     return output_along
 
 
-def make_substeps(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
+def make_substeps(
+    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure
+) -> Any:
     """Return the entry that advances one plant with one friction model by a number of equal steps.
 
     ``out[FORCE]`` receives the mean friction force, ``out[FAILED]`` the number of failed solves. ``out[SLOPE]`` and
@@ -94,7 +116,11 @@ def make_substeps(plant: Structure, plant_state: Structure, friction: Structure,
     residual divided by the length, and the acceleration. ``out[SLACK]`` is the allowed error of the mean velocity in a
     solve; ``out[FAILED_SO_FAR]`` belongs to the drivers.
     """
-    unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
+    unpack_plant, load_plant, store_plant = (
+        unpacker(plant),
+        unpacker(plant_state),
+        packer(plant_state),
+    )
     unpack_friction, load_friction = unpacker(friction), unpacker(friction_state)
     store_friction = packer(friction_state)
 
@@ -109,11 +135,17 @@ def make_substeps(plant: Structure, plant_state: Structure, friction: Structure,
             0.0,
             0.0,
         )
-        after = mechanism(before, vectors.memory, effort, effort_end, out[DRIVE_LAG], out[SLACK], dt, steps, q, p)
+        after = mechanism(
+            before, vectors.memory, effort, effort_end, out[DRIVE_LAG], out[SLACK], dt, steps, q, p
+        )
         store_plant(after.plant, vectors.plant_state)
         store_friction(after.friction, vectors.friction_state)
         out[FORCE], out[FAILED] = after.force, after.failures
-        out[SLOPE], out[ACCELERATION], out[DRIVE_EFFORT] = after.slope, after.acceleration, after.effort
+        out[SLOPE], out[ACCELERATION], out[DRIVE_EFFORT] = (
+            after.slope,
+            after.acceleration,
+            after.effort,
+        )
         return 0.0
 
     return substeps
@@ -123,9 +155,22 @@ def make_control(parameters: Structure, state: Structure) -> Callable[..., Any]:
     """Return the entry that computes the command of one controller at one sample."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
-    def control(p_vector, state_vector, position, velocity, acceleration, effort, measured, injected, limit, dt):
+    def control(
+        p_vector,
+        state_vector,
+        position,
+        velocity,
+        acceleration,
+        effort,
+        measured,
+        injected,
+        limit,
+        dt,
+    ):
         reference = Reference(position, velocity, acceleration, effort)
-        command, s = law(load(state_vector), reference, measured, injected, limit, dt, unpack(p_vector))
+        command, s = law(
+            load(state_vector), reference, measured, injected, limit, dt, unpack(p_vector)
+        )
         store(s, state_vector)
         return command
 

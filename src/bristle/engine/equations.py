@@ -35,7 +35,12 @@ Advance = Callable[[np.ndarray, float], tuple[float, np.ndarray]]
 def axis_equations(plant: Model, friction: Model) -> Advance:
     """Return the equations of a plant with friction under an effort: the state is that of the plant, then of friction."""
     if plant.component.rate is None:
-        raise InputError("has no rate, so it is not a differential equation", path="plant", value=plant.name, mend=SAMPLED)
+        raise InputError(
+            "has no rate, so it is not a differential equation",
+            path="plant",
+            value=plant.name,
+            mend=SAMPLED,
+        )
     body, contact, rate = Instance(plant), Instance(friction), _rate_of(friction)
     q, p, count = plant.parameters, friction.parameters, body.state.size
     load_plant, load_contact = unpacker(body.structures[1]), unpacker(contact.structures[1])
@@ -66,7 +71,9 @@ def _rate_of(friction: Model) -> Callable[..., Any]:
         return friction_rate
     message, mend = "has no `rate`, so it is not a differential equation", SAMPLED
     if is_static(friction):
-        forward, backward = (friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0))
+        forward, backward = (
+            friction_trial((), (), Motion(v, 0.0), 0.0, friction.parameters)[0] for v in (0.0, -0.0)
+        )
         if forward == backward:
             return lambda state, motion, p: (friction_trial(state, (), motion, 0.0, p)[0], state)
         message = "has a force that jumps at rest, where the contact sticks, so it is not a differential equation"
@@ -88,7 +95,9 @@ def axis_step(plant: Model, friction: Model, dt: float, steps: int) -> Advance:
         plant_state, friction_state, memory, solver = np.split(state, cuts)
         out = np.zeros(OUT_SIZE)
         out[SLOPE], out[ACCELERATION] = solver
-        vectors = MechanismVectors(body.parameters, plant_state, contact.parameters, friction_state, memory, out)
+        vectors = MechanismVectors(
+            body.parameters, plant_state, contact.parameters, friction_state, memory, out
+        )
         entry(vectors, effort, effort, dt, steps)
         solver[:] = out[SLOPE], out[ACCELERATION]
         contact.state = friction_state
@@ -117,7 +126,12 @@ def contact_step(friction: Model, dt: float) -> Advance:
     return step
 
 
-QUANTITIES = {"effort": "force", "friction": "force", "position": "length", "velocity": "length/time"}
+QUANTITIES = {
+    "effort": "force",
+    "friction": "force",
+    "position": "length",
+    "velocity": "length/time",
+}
 
 
 class System(NamedTuple):
@@ -133,7 +147,9 @@ class System(NamedTuple):
 
 
 @guarded(friction=FRICTION, plant=optional(model("plant")), dt=optional(PERIOD), steps=STEPS)
-def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: str | None, *, asked_by: str) -> System:
+def system_of(
+    friction: Model, plant: Model | None, dt: Any, steps: int, name: str | None, *, asked_by: str
+) -> System:
     """Return an axis with its friction or friction alone as a differential equation, or as a sampled system if `dt` is given.
 
     The zero state is a virgin contact at rest. `asked_by` is the function that the user called.
@@ -141,25 +157,44 @@ def system_of(friction: Model, plant: Model | None, dt: Any, steps: int, name: s
     if plant is not None:
         refuse_screw(plant, asked_by)
     if steps != 1 and (dt is None or plant is None):
-        raise InputError("needs a sampled axis", path="steps", value=steps, mend="Give dt and a plant, or omit steps")
+        raise InputError(
+            "needs a sampled axis",
+            path="steps",
+            value=steps,
+            mend="Give dt and a plant, or omit steps",
+        )
     if plant is None:
         advance = contact_equations(friction) if dt is None else contact_step(friction, dt)
     else:
-        advance = axis_equations(plant, friction) if dt is None else axis_step(plant, friction, dt, steps)
+        advance = (
+            axis_equations(plant, friction) if dt is None else axis_step(plant, friction, dt, steps)
+        )
     states = _states_of(friction, plant, is_sampled=dt is not None)
     motion = () if plant is None else ("position", "velocity")
-    following, output = _functions_of(advance, _virgin(friction, plant, len(states)), len(motion), is_sampled=dt is not None)
+    following, output = _functions_of(
+        advance, _virgin(friction, plant, len(states)), len(motion), is_sampled=dt is not None
+    )
     units = {signal: unit_of(quantity, friction.kind) for signal, quantity in QUANTITIES.items()}
     inputs = {signal: units[signal] for signal in (["velocity"] if plant is None else ["effort"])}
     outputs = {signal: units[signal] for signal in (*motion, "friction")}
-    return System(following, output, states, inputs, outputs, friction.name.replace("+", "_") if name is None else name, dt or 0)
+    return System(
+        following,
+        output,
+        states,
+        inputs,
+        outputs,
+        friction.name.replace("+", "_") if name is None else name,
+        dt or 0,
+    )
 
 
 def _virgin(friction: Model, plant: Model | None, size: int) -> np.ndarray:
     """Return the state of a virgin contact at rest."""
     # The contact follows the plant, or the position.
     before, p = len(plant.component.State._fields) if plant else 1, friction.parameters
-    contact = np.concatenate((pack(friction.component.initial_state(p)), friction.component.new_memory(p)))
+    contact = np.concatenate(
+        (pack(friction.component.initial_state(p)), friction.component.new_memory(p))
+    )
     virgin = np.zeros(size)
     virgin[before : before + contact.size] = contact[: size - before]
     return virgin
@@ -195,7 +230,9 @@ def _states_of(friction: Model, plant: Model | None, *, is_sampled: bool) -> dic
     parts = {"position": unit_of("length", kind)}
     if plant is not None:
         variables = variables_of(plant.component.State)
-        parts = {PLANT_NAMES.get(name, name): variable.unit(kind) for name, variable in variables.items()}
+        parts = {
+            PLANT_NAMES.get(name, name): variable.unit(kind) for name, variable in variables.items()
+        }
     for name, variable in variables_of(component.State).items():
         parts[f"contact_{name}" if name in parts else name] = variable.unit(kind)
     if is_sampled:

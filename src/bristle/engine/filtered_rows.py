@@ -13,7 +13,15 @@ from typing import Any
 import numpy as np
 
 from bristle.core.kernel import kernel
-from bristle.core.tangent import DIRECTIONS, keep_tangent, still, tangent_at, tangent_difference, tangent_scaled, tangent_sum
+from bristle.core.tangent import (
+    DIRECTIONS,
+    keep_tangent,
+    still,
+    tangent_at,
+    tangent_difference,
+    tangent_scaled,
+    tangent_sum,
+)
 from bristle.engine.compilation import compiled
 from bristle.engine.signature import Vector
 
@@ -33,10 +41,14 @@ def pass_through(c, z, y, start, stop, step):
     while k != stop:
         x = tangent_at(y, k)
         half = tangent_sum(tangent_scaled(c[0], x), z_0)
-        z_0 = tangent_sum(tangent_difference(tangent_scaled(c[1], x), tangent_scaled(c[4], half)), z_1)
+        z_0 = tangent_sum(
+            tangent_difference(tangent_scaled(c[1], x), tangent_scaled(c[4], half)), z_1
+        )
         z_1 = tangent_difference(tangent_scaled(c[2], x), tangent_scaled(c[5], half))
         out = tangent_sum(tangent_scaled(c[6], half), z_2)
-        z_2 = tangent_sum(tangent_difference(tangent_scaled(c[7], half), tangent_scaled(c[10], out)), z_3)
+        z_2 = tangent_sum(
+            tangent_difference(tangent_scaled(c[7], half), tangent_scaled(c[10], out)), z_3
+        )
         z_3 = tangent_difference(tangent_scaled(c[8], half), tangent_scaled(c[11], out))
         keep_tangent(y, k, out)
         k += step
@@ -56,7 +68,9 @@ def rows_entry(c, z, y, backward, first, step, taps, low, high, rows):
     for row in range(rows.size // DIRECTIONS):
         at, mean = first + row * step - half, still()
         for j in range(taps.size):
-            mean = tangent_sum(mean, tangent_scaled(taps[j], tangent_at(y, min(max(at + j, low), high))))
+            mean = tangent_sum(
+                mean, tangent_scaled(taps[j], tangent_at(y, min(max(at + j, low), high)))
+            )
         keep_tangent(rows, row, mean)
     return 0.0
 
@@ -77,7 +91,10 @@ def filtered_rows(
     c, start, half = sections.ravel(), settled.reshape(-1, 1), taps.size // 2
     # Indices from the first sample of the extended signal: the samples for rows, and the first sample of `y`.
     low, high, begin = edge + dropped, edge + count - dropped - 1, 0
-    rows, tail = np.empty((-(-(count - 2 * dropped) // step), DIRECTIONS)), np.empty((edge, DIRECTIONS))
+    rows, tail = (
+        np.empty((-(-(count - 2 * dropped) // step), DIRECTIONS)),
+        np.empty((edge, DIRECTIONS)),
+    )
     complete, taken, state = 0, 0, empty
     for size, write in blocks:
         at, taken, is_first = len(tail), taken + size, taken == 0
@@ -88,23 +105,44 @@ def filtered_rows(
         y[at + size :] = 2.0 * new[-1] - new[-2 : -edge - 2 : -1] if taken == count else 0.0
         state = (start * y[0]).ravel() if is_first else state
         entry(c, state, y[0 if is_first else at :].ravel(), 0, 0, 1, taps, 0, 0, empty)
-        ready = len(rows) if taken == count else max(min((begin + len(y) - reach - half - low - 1) // step + 1, len(rows)), complete)
+        ready = (
+            len(rows)
+            if taken == count
+            else max(
+                min((begin + len(y) - reach - half - low - 1) // step + 1, len(rows)), complete
+            )
+        )
         first, part = low + complete * step - begin, rows[complete:ready].reshape(-1)
         needed = max(low + ready * step - half - begin, 0)
         tail = y[needed:].copy() if taken < count else y
         if part.size:
-            entry(c, (start * y[-1]).ravel(), y.ravel(), 1, first, step, taps, max(low - begin, 0), high - begin, part)
+            entry(
+                c,
+                (start * y[-1]).ravel(),
+                y.ravel(),
+                1,
+                first,
+                step,
+                taps,
+                max(low - begin, 0),
+                high - begin,
+                part,
+            )
         begin, complete = begin + needed, ready
     assert taken == count, f"{taken} of {count} samples"
     return rows
 
 
-def filtered_every(step: int, signals: np.ndarray, sections: np.ndarray, settled: np.ndarray, edge: int, reach: int) -> np.ndarray:
+def filtered_every(
+    step: int, signals: np.ndarray, sections: np.ndarray, settled: np.ndarray, edge: int, reach: int
+) -> np.ndarray:
     """Return every `step`-th sample of filtered signals, shape (signal, sample), with several signals per pass."""
     count, rows = signals.shape[1], list[np.ndarray]()
     for first in range(0, max(len(signals), 1), DIRECTIONS):
         blocks = [(count, partial(_transpose, signals[first : first + DIRECTIONS]))]
-        rows.append(filtered_rows(blocks, count, sections, settled, edge, reach, 0, step, np.ones(1)).T)
+        rows.append(
+            filtered_rows(blocks, count, sections, settled, edge, reach, 0, step, np.ones(1)).T
+        )
     return np.concatenate(rows)[: len(signals)]
 
 

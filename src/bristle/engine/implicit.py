@@ -27,17 +27,29 @@ def mechanism_derivatives() -> Derivatives:
 
 def _derived(rules: Rules, source: Callable[..., Any]) -> tuple[tree.Function, Derived]:
     """Return the called function of this source, and its derived function with tangents for all possible arguments."""
-    calls = (part.function for part in tree.walk(rules.function.body) if isinstance(part, tree.Call))
+    calls = (
+        part.function for part in tree.walk(rules.function.body) if isinstance(part, tree.Call)
+    )
     called = next(function for function in calls if function.source is source)
     activities = [rules.entering.get(part.name, True) for part in called.parameters]
     return called, rules.all.of(called, activities)
 
 
-def _run(rules: Rules, called: tree.Function, derived: Derived, values: Mapping[str, str], tangents: Mapping[str, str]) -> str:
+def _run(
+    rules: Rules,
+    called: tree.Function,
+    derived: Derived,
+    values: Mapping[str, str],
+    tangents: Mapping[str, str],
+) -> str:
     """Return the text that calls a derived function, with arguments of the same name except for the given values and tangents."""
     names = [part.name for part in called.parameters]
     pairs = zip(names, derived.entering, strict=True)
-    moved = [tangents.get(name) or rules.fitted(rules.argument(name), activity) for name, activity in pairs if is_active(activity)]
+    moved = [
+        tangents.get(name) or rules.fitted(rules.argument(name), activity)
+        for name, activity in pairs
+        if is_active(activity)
+    ]
     return f"{derived.name}({', '.join([values.get(name, name) for name in names] + moved)})"
 
 

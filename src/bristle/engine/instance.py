@@ -29,7 +29,10 @@ class Instance:
     def __post_init__(self) -> None:
         if not isinstance(self.model, Model):
             raise InputError(
-                "must be a model with parameters", path="model", value=self.model, mend='Write, for example, friction.coulomb(F_C="20 N")'
+                "must be a model with parameters",
+                path="model",
+                value=self.model,
+                mend='Write, for example, friction.coulomb(F_C="20 N")',
             )
         p, self.component = self.model.parameters, self.model.component
         state = self.component.initial_state(p)
@@ -41,7 +44,12 @@ class Instance:
         if state is None:
             return
         if structure_of(state) != self.structures[1]:
-            raise InputError("belongs to a different model", path="state", value=state, allowed=f"a state of {self.model.name}")
+            raise InputError(
+                "belongs to a different model",
+                path="state",
+                value=state,
+                allowed=f"a state of {self.model.name}",
+            )
         self.state = pack(state)
 
     @property
@@ -72,7 +80,9 @@ class Instance:
 
 def entry_of(name: str, part: Instance, kind: Any, make: Callable[..., Any], *further: Any) -> Any:
     """Return the entry of this name for this component, which `make` creates from its structures."""
-    return compiled(f"{name}-{part.key}", lambda: make(*part.structures, *further), kind, part.functions)
+    return compiled(
+        f"{name}-{part.key}", lambda: make(*part.structures, *further), kind, part.functions
+    )
 
 
 @cache
@@ -123,5 +133,7 @@ def memory_of(model: Model, memory: Any) -> np.ndarray:
         return fresh
     memory = np.array(memory)  # a copy: a run writes into it
     if memory.shape != fresh.shape:
-        raise InputError("has the wrong size", path="memory", value=memory.shape, allowed=f"shape {fresh.shape}")
+        raise InputError(
+            "has the wrong size", path="memory", value=memory.shape, allowed=f"shape {fresh.shape}"
+        )
     return memory

@@ -77,7 +77,9 @@ def _structure(kind: Any) -> Structure:
     return kind, ("number",) * len(kind._fields)
 
 
-SPAN, CARRIED, PORT, ITERATE, SUMS, SCALAR = map(_structure, (Span, Carried, Port, Iterate, Sums, Scalar))
+SPAN, CARRIED, PORT, ITERATE, SUMS, SCALAR = map(
+    _structure, (Span, Carried, Port, Iterate, Sums, Scalar)
+)
 
 
 class Rows:
@@ -115,7 +117,9 @@ def next_iterate(iterate, residual, solved):
     target = iterate.v - residual / slope
     inside, same_side = low < target < high, iterate.v * target > 0.0
     usual = inside and same_side and not is_narrow(low, high, iterate.v)
-    status = iterate.status if iterate.status != OPEN else SOLVED if solved else OPEN if usual else ASIDE
+    status = (
+        iterate.status if iterate.status != OPEN else SOLVED if solved else OPEN if usual else ASIDE
+    )
     goes_on = status == OPEN
     return Iterate(
         target if goes_on else iterate.v,
@@ -131,7 +135,9 @@ def next_iterate(iterate, residual, solved):
 class _Parts:
     """Functions that load and store the parts of a lane, and their rows in a block."""
 
-    def __init__(self, plant: Any, plant_state: Any, friction: Any, friction_state: Any, constants: Any) -> None:
+    def __init__(
+        self, plant: Any, plant_state: Any, friction: Any, friction_state: Any, constants: Any
+    ) -> None:
         self.plant, self.friction = lane_unpacker(plant), lane_unpacker(friction, constants)
         self.body, self.state = _access(plant_state), _access(friction_state)
 
@@ -151,7 +157,13 @@ load, store = _access(SCALAR)
 def _beginnings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable[..., Any]]:
     """Return the functions that prepare the lanes for a sample, and for a step."""
     unpack_plant, load_plant = parts.plant, parts.body[0]
-    BODY, SPANS, CARRIES, PORTS, ITERATES = rows.body, rows.span, rows.carried, rows.port, rows.iterate
+    BODY, SPANS, CARRIES, PORTS, ITERATES = (
+        rows.body,
+        rows.span,
+        rows.carried,
+        rows.port,
+        rows.iterate,
+    )
     TOTALS = rows.sums
 
     @kernel
@@ -164,7 +176,12 @@ def _beginnings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable
             store_span(Span(efforts.start[m], efforts.end[m]), block, SPANS, j)
         for j in range(LANES):
             carried, sums = load_carried(block, CARRIES, j), load_sums(block, TOTALS, j)
-            store_carried(Carried(1.0 + carried.slope * h, carried.acceleration, carried.effort), block, CARRIES, j)
+            store_carried(
+                Carried(1.0 + carried.slope * h, carried.acceleration, carried.effort),
+                block,
+                CARRIES,
+                j,
+            )
             store_sums(Sums(0.0, 0.0, sums.failures_so_far, sums.lost_at), block, TOTALS, j)
 
     @kernel
@@ -181,7 +198,9 @@ def _beginnings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable
             store_carried(Carried(carried.slope, carried.acceleration, u), block, CARRIES, j)
             store_port(Port(a, b), block, PORTS, j)
             status = ASIDE if guess == 0.0 else OPEN
-            store_iterate(Iterate(guess, slope, 0.0, 0.0, -INFINITY, INFINITY, status), block, ITERATES, j)
+            store_iterate(
+                Iterate(guess, slope, 0.0, 0.0, -INFINITY, INFINITY, status), block, ITERATES, j
+            )
 
     return begin_sample, begin_step
 
@@ -190,8 +209,20 @@ def _solving(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], ...]:
     """Return the functions that evaluate the lanes, move them, and make exceptional steps one by one."""
     unpack_plant, unpack_friction = parts.plant, parts.friction
     (load_plant, store_plant), (load_friction, store_friction) = parts.body, parts.state
-    BODY, BODY_NEXT, STATE, STATE_NEXT, P = rows.body, rows.body_next, rows.state, rows.state_next, rows.friction
-    CARRIES, PORTS, ITERATES, STATUS, FORCE = rows.carried, rows.port, rows.iterate, rows.status, rows.force
+    BODY, BODY_NEXT, STATE, STATE_NEXT, P = (
+        rows.body,
+        rows.body_next,
+        rows.state,
+        rows.state_next,
+        rows.friction,
+    )
+    CARRIES, PORTS, ITERATES, STATUS, FORCE = (
+        rows.carried,
+        rows.port,
+        rows.iterate,
+        rows.status,
+        rows.force,
+    )
     TOTALS = rows.sums
 
     @kernel
@@ -199,14 +230,20 @@ def _solving(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], ...]:
         """Evaluate each lane at its velocity, store the result, and return the number of unsolved lanes."""
         count = 0
         for j in range(LANES):
-            s, p, iterate = (load_friction(block, STATE, j), unpack_friction(block, P, j), load_iterate(block, ITERATES, j))
+            s, p, iterate = (
+                load_friction(block, STATE, j),
+                unpack_friction(block, P, j),
+                load_iterate(block, ITERATES, j),
+            )
             u, port = load_carried(block, CARRIES, j).effort, load_port(block, PORTS, j)
             x = load_plant(block, BODY, j).x
             force, move = evaluate(s, memory, iterate.v, x, u - (iterate.v - port.a) / port.b, h, p)
             residual = iterate.v - port.a - port.b * force
             store_friction(friction_commit(s, memory, move, p), block, STATE_NEXT, j)
             store(Scalar(force), block, FORCE, j)
-            following = next_iterate(iterate, residual, is_solved(residual, force, port.a, port.b, 0.0))
+            following = next_iterate(
+                iterate, residual, is_solved(residual, force, port.a, port.b, 0.0)
+            )
             store_iterate(following, block, ITERATES, j)
             count += 1 if following.status == OPEN else 0
         return count
@@ -250,7 +287,9 @@ def _solving(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], ...]:
             ended = Iterate(advanced.v_mean, advanced.slope, 0.0, 0.0, 0.0, 0.0, SOLVED)
             store_iterate(ended, block, ITERATES, j)
             failures = sums.failures + advanced.failures
-            store_sums(Sums(sums.force, failures, sums.failures_so_far, sums.lost_at), block, TOTALS, j)
+            store_sums(
+                Sums(sums.force, failures, sums.failures_so_far, sums.lost_at), block, TOTALS, j
+            )
 
     return evaluate_lanes, move_lanes, step_aside
 
@@ -269,9 +308,16 @@ def _endings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable[..
             carried, sums = load_carried(block, CARRIES, j), load_sums(block, TOTALS, j)
             store_plant(body, block, BODY, j)
             store_friction(load_friction(block, STATE_NEXT, j), block, STATE, j)
-            store_carried(Carried(iterate.slope, 2.0 * (body.v - iterate.v) / h, carried.effort), block, CARRIES, j)
+            store_carried(
+                Carried(iterate.slope, 2.0 * (body.v - iterate.v) / h, carried.effort),
+                block,
+                CARRIES,
+                j,
+            )
             total = sums.force + load(block, FORCE, j).value
-            store_sums(Sums(total, sums.failures, sums.failures_so_far, sums.lost_at), block, TOTALS, j)
+            store_sums(
+                Sums(total, sums.failures, sums.failures_so_far, sums.lost_at), block, TOTALS, j
+            )
 
     @kernel
     def end_sample(block, k, h):
@@ -281,14 +327,29 @@ def _endings(parts: _Parts, rows: Rows) -> tuple[Callable[..., Any], Callable[..
             sums = load_sums(block, TOTALS, j)
             failures = sums.failures_so_far + (sums.failures if sums.lost_at == 0.0 else 0.0)
             is_lost = (sums.lost_at == 0.0) & (not abs(body.x) + abs(body.v) < BOUND)
-            store_sums(Sums(sums.force, sums.failures, failures, k + 1.0 if is_lost else sums.lost_at), block, TOTALS, j)
-            store_carried(Carried((carried.slope - 1.0) / h, carried.acceleration, carried.effort), block, CARRIES, j)
+            store_sums(
+                Sums(sums.force, sums.failures, failures, k + 1.0 if is_lost else sums.lost_at),
+                block,
+                TOTALS,
+                j,
+            )
+            store_carried(
+                Carried((carried.slope - 1.0) / h, carried.acceleration, carried.effort),
+                block,
+                CARRIES,
+                j,
+            )
 
     return end_step, end_sample
 
 
 def make_lanes(
-    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure, rows: Rows, constants: LaneConstants
+    plant: Structure,
+    plant_state: Structure,
+    friction: Structure,
+    friction_state: Structure,
+    rows: Rows,
+    constants: LaneConstants,
 ) -> Callable[..., Any]:
     """Return the entry that drives one block by EFIM: the `used` mechanisms from `first` on.
 

@@ -114,7 +114,16 @@ class Compensator(NamedTuple):
 class _Mechanism:
     """Plant and friction as an entry with its vectors."""
 
-    def __init__(self, plant: Model, friction: Model, table: Model | None, x: float, v: float, state: Any, memory: Any) -> None:
+    def __init__(
+        self,
+        plant: Model,
+        friction: Model,
+        table: Model | None,
+        x: float,
+        v: float,
+        state: Any,
+        memory: Any,
+    ) -> None:
         has_screw = table is not None or plant.component.screw is not None
         friction = through_screw(plant, friction, table) if has_screw else friction
         self.plant, self.friction = Instance(plant), Instance(friction)
@@ -131,7 +140,9 @@ class _Mechanism:
 
     @property
     def driven(self) -> Driven:
-        return Driven(self.entry, vectors_of(self.plant, self.friction, self.memory, self.out), self.load)
+        return Driven(
+            self.entry, vectors_of(self.plant, self.friction, self.memory, self.out), self.load
+        )
 
     def signals(self, rows: np.ndarray, reached: int, dt: float) -> dict[str, Any]:
         """Return the signals of a `Trace` from the history of a run that reached `reached` samples."""
@@ -152,7 +163,16 @@ class _Mechanism:
         return Status.SOLVE_INACCURATE if self.out[entry_points.FAILED_SO_FAR] > 0.0 else Status.OK
 
 
-SIGNALS = ("position", "velocity", "measured", "command", "effort", "friction", "motor_position", "motor_velocity")
+SIGNALS = (
+    "position",
+    "velocity",
+    "measured",
+    "command",
+    "effort",
+    "friction",
+    "motor_position",
+    "motor_velocity",
+)
 
 
 def substeps_entry(plant: Instance, friction: Instance) -> Substeps:
@@ -165,14 +185,22 @@ def substeps_entry(plant: Instance, friction: Instance) -> Substeps:
     )
 
 
-def vectors_of(plant: Instance, friction: Instance, memory: np.ndarray, out: np.ndarray) -> MechanismVectors:
+def vectors_of(
+    plant: Instance, friction: Instance, memory: np.ndarray, out: np.ndarray
+) -> MechanismVectors:
     """Return the vectors of a plant with friction, which a run changes."""
-    return MechanismVectors(plant.parameters, plant.state, friction.parameters, friction.state, memory, out)
+    return MechanismVectors(
+        plant.parameters, plant.state, friction.parameters, friction.state, memory, out
+    )
 
 
 def held(effort: np.ndarray, hold: str) -> np.ndarray:
     """Return the effort [N or N*m] at the end of each sample, with samples along the first dimension."""
-    return effort if hold == "zero" else np.ascontiguousarray(np.concatenate((effort[1:], effort[-1:])))
+    return (
+        effort
+        if hold == "zero"
+        else np.ascontiguousarray(np.concatenate((effort[1:], effort[-1:])))
+    )
 
 
 @guarded(**MECHANISM, **DRIVEN, steps=STEPS, table=optional(FRICTION))
@@ -219,7 +247,9 @@ def run_open_loop(
     u, u_end = effort, held(effort, hold)
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     history = np.zeros(drivers.ROWS * u.size)
-    reached = int(driver(drivers.open_loop)(mechanism.driven, u, u_end, float(dt), int(steps), history))
+    reached = int(
+        driver(drivers.open_loop)(mechanism.driven, u, u_end, float(dt), int(steps), history)
+    )
     rows = history.reshape(drivers.ROWS, u.size)
     rows[drivers.MEASURED], rows[drivers.COMMAND] = rows[drivers.POSITION], u
     return Trace(**mechanism.signals(rows, reached, dt))
@@ -314,37 +344,72 @@ def run_closed_loop(
     """
     if reference.shape[0] != 4:
         raise InputError(
-            "needs four rows: position, velocity, acceleration, effort", path="reference", value=reference.shape, allowed="(4, sample)"
+            "needs four rows: position, velocity, acceleration, effort",
+            path="reference",
+            value=reference.shape,
+            allowed="(4, sample)",
         )
     count = reference.shape[1]
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Instance(controller), Instance(sensor)
-    started = sensor.component.step(sensor.component.initial_state(sensor.parameters), x, dt, sensor.parameters)[0]
-    control.state = pack(begun(controller, Reference(*reference[:, 0]), started, v, acceleration, resumed_effort, dt))
-    extra, unseen = (np.zeros(count) if signal is None else signal for signal in (injected, disturbance))
+    started = sensor.component.step(
+        sensor.component.initial_state(sensor.parameters), x, dt, sensor.parameters
+    )[0]
+    control.state = pack(
+        begun(controller, Reference(*reference[:, 0]), started, v, acceleration, resumed_effort, dt)
+    )
+    extra, unseen = (
+        np.zeros(count) if signal is None else signal for signal in (injected, disturbance)
+    )
     check_run(count, injected=extra, disturbance=unseen)
-    mechanism.out[entry_points.DRIVE_LAG], mechanism.out[entry_points.DRIVE_EFFORT] = lag, effort_before
+    mechanism.out[entry_points.DRIVE_LAG], mechanism.out[entry_points.DRIVE_EFFORT] = (
+        lag,
+        effort_before,
+    )
     history = np.zeros(drivers.ROWS * count)
     reading = mechanism.load if sensor_at == "load" else mechanism.plant.state
     reached = int(
         driver(drivers.closed_loop)(
-            Controller(entry_of("control", control, Control, entry_points.make_control), control.parameters, control.state),
+            Controller(
+                entry_of("control", control, Control, entry_points.make_control),
+                control.parameters,
+                control.state,
+            ),
             _compensation(compensator, started, count),
-            Sensor(entry_of("sense", sense, Sense, entry_points.make_sense), sense.parameters, sense.state, reading),
+            Sensor(
+                entry_of("sense", sense, Sense, entry_points.make_sense),
+                sense.parameters,
+                sense.state,
+                reading,
+            ),
             mechanism.driven,
             Signals(reference.ravel(), extra, unseen),
             Sampling(float(dt), int(steps), int(delay), float(limit), float(effort_before)),
             history,
         )
     )
-    rows, law, learned = history.reshape(drivers.ROWS, count), controller, controller.component.learned
+    rows, law, learned = (
+        history.reshape(drivers.ROWS, count),
+        controller,
+        controller.component.learned,
+    )
     if learned is not None and reached == count:
         law = replace(controller, parameters=learned(control.state_now, controller.parameters))
-    return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached], controller=law)
+    return LoopTrace(
+        **mechanism.signals(rows, reached, dt),
+        compensation=rows[drivers.FED, :reached],
+        controller=law,
+    )
 
 
 def begun(
-    controller: Model, reference: Reference, measured: float, v: float, acceleration: float, resumed_effort: float | None, dt: float
+    controller: Model,
+    reference: Reference,
+    measured: float,
+    v: float,
+    acceleration: float,
+    resumed_effort: float | None,
+    dt: float,
 ) -> Any:
     """Return the state of a control law that takes over a motion and, if known, the `resumed_effort`."""
     component, p = controller.component, controller.parameters
@@ -374,6 +439,8 @@ def _compensation(compensator: Compensator | None, measured: float, count: int) 
 def sensed(sensor: Model, x: np.ndarray, dt: float) -> np.ndarray:
     """Return the reading of a sensor for the position at each sample [m or rad]."""
     part, readings = Instance(sensor), np.empty(x.size)
-    entry = Sensor(entry_of("sense", part, Sense, entry_points.make_sense), part.parameters, part.state, x)
+    entry = Sensor(
+        entry_of("sense", part, Sense, entry_points.make_sense), part.parameters, part.state, x
+    )
     driver(drivers.readings)(entry, float(dt), readings)
     return readings

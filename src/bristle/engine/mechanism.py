@@ -66,4 +66,6 @@ def mechanism(before, memory, command, command_end, lag, slack, dt, steps, q, p)
         acceleration = 2.0 * (body.v - advanced.v_mean) / h
         total += advanced.force
         failures += advanced.failures
-    return Mechanism(body, s, drive_effort, (slope - 1.0) / h, acceleration, total / steps, failures)
+    return Mechanism(
+        body, s, drive_effort, (slope - 1.0) / h, acceleration, total / steps, failures
+    )

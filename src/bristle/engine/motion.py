@@ -31,7 +31,14 @@ MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD}
 
 @guarded(**MOTION, x=optional(array()), state=STATE, memory=optional(array()))
 def force_along(
-    model: Model, v: Any, dt: Amount, x: Any = None, *, state: Any = None, memory: np.ndarray | None = None, **around: Any
+    model: Model,
+    v: Any,
+    dt: Amount,
+    x: Any = None,
+    *,
+    state: Any = None,
+    memory: np.ndarray | None = None,
+    **around: Any,
 ) -> np.ndarray:
     """Return the friction force along a prescribed velocity.
 
@@ -58,7 +65,9 @@ def force_along(
     ndarray, shape (step,)
         Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
     """
-    return finite(along(model, v, dt, x, state=state, memory=memory, **_checked(model, around)), model)
+    return finite(
+        along(model, v, dt, x, state=state, memory=memory, **_checked(model, around)), model
+    )
 
 
 def along(
@@ -80,7 +89,13 @@ def along(
 
 
 def in_turns(
-    model: Model, parameters: np.ndarray, v: np.ndarray, dt: float, x: np.ndarray, starts: Sequence[int], **around: Any
+    model: Model,
+    parameters: np.ndarray,
+    v: np.ndarray,
+    dt: float,
+    x: np.ndarray,
+    starts: Sequence[int],
+    **around: Any,
 ) -> np.ndarray:
     """Return the friction force along a prescribed velocity with parameters that change between turns, finite or not.
 
@@ -112,11 +127,25 @@ def compensation_along(
     """Return the effort [N or N*m] that a compensator feeds forward along a desired motion, step by step."""
     part = Instance(model)
     part.begin(state)
-    passed_on = np.full(v.size, float(transmitted)) if np.ndim(transmitted) == 0 else vector(transmitted)
+    passed_on = (
+        np.full(v.size, float(transmitted)) if np.ndim(transmitted) == 0 else vector(transmitted)
+    )
     check_run(v.size, x=x, transmitted=passed_on)
     effort = np.empty(v.size)
-    entry = entry_of("compensate_along", part, entry_points.CompensateAlong, entry_points.make_compensate_along)
-    entry(part.parameters, part.state, memory_of(model, memory), np.array(shape), v, x, passed_on, float(dt), effort)
+    entry = entry_of(
+        "compensate_along", part, entry_points.CompensateAlong, entry_points.make_compensate_along
+    )
+    entry(
+        part.parameters,
+        part.state,
+        memory_of(model, memory),
+        np.array(shape),
+        v,
+        x,
+        passed_on,
+        float(dt),
+        effort,
+    )
     warn_of_lost(part)
     return finite(effort, model)
 
@@ -126,7 +155,12 @@ def _checked(model: Model, around: Mapping[str, Any]) -> dict[str, Any]:
     usual = motion_with(model.component.surroundings)._field_defaults
     for name in around:
         if name not in usual:
-            raise InputError(f"is not a channel of {model.name}", path=name, allowed=", ".join(usual), mend=did_you_mean(name, usual))
+            raise InputError(
+                f"is not a channel of {model.name}",
+                path=name,
+                allowed=", ".join(usual),
+                mend=did_you_mean(name, usual),
+            )
     return {name: looked_at(AROUND, value, name, None) for name, value in around.items()}
 
 
@@ -196,23 +230,40 @@ def presliding_distance(model: Model) -> float:
 
 
 def follow(
-    part: Instance, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float, around: np.ndarray | None = None
+    part: Instance,
+    memory: np.ndarray,
+    velocity: np.ndarray,
+    position: np.ndarray,
+    dt: float,
+    around: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the friction force along a motion, and update the state and memory of the component."""
     force = np.empty(velocity.size)
     signals = (_surroundings(part, velocity.size, {}) if around is None else around).ravel()
-    force_along_entry(part)(part.parameters, part.state, memory, velocity, position, signals, float(dt), force)
+    force_along_entry(part)(
+        part.parameters, part.state, memory, velocity, position, signals, float(dt), force
+    )
     warn_of_lost(part)
     return force
 
 
 def force_along_entry(part: Instance) -> Callable[..., Any]:
     """Return the entry that runs this friction model along a prescribed motion."""
-    return entry_of("force_along", part, entry_points.ForceAlong, entry_points.make_force_along, part.motion)
+    return entry_of(
+        "force_along", part, entry_points.ForceAlong, entry_points.make_force_along, part.motion
+    )
 
 
-@guarded(model=model("friction", "hysteresis"), x=array(least=1), dt=optional(PERIOD), history=array(), rest=among(*RESTS))
-def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (), rest: str = "middle") -> np.ndarray:
+@guarded(
+    model=model("friction", "hysteresis"),
+    x=array(least=1),
+    dt=optional(PERIOD),
+    history=array(),
+    rest=among(*RESTS),
+)
+def response(
+    model: Model, x: Any, dt: Amount | None = None, *, history: Any = (), rest: str = "middle"
+) -> np.ndarray:
     """Return the friction force along a prescribed position, or the output of a hysteresis operator along its input.
 
     Parameters
@@ -254,11 +305,17 @@ def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = (
     """
     if model.component.family == "hysteresis":
         if dt is not None:
-            raise InputError("does not apply to a hysteresis operator", path="dt", value=dt, mend="Omit dt")
+            raise InputError(
+                "does not apply to a hysteresis operator", path="dt", value=dt, mend="Omit dt"
+            )
         state, memory = after(model, history)
         return finite(output_along(model, x, state=state, memory=memory), model)
     if len(history):
-        raise InputError("applies only to hysteresis operators", path="history", mend="Prepend the earlier motion to x")
+        raise InputError(
+            "applies only to hysteresis operators",
+            path="history",
+            mend="Prepend the earlier motion to x",
+        )
     if dt is None:
         raise InputError("is needed for a friction model", path="dt", allowed="> 0 s")
     force = np.zeros(x.size)

@@ -61,17 +61,31 @@ def make_observer(begin: Structure, plant: Structure, friction: Structure) -> Ca
                 first = j * (count + 1) + k
                 start = start + weights[j] * efforts[first]
                 end = end + weights[j] * efforts[first + 1]
-            before = Mechanism(at.plant, at.friction, at.effort, at.slope, at.acceleration, 0.0, 0.0)
+            before = Mechanism(
+                at.plant, at.friction, at.effort, at.slope, at.acceleration, 0.0, 0.0
+            )
             at = mechanism(before, memory, start, end, 0.0, 0.0, dt, steps, q, p)
             if not abs(at.plant.x) + abs(at.plant.v) < BOUND:
                 return k + 1
         return count
 
-    begun = Argument("begin", begin, True), Argument("memory", WRITTEN, True), Argument("position", VECTOR)
-    pushed = Argument("efforts", VECTOR), Argument("weights", VECTOR, True), Argument("gains", VECTOR)
+    begun = (
+        Argument("begin", begin, True),
+        Argument("memory", WRITTEN, True),
+        Argument("position", VECTOR),
+    )
+    pushed = (
+        Argument("efforts", VECTOR),
+        Argument("weights", VECTOR, True),
+        Argument("gains", VECTOR),
+    )
     steps = Argument("dt", REAL), Argument("steps", INTEGER)
     models = Argument("q", plant, True), Argument("p", friction, True)
-    return with_tangents(mechanism_derivatives(), observed, [*begun, *pushed, *steps, *models, Argument("error", WRITTEN, True)])
+    return with_tangents(
+        mechanism_derivatives(),
+        observed,
+        [*begun, *pushed, *steps, *models, Argument("error", WRITTEN, True)],
+    )
 
 
 # An argument with derivatives is followed by its tangents. Initial mechanism and memory; position; efforts, their weights, gains; dt,
@@ -103,11 +117,30 @@ def prediction_errors(
 
     def run(first: int) -> tuple[np.ndarray, np.ndarray]:
         body, part, begun, models = begun_mechanism(plant, friction, first, float(position[0]))
-        make = partial(make_observer, mechanism_structure(body, part), body.structures[0], part.structures[0])
-        entry = compiled(f"observer_with_tangents-{body.key}-{part.key}", make, Observer, body.functions + part.functions)
+        make = partial(
+            make_observer, mechanism_structure(body, part), body.structures[0], part.structures[0]
+        )
+        entry = compiled(
+            f"observer_with_tangents-{body.key}-{part.key}",
+            make,
+            Observer,
+            body.functions + part.functions,
+        )
         errors, slopes = np.full(count, np.nan), np.full(count * DIRECTIONS, np.nan)
         moved = padded(weight_tangents[:, first : first + DIRECTIONS], weights.size)
-        entry(*begun, position, efforts.ravel(), weights, moved, gains, float(dt), int(steps), *models, errors, slopes)
+        entry(
+            *begun,
+            position,
+            efforts.ravel(),
+            weights,
+            moved,
+            gains,
+            float(dt),
+            int(steps),
+            *models,
+            errors,
+            slopes,
+        )
         return errors, slopes
 
     return in_blocks(run, plant.tangents.shape[1])

@@ -16,7 +16,9 @@ from bristle.models.plants.terms import Place, effort_at, gravity_at
 
 
 @guarded(operator=OPERATOR, u=array())
-def output_along(operator: Model, u: Any, *, state: Any = None, memory: np.ndarray | None = None) -> np.ndarray:
+def output_along(
+    operator: Model, u: Any, *, state: Any = None, memory: np.ndarray | None = None
+) -> np.ndarray:
     """Return the output of a hysteresis operator along an input."""
     part = Instance(operator)
     part.begin(state)
@@ -33,7 +35,9 @@ def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
 
 def _follow(part: Instance, memory: np.ndarray, u: np.ndarray) -> np.ndarray:
     output = np.empty(u.size)
-    entry_of("output_along", part, entry_points.OutputAlong, entry_points.make_output_along)(part.parameters, part.state, memory, u, output)
+    entry_of("output_along", part, entry_points.OutputAlong, entry_points.make_output_along)(
+        part.parameters, part.state, memory, u, output
+    )
     warn_of_lost(part)
     return output
 
@@ -54,6 +58,13 @@ def effort_along(x: np.ndarray, place: Place) -> np.ndarray:
     """Return the effort [N or N*m] of gravity, cogging and a spring at some positions [m or rad], shape (sample,)."""
     effort = np.empty(x.size)
     entry = compiled("effort_along", lambda: effort_entry, EffortAlong, (effort_at, gravity_at))
-    waves = (np.array(part, dtype=float) for part in (place.waves, place.cosines, place.sines))  # writable copies
-    entry(np.array([place.g_sin, place.g_cos, place.spring_1, place.spring_2, place.spring_3]), *waves, np.array(x, dtype=float), effort)
+    waves = (
+        np.array(part, dtype=float) for part in (place.waves, place.cosines, place.sines)
+    )  # writable copies
+    entry(
+        np.array([place.g_sin, place.g_cos, place.spring_1, place.spring_2, place.spring_3]),
+        *waves,
+        np.array(x, dtype=float),
+        effort,
+    )
     return effort

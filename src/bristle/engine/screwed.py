@@ -122,7 +122,17 @@ def screw_force(twist, turned, dt, q):
 def pulled_trial(state, memory, motion, dt, p):
     """Return the force against the table, converted to the motor: its friction minus the force of the screw."""
     force, move = friction_trial(
-        state, memory, Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature, motion.transmitted / p.arm), dt, p.table
+        state,
+        memory,
+        Motion(
+            p.arm * motion.v,
+            p.arm * motion.x,
+            motion.load,
+            motion.temperature,
+            motion.transmitted / p.arm,
+        ),
+        dt,
+        p.table,
     )
     return p.arm * force - screw_force(p.twist, dt * (p.v_m - motion.v), dt, p), move
 
@@ -205,20 +215,35 @@ class ScrewedModel(FrictionModel):
     def variables(self) -> ReadOnly[str, Variable]:
         """Parameters of the friction of the motor, and of the table in units of travel."""
         motor = {f"motor_{name}": variable for name, variable in self.motor.variables.items()}
-        return ReadOnly(motor | {f"table_{name}": of_travel(variable) for name, variable in self.table.variables.items()})
+        return ReadOnly(
+            motor
+            | {
+                f"table_{name}": of_travel(variable)
+                for name, variable in self.table.variables.items()
+            }
+        )
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Convert the parameters of kernels to user values of both sides."""
-        motor = {f"motor_{name}": value for name, value in self.motor.values(parameters.motor).items()}
-        return motor | {f"table_{name}": value for name, value in self.table.values(parameters.table).items()}
+        motor = {
+            f"motor_{name}": value for name, value in self.motor.values(parameters.motor).items()
+        }
+        return motor | {
+            f"table_{name}": value for name, value in self.table.values(parameters.table).items()
+        }
 
     def memory_sizes(self, parameters: Any) -> Memories:
         """Return the number of values in each memory."""
-        return Memories(self.motor.memory_size(parameters.motor), self.table.memory_size(parameters.table))
+        return Memories(
+            self.motor.memory_size(parameters.motor), self.table.memory_size(parameters.table)
+        )
 
     def initial_state(self, parameters: Any) -> State:
         """Return the virgin state, the table at rest at 0."""
-        motor, table = self.motor.initial_state(parameters.motor), self.table.initial_state(parameters.table)
+        motor, table = (
+            self.motor.initial_state(parameters.motor),
+            self.table.initial_state(parameters.table),
+        )
         return State(0.0, 0.0, 0.0, motor, table)
 
 
@@ -244,17 +269,39 @@ def _screwed(motor: FrictionModel, table: FrictionModel, parameters: type) -> Sc
     )
 
 
-def through_screw(plant: Model, friction: Model, table: Model | None, *, exported: bool = False) -> Model:
+def through_screw(
+    plant: Model, friction: Model, table: Model | None, *, exported: bool = False
+) -> Model:
     """Return the load of the motor of a plant with a screw as one friction model; for an export, with `Memories`."""
     if plant.component.screw is None:
-        raise InputError("the plant has no table behind a screw", path="table", value=plant.name, allowed="ball_screw", mend="Omit table")
+        raise InputError(
+            "the plant has no table behind a screw",
+            path="table",
+            value=plant.name,
+            allowed="ball_screw",
+            mend="Omit table",
+        )
     table = table if table is not None else viscous(F_v=0.0)
-    for path, model, kind in (("friction", friction, plant.kind), ("table", table, "translational")):
+    for path, model, kind in (
+        ("friction", friction, plant.kind),
+        ("table", table, "translational"),
+    ):
         if model.kind != kind:
-            value, mend = f"{model.name}, {model.kind}", f"The motor is {plant.kind}, and the table travels (N and m)"
+            value, mend = (
+                f"{model.name}, {model.kind}",
+                f"The motor is {plant.kind}, and the table travels (N and m)",
+            )
             raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
-    at_motor = (friction.parameters, table.parameters, M * arm * arm, k * arm * arm, d * arm * arm, gap / arm, arm)
+    at_motor = (
+        friction.parameters,
+        table.parameters,
+        M * arm * arm,
+        k * arm * arm,
+        d * arm * arm,
+        gap / arm,
+        arm,
+    )
     own = friction.component.memory_size(friction.parameters)
     joined = Apart(*at_motor) if exported else Screwed(*at_motor, own)
     return Model(_screwed(friction.component, table.component, type(joined)), joined, plant.kind)
@@ -264,4 +311,9 @@ def refuse_screw(plant: Model, caller: str) -> None:
     """Refuse a plant with a screw in a simulation of one mass."""
     if plant.component.screw is not None:
         mend = "Use run_open_loop, run_closed_loop, or plants.inertia with the sum of both masses"
-        raise InputError(f"has a screw, but {caller} simulates one mass only", path="plant", value=plant.name, mend=mend)
+        raise InputError(
+            f"has a screw, but {caller} simulates one mass only",
+            path="plant",
+            value=plant.name,
+            mend=mend,
+        )

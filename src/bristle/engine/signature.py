@@ -50,8 +50,14 @@ def type_of(annotation: Any) -> Any:
     if is_entry(annotation):
         return types.FunctionType(compiled_signature(annotation))
     if _is_tuple(annotation):
-        return types.BaseTuple.from_types([type_of(field) for field in _fields(annotation)], annotation)
-    plain: dict[Any, Any] = {Vector: types.Array(types.float64, 1, "C"), float: types.float64, int: types.int64}
+        return types.BaseTuple.from_types(
+            [type_of(field) for field in _fields(annotation)], annotation
+        )
+    plain: dict[Any, Any] = {
+        Vector: types.Array(types.float64, 1, "C"),
+        float: types.float64,
+        int: types.int64,
+    }
     return plain[annotation]
 
 
@@ -74,25 +80,34 @@ def flat(arguments: Sequence[Any]) -> list[Any]:
     return row
 
 
-def handed_over(function: Callable[..., Any], kind: Any, body: Callable[..., Any] | None = None) -> Callable[..., Any]:
+def handed_over(
+    function: Callable[..., Any], kind: Any, body: Callable[..., Any] | None = None
+) -> Callable[..., Any]:
     """Return the function to compile in place of another: it assembles the arguments, with all vectors unowned."""
     scope: dict[str, Any] = {"__name__": __name__, "body": body or function, "unowned": unowned}
     arguments: list[str] = []
     place = None if is_entry(kind) else ""
-    gathered = [_gathered(annotation, scope, arguments, place) for annotation in signature_of(kind).takes]
+    gathered = [
+        _gathered(annotation, scope, arguments, place) for annotation in signature_of(kind).takes
+    ]
     name = function.__name__
     exec(f"def {name}({', '.join(arguments)}):\n    return body({', '.join(gathered)})", scope)
     return scope[name]
 
 
-def _gathered(annotation: Any, scope: dict[str, Any], arguments: list[str], place: str | None) -> str:
+def _gathered(
+    annotation: Any, scope: dict[str, Any], arguments: list[str], place: str | None
+) -> str:
     """Return the expression of an argument: a part of `place`, a separate name if `place` is None, assembled if it is empty."""
     if place is None or not (place or _is_tuple(annotation)):
         arguments.append(f"argument_{len(arguments)}")
         place = arguments[-1]
     if _is_tuple(annotation):
         scope[annotation.__name__] = annotation
-        fields = [_gathered(field, scope, arguments, f"{place}[{i}]" if place else "") for i, field in enumerate(_fields(annotation))]
+        fields = [
+            _gathered(field, scope, arguments, f"{place}[{i}]" if place else "")
+            for i, field in enumerate(_fields(annotation))
+        ]
         return f"{annotation.__name__}({', '.join(fields)})"
     return f"unowned({place})" if annotation is Vector else place
 
@@ -124,7 +139,10 @@ def linked_into(entry: Callable[..., Any]) -> Iterator[None]:
         codegen: Any = context.codegen()
         library = _library_class_but_for(entry.__qualname__, codegen._library_class)
         executable = _executable_but_for(entry, context.get_executable)
-        with _replaced(codegen, "_library_class", library), _replaced(context, "get_executable", executable):
+        with (
+            _replaced(codegen, "_library_class", library),
+            _replaced(context, "get_executable", executable),
+        ):
             yield
 
 
@@ -170,11 +188,15 @@ def _library_class_but_for(entry: str, base: Any) -> Any:
     return Linked
 
 
-def _executable_but_for(entry: Callable[..., Any], executable: Callable[..., Any]) -> Callable[..., Any]:
+def _executable_but_for(
+    entry: Callable[..., Any], executable: Callable[..., Any]
+) -> Callable[..., Any]:
     """Return the factory of Python wrappers for compiled functions; a kernel gets a wrapper that fails."""
     from numba import _dynfunc  # pyright: ignore[reportAttributeAccessIssue]
 
-    absorbed = {(function.__module__, function.__qualname__) for function in kernels(portable=False)}
+    absorbed = {
+        (function.__module__, function.__qualname__) for function in kernels(portable=False)
+    }
     absorbed.discard((entry.__module__, entry.__qualname__))
     failing = ctypes.cast(ctypes.pythonapi.PyErr_BadInternalCall, ctypes.c_void_p).value
 
@@ -182,6 +204,8 @@ def _executable_but_for(entry: Callable[..., Any], executable: Callable[..., Any
         if (described.modname, described.qualname) not in absorbed:
             return executable(library, described, environment)
         name = described.qualname.rpartition(".")[2]
-        return _dynfunc.make_function(described.lookup_module(), name, "", failing, environment, (library,))
+        return _dynfunc.make_function(
+            described.lookup_module(), name, "", failing, environment, (library,)
+        )
 
     return make

@@ -32,7 +32,15 @@ from bristle.core.mathematics import Bracket, bracket_guess, bracket_update, pow
 from bristle.core.packing import Structure, unpacker
 from bristle.engine.drivers import BOUND
 from bristle.engine.efim import INFINITY, evaluate
-from bristle.engine.entry_points import ACCELERATION, FAILED, FORCE, SLACK, SLOPE, MechanismVectors, Substeps
+from bristle.engine.entry_points import (
+    ACCELERATION,
+    FAILED,
+    FORCE,
+    SLACK,
+    SLOPE,
+    MechanismVectors,
+    Substeps,
+)
 from bristle.engine.signature import Vector
 
 # Length of a step, as a share of another step, whose mean force is the force at an instant.
@@ -138,7 +146,9 @@ def reserve(body, s, memory, effort, dt, q, p):
     return min(forward + a / b, -a / b - backward)
 
 
-def make_rest_time(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Callable[..., Any]:
+def make_rest_time(
+    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure
+) -> Callable[..., Any]:
     """Return the entry for the time within a step [s] at which a body at rest breaks away; `dt` if it does not.
 
     Its arguments are those of `Substeps`.
@@ -148,8 +158,17 @@ def make_rest_time(plant: Structure, plant_state: Structure, friction: Structure
 
     def rest_time(vectors, effort, effort_end, dt, steps):
         q, body = unpack_plant(vectors.plant), load_plant(vectors.plant_state)
-        p, s, memory = unpack_friction(vectors.friction), load_friction(vectors.friction_state), vectors.memory
-        rise, time, guess, bracket = (effort_end - effort) / dt, dt, dt, Bracket(0.0, -1.0, dt, 1.0, 0.0)
+        p, s, memory = (
+            unpack_friction(vectors.friction),
+            load_friction(vectors.friction_state),
+            vectors.memory,
+        )
+        rise, time, guess, bracket = (
+            (effort_end - effort) / dt,
+            dt,
+            dt,
+            Bracket(0.0, -1.0, dt, 1.0, 0.0),
+        )
         for count in range(BISECTIONS):
             if count > 1 and bracket.high - bracket.low <= 1e-12 * dt:
                 break
@@ -184,7 +203,9 @@ def copy(source, target):
 def on_cubic(part, half, x_0, v_0, x_1, v_1):
     """Return the position after this part of a half, on the cubic through both ends."""
     slope, rest = (x_1 - x_0) / half, 1.0 - part
-    return rest * x_0 + part * x_1 + half * part * rest * (rest * (v_0 - slope) - part * (v_1 - slope))
+    return (
+        rest * x_0 + part * x_1 + half * part * rest * (rest * (v_0 - slope) - part * (v_1 - slope))
+    )
 
 
 @kernel
@@ -195,7 +216,10 @@ def astray(half, x_0, v_0, x_1, v_1):
     stop = max(0.0, min(half, (2.0 * (x_1 - x_0) - v_1 * half) / (v_0 - v_1)))
     at_stop = abs(on_cubic(stop / half, half, x_0, v_0, x_1, v_1) - (x_0 + 0.5 * v_0 * stop))
     # The cubic may cross the path at the stop, but not also half-way to it.
-    return max(at_stop, abs(on_cubic(0.5 * stop / half, half, x_0, v_0, x_1, v_1) - (x_0 + 0.375 * v_0 * stop)))
+    return max(
+        at_stop,
+        abs(on_cubic(0.5 * stop / half, half, x_0, v_0, x_1, v_1) - (x_0 + 0.375 * v_0 * stop)),
+    )
 
 
 @kernel
@@ -214,7 +238,11 @@ def sampled(k, half_step, samples):
         part = (times[k] - t) / half
         rest = 1.0 - part
         samples.x[k] = on_cubic(part, half, x_0, v_0, x_1, v_1)
-        samples.v[k] = slope + (rest * rest - 2.0 * part * rest) * bend_0 + (part * part - 2.0 * part * rest) * bend_1
+        samples.v[k] = (
+            slope
+            + (rest * rest - 2.0 * part * rest) * bend_0
+            + (part * part - 2.0 * part * rest) * bend_1
+        )
         share = part_0 + 0.5 * part
         samples.impulse[k] = total + h * share * (force_1 + (force_2 - force_1) * (share - 0.5))
         k += 1
@@ -283,9 +311,19 @@ def doubling(
             out_1[SLOPE], out_1[ACCELERATION], out_1[SLACK] = out[SLOPE], expected, slack
             substeps(full_step, u, u_end, h, 1)
             copy(before.memory, vectors.memory)
-            out[SLOPE], out[ACCELERATION], out[SLACK] = out_1[SLOPE], out_1[ACCELERATION] - 0.25 * h * bend, slack
+            out[SLOPE], out[ACCELERATION], out[SLACK] = (
+                out_1[SLOPE],
+                out_1[ACCELERATION] - 0.25 * h * bend,
+                slack,
+            )
             substeps(vectors, u, u_middle, 0.5 * h, 1)
-            x_middle, v_middle, force_1, failures, early = body[0], body[1], out[FORCE], out[FAILED], out[ACCELERATION]
+            x_middle, v_middle, force_1, failures, early = (
+                body[0],
+                body[1],
+                out[FORCE],
+                out[FAILED],
+                out[ACCELERATION],
+            )
             out[ACCELERATION] = 2.0 * out_1[ACCELERATION] - early
             substeps(vectors, u_middle, u_end, 0.5 * h, 1)
             error = abs(body[0] - body_1[0]) + 2.0 * h * abs(body[1] - body_1[1])
@@ -314,14 +352,20 @@ def doubling(
                     wish = max(limits.shortest, min(rest, h * length_factor(error, 1.0, 2.0)))
                 continue
             force_2 = out[FORCE]
-            first = Half(t, h, 0.0, body_0[0], body_0[1], x_middle, v_middle, force_1, force_2, total)
-            second = Half(t + 0.5 * h, h, 0.5, x_middle, v_middle, body[0], body[1], force_1, force_2, total)
+            first = Half(
+                t, h, 0.0, body_0[0], body_0[1], x_middle, v_middle, force_1, force_2, total
+            )
+            second = Half(
+                t + 0.5 * h, h, 0.5, x_middle, v_middle, body[0], body[1], force_1, force_2, total
+            )
             k = sampled(sampled(k, first, samples), second, samples)
             t = min(t_end, rests_until) if is_last else t + h
             total += 0.5 * h * (force_1 + force_2)
             if not abs(body[0]) + abs(body[1]) < BOUND or report[2] > GIVE_UP:
                 return k
-            wish = max(wish if is_cut else limits.shortest, h * length_factor(error, error_last, 2.0))
+            wish = max(
+                wish if is_cut else limits.shortest, h * length_factor(error, error_last, 2.0)
+            )
             u, error_last, rests_until = u_end, error, INFINITY
             h_last, acceleration, bend = h, out[ACCELERATION], 2.0 * (out[ACCELERATION] - early) / h
             report[0] += 1.0

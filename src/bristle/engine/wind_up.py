@@ -7,7 +7,16 @@ import numpy as np
 
 from bristle.engine.compilation import compiled
 from bristle.engine.signature import Vector
-from bristle.models.controllers.wind_up import AROUND, WindUp, Wound, bend_at, lead_at, rate_at, wind, winding_effort
+from bristle.models.controllers.wind_up import (
+    AROUND,
+    WindUp,
+    Wound,
+    bend_at,
+    lead_at,
+    rate_at,
+    wind,
+    winding_effort,
+)
 
 
 class Lead(NamedTuple):
@@ -25,7 +34,9 @@ WindUpAlong = Callable[[Vector, Vector, Vector, Vector, Vector, float, Vector], 
 
 def wind_up_entry(numbers, weights, memory, force, acceleration, dt, rows):
     """Write the rows of a `Lead` one after another; after its end, the force stays constant."""
-    p = WindUp(numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], weights)
+    p = WindUp(
+        numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5], numbers[6], weights
+    )
     state, count, at = Wound(0.0, 0.0), force.size, weights.size + AROUND
     late = weights.size // 2 + AROUND
     for k in range(count + late):
@@ -41,7 +52,10 @@ def wind_up_entry(numbers, weights, memory, force, acceleration, dt, rows):
 
 def wind_up_along(p: WindUp, force: np.ndarray, acceleration: np.ndarray, dt: float) -> Lead:
     """Return the lead of the motor for the force of the screw [N] and the mean desired acceleration [rad/s^2] of each step."""
-    rows, memory = np.empty(len(Lead._fields) * force.size), np.empty(p.weights.size + 2 * AROUND + 1)
+    rows, memory = (
+        np.empty(len(Lead._fields) * force.size),
+        np.empty(p.weights.size + 2 * AROUND + 1),
+    )
     kernels = (wind, lead_at, rate_at, bend_at, winding_effort)
     entry = compiled("wind_up_along", lambda: wind_up_entry, WindUpAlong, kernels)
     entry(np.array(p[:-1]), p.weights, memory, force, acceleration, float(dt), rows)

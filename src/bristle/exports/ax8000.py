@@ -20,7 +20,13 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.variable import Kind, unit_of
 from bristle.exports.described import plain
-from bristle.exports.drive import behind_comments, last_direction, level_losses, levels_and_curves, rows_of
+from bristle.exports.drive import (
+    behind_comments,
+    last_direction,
+    level_losses,
+    levels_and_curves,
+    rows_of,
+)
 from bristle.exports.effect import Drive
 from bristle.exports.targets import Product, Request
 from bristle.prediction.drive_table import SETTLED_SHARE, reversal_distance
@@ -28,7 +34,11 @@ from bristle.prediction.drive_units import table_units
 
 STATIC, DYNAMIC, SPRING = "0x3144:02", "0x3144:03", "0x3144:01"
 QUANTITIES = {STATIC: "force", DYNAMIC: "force*time/length", SPRING: "force/length"}
-TITLES = {STATIC: "Static friction torque/force", DYNAMIC: "Dynamic friction factor", SPRING: "Static friction spring rate"}
+TITLES = {
+    STATIC: "Static friction torque/force",
+    DYNAMIC: "Dynamic friction factor",
+    SPRING: "Static friction spring rate",
+}
 
 
 def write(request: Request) -> Product:
@@ -38,24 +48,43 @@ def write(request: Request) -> Product:
     effort = table_units(axis, kind).efforts[0]
     level, slope = (
         float(np.mean([value for value in pair if value is not None]))
-        for pair in ((levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward))
+        for pair in (
+            (levels.forward, levels.backward),
+            (levels.viscous_forward, levels.viscous_backward),
+        )
     )
     static, distance = max(level, 0.0), reversal_distance(request.model, request.speed)
     # The spring makes 95 % of the change over the pre-sliding distance of the model.
-    values = {STATIC: static, DYNAMIC: max(slope, 0.0), SPRING: 2.0 * SETTLED_SHARE * static / distance if distance else 0.0}
+    values = {
+        STATIC: static,
+        DYNAMIC: max(slope, 0.0),
+        SPRING: 2.0 * SETTLED_SHARE * static / distance if distance else 0.0,
+    }
     notes = [*level_losses(request.model, curves, levels, effort, turns=values[SPRING] > 0.0)]
-    if levels.forward is not None and levels.backward is not None and levels.forward != levels.backward:
+    if (
+        levels.forward is not None
+        and levels.backward is not None
+        and levels.forward != levels.backward
+    ):
         apart = effort.of(0.5 * abs(levels.forward - levels.backward))
-        notes.append(f"each object has one value for both directions: the friction is wrong by {apart:.3g} {effort.name} in each direction")
+        notes.append(
+            f"each object has one value for both directions: the friction is wrong by {apart:.3g} {effort.name} in each direction"
+        )
     if levels.constant:
         force = f"{effort.of(levels.constant):.3g} {effort.name}"
-        notes.append(f"the objects do not contain the constant force of {force}: set this force separately in the drive")
+        notes.append(
+            f"the objects do not contain the constant force of {force}: set this force separately in the drive"
+        )
     notes.append(
         "0x3144:01 is set so that 95 % of the friction reverses within the pre-sliding distance; Beckhoff does not document this behaviour"
         if values[SPRING]
         else "0x3144:01 is not written: the friction of the model reverses at once, and Beckhoff does not document the value 0"
     )
-    rotates: Kind = "translational" if kind == "translational" and (axis is None or axis.arm is None) else "rotational"
+    rotates: Kind = (
+        "translational"
+        if kind == "translational" and (axis is None or axis.arm is None)
+        else "rotational"
+    )
     rows = [
         f"{index},{_of_motor(value, index, axis):.9g},{plain(unit_of(QUANTITIES[index], rotates))},{TITLES[index]}"
         for index, value in values.items()
@@ -67,13 +96,18 @@ def write(request: Request) -> Product:
         *request.source.lines,
         *notes,
     ]
-    return Product({f"{request.name}.csv": behind_comments(head, "object,value,unit,name", *rows)}, tuple(notes))
+    return Product(
+        {f"{request.name}.csv": behind_comments(head, "object,value,unit,name", *rows)},
+        tuple(notes),
+    )
 
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     """Return the force that the drive computes from the objects: a spring that slips, and viscous friction."""
     rows = rows_of(str(files[f"{request.name}.csv"]))
-    values = {index: float(value) / _of_motor(1.0, index, request.axis) for index, value, *_ in rows}
+    values = {
+        index: float(value) / _of_motor(1.0, index, request.axis) for index, value, *_ in rows
+    }
     static, dynamic, spring = (values.get(index, 0.0) for index in (STATIC, DYNAMIC, SPRING))
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:

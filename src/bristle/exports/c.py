@@ -25,19 +25,47 @@ from bristle.engine.translation.tree import Struct
 from bristle.exports import subject as subjects
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_derivatives import DerivedStep, derived_step
-from bristle.exports.c_parts import CONSTANT, Fields, array_text, declared, helpers_text, literal, parameters_text, saved_facts, started
-from bristle.exports.described import Source, command_facts, meaning_of, model_facts, rendered, with_rights
+from bristle.exports.c_parts import (
+    CONSTANT,
+    Fields,
+    array_text,
+    declared,
+    helpers_text,
+    literal,
+    parameters_text,
+    saved_facts,
+    started,
+)
+from bristle.exports.described import (
+    Source,
+    command_facts,
+    meaning_of,
+    model_facts,
+    rendered,
+    with_rights,
+)
 from bristle.exports.feed import fed, feed_facts, with_feed
 from bristle.exports.law import PER_VELOCITY, Law, law_facts, law_walk
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import COUNT, Subject, Walk
 from bristle.exports.targets import Product, Request
-from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, settled_law, single_note, tunable_law, tunable_of
+from bristle.exports.tunable import (
+    CONSTANTS,
+    Tunable,
+    checkpoints,
+    settled_law,
+    single_note,
+    tunable_law,
+    tunable_of,
+)
 from bristle.prediction.drive_units import command_units
 
 FLAGS = "-std=c99 -ffp-contract=off"
 SCALAR = {False: "double", True: "float"}  # by whether numbers are of single precision
-VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
+VELOCITY = {
+    "double": "(x - axis->position) / dt",
+    "float": "(float)(x - axis->position) / (float)dt",
+}
 STAND_IN = "name_of_the_export"  # in the templates, until the code has no variable with the name of the export
 UNTOUCHED = r'"(?:\\.|[^"\\])*"|/\*.*?\*/|(?:struct|union)\b[^;{}()]*\{(?:[^{}]|\{[^{}]*\})*\}'
 """Strings, comments, and structures with one level inside."""
@@ -72,9 +100,13 @@ class CFiles:
         walk = subjects.walk_of(subject, request.dt)
         x = walk.positions(self.steps)
         forces = subject.outputs(x) if subject.is_operator else subject.forces(x, request.dt)
-        walked = selftest_facts(walk, forces, single=request.single) | (self.derived.selftest_facts(x, request.dt) if self.derived else {})
+        walked = selftest_facts(walk, forces, single=request.single) | (
+            self.derived.selftest_facts(x, request.dt) if self.derived else {}
+        )
         if self.has_feed:
-            walked["feed_hash"] = f"0x{subjects.hash_of(fed(x, forces.tolist(), request.dt, request.share) + 0.0):016X}"
+            walked["feed_hash"] = (
+                f"0x{subjects.hash_of(fed(x, forces.tolist(), request.dt, request.share) + 0.0):016X}"
+            )
         return written_files(self.templates, request.name, self.facts(), walked, request.source)
 
     @property
@@ -85,7 +117,9 @@ class CFiles:
     def new_printer(self, subject: Subject | None = None) -> Printer:
         """Return a printer of the functions and types of the subject."""
         subject = subject or self.subject
-        around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
+        around = [subject.state, subject.move, subject.parameters] + (
+            [] if subject.is_operator else [subject.motion]
+        )
         return self.printer(subject.unit, SCALAR[self.request.single], around)
 
     def facts(self) -> dict[str, Any]:
@@ -97,36 +131,103 @@ class CFiles:
         tuned = tunable_of(subject.model, self.fixed) if request.tunable else None
         with_it, feed = with_feed(subject) if self.has_feed else (subject, None)
         printer = self.new_printer(with_it)
-        of_state = zip(subject.state.fields, variables_of(subject.state.cls).values(), subject.virgin, strict=True)
-        fields = [(printer.names.variable(name), part, meaning_of(variable, kind), value) for (name, part), variable, value in of_state]
-        used = {argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)}
+        of_state = zip(
+            subject.state.fields,
+            variables_of(subject.state.cls).values(),
+            subject.virgin,
+            strict=True,
+        )
+        fields = [
+            (printer.names.variable(name), part, meaning_of(variable, kind), value)
+            for (name, part), variable, value in of_state
+        ]
+        used = {
+            argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)
+        }
         data = (
-            "" if tuned is None and "p" not in used else parameters_text(subject.model.parameters, subject.parameters, printer, name, tuned)
+            ""
+            if tuned is None and "p" not in used
+            else parameters_text(subject.model.parameters, subject.parameters, printer, name, tuned)
         )
         return (
-            model_facts(subject, name, request.source, request.dt, single=request.single, tunable=request.tunable)
+            model_facts(
+                subject,
+                name,
+                request.source,
+                request.dt,
+                single=request.single,
+                tunable=request.tunable,
+            )
             | block_facts(printer, name, fields, subject.memory_size, tuned)
-            | saved_facts(printer, ("position", "force"), fields, subject.memory_size, subjects.layout_of(subject, scalar))
+            | saved_facts(
+                printer,
+                ("position", "force"),
+                fields,
+                subject.memory_size,
+                subjects.layout_of(subject, scalar),
+            )
             | ({"feed": False} if feed is None else feed_facts(feed, request.share, printer, kind))
-            | {"drive": command_facts(units, kind), "device": "", "velocity": VELOCITY[scalar], "result": "force"}
-            | {"amplitude": "0.001", "cycles": cycles, "period": f"{cycles * request.dt:g}", "every": max(1, cycles // 10)}
-            | {"nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals), "zero": number(0.0, scalar)}
-            | {"signals": [printer.names.variable(name) for name in subject.signals], "step": self._step(printer), "data": data}
-            | {"told_signals": [meaning_of(variables_of(subject.motion.cls)[name], kind) for name in subject.signals], "steps": self.steps}
-            | (self.derived.facts(printer, tunable=request.tunable) if self.derived else {"derived": False})
+            | {
+                "drive": command_facts(units, kind),
+                "device": "",
+                "velocity": VELOCITY[scalar],
+                "result": "force",
+            }
+            | {
+                "amplitude": "0.001",
+                "cycles": cycles,
+                "period": f"{cycles * request.dt:g}",
+                "every": max(1, cycles // 10),
+            }
+            | {
+                "nominal": ", ".join(repr(subject.usual[name]) for name in subject.signals),
+                "zero": number(0.0, scalar),
+            }
+            | {
+                "signals": [printer.names.variable(name) for name in subject.signals],
+                "step": self._step(printer),
+                "data": data,
+            }
+            | {
+                "told_signals": [
+                    meaning_of(variables_of(subject.motion.cls)[name], kind)
+                    for name in subject.signals
+                ],
+                "steps": self.steps,
+            }
+            | (
+                self.derived.facts(printer, tunable=request.tunable)
+                if self.derived
+                else {"derived": False}
+            )
         )
 
     def _step(self, printer: Printer) -> list[str]:
         subject, cast = self.subject, "(float)" * self.request.single
         usual = subject.usual.items()
-        around = [printer.names.variable(name) if name in subject.signals else repr(value) for name, value in usual]
+        around = [
+            printer.names.variable(name) if name in subject.signals else repr(value)
+            for name, value in usual
+        ]
         values = f"{{{', '.join(['velocity', f'{cast}x', *(f'{cast}{text}' for text in around)])}}}"
-        motion = "" if subject.is_operator else f"const {printer.named(subject.motion, 'motion')} = {values};"
+        motion = (
+            ""
+            if subject.is_operator
+            else f"const {printer.named(subject.motion, 'motion')} = {values};"
+        )
         names = [printer.names.variable(name) for name, _ in subject.state.fields]
         state = ", ".join(f"axis->state.{name}" for name in names) or "0"
-        assembling = f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);"
-        handed = {"state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"), "motion": ("motion", motion)}
-        handed |= {"p": ("p", assembling) if self.request.tunable else (CONSTANT, ""), "memory": ("axis->memory", "")}
+        assembling = (
+            f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);"
+        )
+        handed = {
+            "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
+            "motion": ("motion", motion),
+        }
+        handed |= {
+            "p": ("p", assembling) if self.request.tunable else (CONSTANT, ""),
+            "memory": ("axis->memory", ""),
+        }
         handed |= {"input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""), "move": ("step.part_1", "")}
         of_trial = subjects.arguments_left(subject.trial, subjects.TRIAL[subject.is_operator])
         of_commit = subjects.arguments_left(subject.commit, subjects.COMMIT)
@@ -151,28 +252,70 @@ class CFiles:
         return lines + [f"axis->state.{name} = after.{name};" for name in names]
 
 
-def written_files(templates: Mapping[str, str], name: str, facts: dict[str, Any], walked: dict[str, Any], source: Source) -> dict[str, str]:
+def written_files(
+    templates: Mapping[str, str],
+    name: str,
+    facts: dict[str, Any],
+    walked: dict[str, Any],
+    source: Source,
+) -> dict[str, str]:
     """Return the text of each file by its name, from its template; the self-test also gets facts on the walk."""
     facts = facts | {"name": STAND_IN}
-    texts = {file: rendered(template, facts | walked if "selftest" in file else facts) for file, template in templates.items()}
-    texts = {file: _apart(text, name) if file.endswith((".c", ".h")) else text for file, text in texts.items()}
-    return with_rights({file.format(name): text.replace(STAND_IN, name) for file, text in texts.items()}, source)
+    texts = {
+        file: rendered(template, facts | walked if "selftest" in file else facts)
+        for file, template in templates.items()
+    }
+    texts = {
+        file: _apart(text, name) if file.endswith((".c", ".h")) else text
+        for file, text in texts.items()
+    }
+    return with_rights(
+        {file.format(name): text.replace(STAND_IN, name) for file, text in texts.items()}, source
+    )
 
 
 def _apart(text: str, name: str) -> str:
     """Return code with another name for its own variables and functions of this name; fields keep it."""
     new = free_name(f"{name}_", re.findall(r"\w+", text))
-    return re.sub(rf"({UNTOUCHED})|(?<![.\w])(?<!->){name}\b", lambda place: place[1] or new, text, flags=re.DOTALL)
+    return re.sub(
+        rf"({UNTOUCHED})|(?<![.\w])(?<!->){name}\b",
+        lambda place: place[1] or new,
+        text,
+        flags=re.DOTALL,
+    )
 
 
-def block_facts(printer: Printer, name: str, fields: Fields, memory: int, tuned: Tunable | None) -> dict[str, Any]:
+def block_facts(
+    printer: Printer, name: str, fields: Fields, memory: int, tuned: Tunable | None
+) -> dict[str, Any]:
     """Return template facts on the state of friction or a law, and on the functions around it."""
-    start = [f"axis->state.{field} = {literal(value, part, printer.scalar)};" for field, part, _, value in fields]
+    start = [
+        f"axis->state.{field} = {literal(value, part, printer.scalar)};"
+        for field, part, _, value in fields
+    ]
     return (
-        {"guard": name.upper(), "flags": FLAGS, "scalar": printer.scalar, "inline": printer.inline, "memory": memory}
-        | {"definitions": printer.definitions(), "start": start + (started(tuned, printer) if tuned else [])}
-        | {"state": [f"{printer.named(part, field)}; /* {meaning} */" for field, part, meaning, _ in fields]}
-        | {"helpers": helpers_text(printer.helpers, printer.scalar, printer.integer, printer.inline)}
+        {
+            "guard": name.upper(),
+            "flags": FLAGS,
+            "scalar": printer.scalar,
+            "inline": printer.inline,
+            "memory": memory,
+        }
+        | {
+            "definitions": printer.definitions(),
+            "start": start + (started(tuned, printer) if tuned else []),
+        }
+        | {
+            "state": [
+                f"{printer.named(part, field)}; /* {meaning} */"
+                for field, part, meaning, _ in fields
+            ]
+        }
+        | {
+            "helpers": helpers_text(
+                printer.helpers, printer.scalar, printer.integer, printer.inline
+            )
+        }
         | {"parameters": declared(tuned, printer) if tuned else []}
     )
 
@@ -181,8 +324,18 @@ def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str
     """Return the facts of a self-test: the construction of the walk, and the hash of the outputs."""
     digest = subjects.hash_of(outputs)
     return (
-        {"count": outputs.size, "scales": [repr(scale) for scale in walk.scales], "last": repr(float(outputs[-1]))}
-        | {"seed": subjects.SEED, "factor": subjects.FACTOR, "term": subjects.TERM, "rests": subjects.RESTS, "part": subjects.PART}
+        {
+            "count": outputs.size,
+            "scales": [repr(scale) for scale in walk.scales],
+            "last": repr(float(outputs[-1])),
+        }
+        | {
+            "seed": subjects.SEED,
+            "factor": subjects.FACTOR,
+            "term": subjects.TERM,
+            "rests": subjects.RESTS,
+            "part": subjects.PART,
+        }
         | {"hash": f"0x{digest:016X}", "hash_text": f"{digest:016x}"}
         | checkpoints(outputs, single=single)
     )
@@ -193,11 +346,17 @@ def write(request: Request) -> Product:
     subject = subjects.subject_of(request.sampled, CONSTANTS if request.single else None)
     if request.derivatives:
         if request.single:
-            raise InputError("does not support derivatives in single precision", path="c", mend="Omit --float32 or --derivatives")
+            raise InputError(
+                "does not support derivatives in single precision",
+                path="c",
+                mend="Omit --float32 or --derivatives",
+            )
         derived = derived_step(subject, tunable=request.tunable)
         return Product(dict(CFiles(derived.subject, request, derived=derived, feeds=True).files()))
     places = tunable_of(subject.model).places if request.tunable else ()
-    files = CFiles(subjects.settled_subject(subject, places, single=request.single), request, feeds=True).files()
+    files = CFiles(
+        subjects.settled_subject(subject, places, single=request.single), request, feeds=True
+    ).files()
     return Product(dict(files), (single_note("force"),) if request.single else ())
 
 
@@ -218,22 +377,39 @@ def builds(command: str, *flags: str) -> bool:
     with tempfile.TemporaryDirectory(prefix="bristle-proof-") as place:
         (Path(place) / "tried.c").write_text("int main(void) { return 0; }\n", encoding="ascii")
         for line in ([command, *flags, "tried.c", "-o", "tried", "-lm"], ["./tried"]):
-            if subprocess.run(line, cwd=place, capture_output=True, timeout=PATIENCE, check=False).returncode:
+            if subprocess.run(
+                line, cwd=place, capture_output=True, timeout=PATIENCE, check=False
+            ).returncode:
                 return False
     return True
 
 
 def proved(model: Model, command: str) -> tuple[int, str]:
     """Compile and run the self-test of a model; return the number of its steps, and its message on failure."""
-    files = CFiles(subjects.settled_subject(subjects.subject_of(model)), Request(model, NAME, 1e-3), STEPS).files()
+    files = CFiles(
+        subjects.settled_subject(subjects.subject_of(model)), Request(model, NAME, 1e-3), STEPS
+    ).files()
     with tempfile.TemporaryDirectory(prefix="bristle-proof-") as place:
         for file, text in files.items():
             (Path(place) / file).write_text(text, encoding="ascii")
-        line = [command, "-O1", *FLAGS.split(), f"{NAME}.c", f"{NAME}_selftest.c", "-o", "selftest", "-lm"]
-        built = subprocess.run(line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        line = [
+            command,
+            "-O1",
+            *FLAGS.split(),
+            f"{NAME}.c",
+            f"{NAME}_selftest.c",
+            "-o",
+            "selftest",
+            "-lm",
+        ]
+        built = subprocess.run(
+            line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False
+        )
         if built.returncode:
             return STEPS, f"{command} reports: {built.stderr.strip().splitlines()[0]}"
-        ran = subprocess.run(["./selftest"], cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
+        ran = subprocess.run(
+            ["./selftest"], cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False
+        )
         return STEPS, ran.stdout.strip().splitlines()[-1] if ran.returncode else ""
 
 
@@ -251,7 +427,10 @@ def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     """Return the files of a control law in C, text by name."""
     law = settled_law(law)
     walk, positions, efforts = law_walk(law, COUNT)
-    walked = selftest_facts(walk, efforts, single=law.single) | {"positions": positions, "per_velocity": repr(PER_VELOCITY)}
+    walked = selftest_facts(walk, efforts, single=law.single) | {
+        "positions": positions,
+        "per_velocity": repr(PER_VELOCITY),
+    }
     return written_files(LAW_FILES, name, law_code_facts(law, name, source), walked, source)
 
 
@@ -264,8 +443,12 @@ def law_code_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
         hints = get_type_hints(type(reduce(getattr, path[:-1], law.lasting)), include_extras=True)
         variable = next(mark for mark in hints[path[-1]].__metadata__ if isinstance(mark, Variable))
         side = "translational" if path[0] == "table" else variant.controller.kind
-        fields.append(("_".join(path), kind, meaning_of(variable, side), reduce(getattr, path, law.lasting)))
-        after.append(f"axis->state.{fields[-1][0]} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};")
+        fields.append(
+            ("_".join(path), kind, meaning_of(variable, side), reduce(getattr, path, law.lasting))
+        )
+        after.append(
+            f"axis->state.{fields[-1][0]} = now.part_1.{'.'.join(printer.names.variable(part) for part in path)};"
+        )
     friction = variant.feedforward.friction
     law_name = f"{variant.controller.name} {friction and friction.name}"
     layout = f"{law_name} {law.dt!r} {[field[:2] for field in fields]} {law.memory_size}{' float' if law.single else ''}"
@@ -274,8 +457,15 @@ def law_code_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
         law_facts(law, name, source)
         | block_facts(printer, name, fields, law.memory_size, tuned)
         | saved_facts(printer, ("effort",), fields, law.memory_size, layout)
-        | {"data": remembered + parameters_text(law.p, p, printer, name, tuned), "step": _law_step(law, printer), "after": after}
-        | {"remembered": "remembered[i]" if remembered else number(0.0, printer.scalar), "steps": COUNT}
+        | {
+            "data": remembered + parameters_text(law.p, p, printer, name, tuned),
+            "step": _law_step(law, printer),
+            "after": after,
+        }
+        | {
+            "remembered": "remembered[i]" if remembered else number(0.0, printer.scalar),
+            "steps": COUNT,
+        }
     )
 
 
@@ -283,8 +473,13 @@ def _law_step(law: Law, printer: Printer) -> list[str]:
     lasting, p = law.types
     needed = [argument.name for argument in law.entry.parameters]
     arrays = [name for name in needed if name.endswith("_ahead")] if law.single else []
-    handed = {name: name if name in arrays else f"{'(float)' * law.single}inputs->{name}" for name in law.inputs}
-    handed |= {name: f"axis->memory + {at}" if at else "axis->memory" for name, at in law.memory_at.items()}
+    handed = {
+        name: name if name in arrays else f"{'(float)' * law.single}inputs->{name}"
+        for name in law.inputs
+    }
+    handed |= {
+        name: f"axis->memory + {at}" if at else "axis->memory" for name, at in law.memory_at.items()
+    }
     handed |= {
         "lasting": "lasting",
         "begun": "axis->begun != 0",
@@ -292,7 +487,9 @@ def _law_step(law: Law, printer: Printer) -> list[str]:
         "p": "p" if law.tunable else CONSTANT,
     }
     assert isinstance(law.entry.result, Struct)
-    lines = [f"const {printer.named(p, 'p')} = assembled(&axis->parameters);"] if law.tunable else []
+    lines = (
+        [f"const {printer.named(p, 'p')} = assembled(&axis->parameters);"] if law.tunable else []
+    )
     if arrays:
         lines += [f"float {name}[{law.samples_ahead}];" for name in arrays]
         lines.append(f"for (int32_t i = 0; i < {law.samples_ahead}; ++i) {{")
@@ -306,7 +503,9 @@ def _law_step(law: Law, printer: Printer) -> list[str]:
 
 def _gathered(kind: Struct, path: tuple[str, ...]) -> str:
     parts = [
-        _gathered(part, (*path, name)) if isinstance(part, Struct) else f"axis->state.{'_'.join((*path, name))}"
+        _gathered(part, (*path, name))
+        if isinstance(part, Struct)
+        else f"axis->state.{'_'.join((*path, name))}"
         for name, part in kind.fields
     ]
     return "{" + (", ".join(parts) or "0") + "}"

@@ -7,7 +7,18 @@ from collections.abc import Iterable, Sequence
 
 from bristle.core.kernel import is_absorbed
 from bristle.engine.translation import scope, tree
-from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, blocks_of, walk
+from bristle.engine.translation.tree import (
+    INTEGER,
+    REAL,
+    TRUTH,
+    VOID,
+    Array,
+    Scalar,
+    Struct,
+    Type,
+    blocks_of,
+    walk,
+)
 from bristle.exports import printing
 
 WORDS_OF_C = """
@@ -52,7 +63,9 @@ class Names:
             if counted[first] > 1 and not kind.is_plain:
                 module = kind.cls.__module__.rpartition(".")[2]
                 own = module.startswith("bristle_user_")
-                first = ("Own" if own else "".join(part.capitalize() for part in module.split("_"))) + first
+                first = (
+                    "Own" if own else "".join(part.capitalize() for part in module.split("_"))
+                ) + first
             self.structures[kind] = scope.free_name(scope.ascii_name(first), used)
             used.add(self.structures[kind])
 
@@ -66,7 +79,17 @@ class Names:
 
 # Precedence of an expression; a part with too low a precedence gets brackets.
 SELECT = 2
-BOUND = {13: "* /", 12: "+ -", 11: ">>", 10: "< <= > >=", 9: "== !=", 8: "&", 7: "^", 4: "and", 3: "or"}
+BOUND = {
+    13: "* /",
+    12: "+ -",
+    11: ">>",
+    10: "< <= > >=",
+    9: "== !=",
+    8: "&",
+    7: "^",
+    4: "and",
+    3: "or",
+}
 BINDS = {operator: binds for binds, operators in BOUND.items() for operator in operators.split()}
 ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but where code is to be small. */
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
@@ -111,9 +134,13 @@ class Printer:
         functions = [self._function(function) for function in self.unit.functions]
         texts = [ABSORBED] if self.absorbed == "ABSORBED" else []
         for kind in self.structures:
-            declared = [f"{self.named(part, self.names.variable(name))};" for name, part in kind.fields] or ["char nothing;"]
+            declared = [
+                f"{self.named(part, self.names.variable(name))};" for name, part in kind.fields
+            ] or ["char nothing;"]
             fields = [f"{printing.INDENT}{field}" for field in declared]
-            texts.append("\n".join(["typedef struct {", *fields, f"}} {self.type_name(kind)};", ""]))
+            texts.append(
+                "\n".join(["typedef struct {", *fields, f"}} {self.type_name(kind)};", ""])
+            )
         return "\n".join([*texts, *functions])
 
     def named(self, kind: Type, name: str) -> str:
@@ -134,10 +161,15 @@ class Printer:
         return f"({self.type_name(kind)}){{{parts}}}"
 
     def _function(self, function: tree.Function) -> str:
-        arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
+        arguments = [
+            self.named(argument.type, self.names.variable(argument.name))
+            for argument in function.parameters
+        ]
         inline = self.absorbed if is_absorbed(function.source) else self.inline
         head = f"{inline} {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
-        comment = [f"/* {printing.described(function.description)} */"] if function.description else []
+        comment = (
+            [f"/* {printing.described(function.description)} */"] if function.description else []
+        )
         body = Body(self, function).lines()
         return "\n".join([*comment, *printing.wrapped(head, ""), "{", *body, "}", ""])
 
@@ -154,15 +186,21 @@ class Body:
     def lines(self) -> list[str]:
         """Return the lines of the body; a variable is declared with its first value if this precedes every use."""
         top: list[str] = []
-        assigned = [part.variable for part in walk(self.function.body) if isinstance(part, tree.Assign)]
-        for variable in {part.name: part for part in assigned if part.name not in self._arguments}.values():
+        assigned = [
+            part.variable for part in walk(self.function.body) if isinstance(part, tree.Assign)
+        ]
+        for variable in {
+            part.name: part for part in assigned if part.name not in self._arguments
+        }.values():
             at = _first_value(self.function.body, variable.name)
             if at is not None:
                 self._first.add(id(at))
                 continue
             zero = {REAL: number(0.0, self.printer.scalar), TRUTH: "false"}.get(variable.type, "0")  # type: ignore[call-overload]
             zero = self.printer.cleared if isinstance(variable.type, Struct) else zero
-            top.append(f"{printing.INDENT}{self.printer.named(variable.type, self._name(variable.name))} = {zero};")
+            top.append(
+                f"{printing.INDENT}{self.printer.named(variable.type, self._name(variable.name))} = {zero};"
+            )
         return top + self._block(self.function.body, printing.INDENT)
 
     def _block(self, block: list[tree.Statement], indent: str) -> list[str]:
@@ -174,23 +212,46 @@ class Body:
             test, first, second = statement.test, statement.body, statement.otherwise
             if not first:
                 test, first, second = tree.Not(TRUTH, test), second, []
-            lines = [*printing.wrapped(f"{indent}if ({self._of(test)}) {{", indent), *self._block(first, inner)]
-            return [*lines, *([f"{indent}}} else {{", *self._block(second, inner)] if second else []), after]
+            lines = [
+                *printing.wrapped(f"{indent}if ({self._of(test)}) {{", indent),
+                *self._block(first, inner),
+            ]
+            return [
+                *lines,
+                *([f"{indent}}} else {{", *self._block(second, inner)] if second else []),
+                after,
+            ]
         if isinstance(statement, tree.For):
             self._rounds += 1
-            name = f"round_{self._rounds}" if statement.variable.name == "_" else self._name(statement.variable.name)
+            name = (
+                f"round_{self._rounds}"
+                if statement.variable.name == "_"
+                else self._name(statement.variable.name)
+            )
             start, stop = self._of(statement.start), self._of(statement.stop, BINDS["<"] + 1)
             head = f"for ({self.printer.integer} {name} = {start}; {name} < {stop}; ++{name}) {{"
-            return [*printing.wrapped(indent + head, indent), *self._block(statement.body, inner), after]
+            return [
+                *printing.wrapped(indent + head, indent),
+                *self._block(statement.body, inner),
+                after,
+            ]
         if isinstance(statement, tree.While):
-            return [*printing.wrapped(f"{indent}while ({self._of(statement.test)}) {{", indent), *self._block(statement.body, inner), after]
+            return [
+                *printing.wrapped(f"{indent}while ({self._of(statement.test)}) {{", indent),
+                *self._block(statement.body, inner),
+                after,
+            ]
         return printing.wrapped(f"{indent}{self._simple(statement)};", indent)
 
     def _simple(self, statement: tree.Statement) -> str:
         """Return a statement without inner statements."""
         if isinstance(statement, tree.Assign):
             name = self._name(statement.variable.name)
-            target = self.printer.named(statement.variable.type, name) if id(statement) in self._first else name
+            target = (
+                self.printer.named(statement.variable.type, name)
+                if id(statement) in self._first
+                else name
+            )
             return f"{target} = {self._of(statement.value)}"
         if isinstance(statement, tree.Store):
             return f"{self._of(statement.array, printing.PRIMARY)}[{self._of(statement.at)}] = {self._of(statement.value)}"
@@ -237,30 +298,44 @@ class Body:
             return f"{helper}({self._of(e.left)}, {self._of(e.right)})", printing.PRIMARY
         binds = BINDS[e.operator]
         if e.operator in ("&", "^", ">>"):
-            return f"{self._of(e.left, printing.PRIMARY)} {e.operator} {self._of(e.right, printing.PRIMARY)}", binds
+            return (
+                f"{self._of(e.left, printing.PRIMARY)} {e.operator} {self._of(e.right, printing.PRIMARY)}",
+                binds,
+            )
         return f"{self._of(e.left, binds)} {e.operator} {self._of(e.right, binds + 1)}", binds
 
     def _compare(self, e: tree.Compare) -> tuple[str, int]:
         tighter = BINDS["<"] + 1
-        return f"{self._of(e.left, tighter)} {e.operator} {self._of(e.right, tighter)}", BINDS[e.operator]
+        return f"{self._of(e.left, tighter)} {e.operator} {self._of(e.right, tighter)}", BINDS[
+            e.operator
+        ]
 
     def _logic(self, e: tree.Logic) -> tuple[str, int]:
         joined = {"and": " && ", "or": " || "}[e.operator]
         return joined.join(self._of(part, BINDS["=="]) for part in e.parts), BINDS[e.operator]
 
     def _select(self, e: tree.Select) -> tuple[str, int]:
-        return f"{self._of(e.test, BINDS['or'])} ? {self._of(e.first, 3)} : {self._of(e.second, 3)}", SELECT
+        return (
+            f"{self._of(e.test, BINDS['or'])} ? {self._of(e.first, 3)} : {self._of(e.second, 3)}",
+            SELECT,
+        )
 
     def _convert(self, e: tree.Convert) -> tuple[str, int]:
         return f"({self.printer.type_name(e.type)}){self._of(e.of, printing.UNARY)}", printing.UNARY
 
     def _call(self, e: tree.Call) -> tuple[str, int]:
-        return f"{e.function.name}({', '.join(self._of(argument) for argument in e.arguments)})", printing.PRIMARY
+        return (
+            f"{e.function.name}({', '.join(self._of(argument) for argument in e.arguments)})",
+            printing.PRIMARY,
+        )
 
     def _intrinsic(self, e: tree.Intrinsic) -> tuple[str, int]:
         name = e.name if e.type != INTEGER or e.name == "floor" else f"whole_{e.name}"
         self.helpers.add(name)
-        return f"{HELPED.get(name, name)}({', '.join(self._of(argument) for argument in e.arguments)})", printing.PRIMARY
+        return (
+            f"{HELPED.get(name, name)}({', '.join(self._of(argument) for argument in e.arguments)})",
+            printing.PRIMARY,
+        )
 
     def _make(self, e: tree.Make) -> tuple[str, int]:
         parts = ", ".join(self._of(part) for part in e.parts) or "0"
@@ -268,8 +343,20 @@ class Body:
 
 
 # Names of the helpers in C; library functions of the same name would differ.
-HELPED = {"sqrt": "root", "copysign": "with_sign", "abs": "magnitude", "floor": "next_below", "isinf": "is_infinite", "isnan": "is_nan"}
-HELPED |= {"min": "least", "max": "greatest", "whole_min": "whole_least", "whole_max": "whole_greatest"}
+HELPED = {
+    "sqrt": "root",
+    "copysign": "with_sign",
+    "abs": "magnitude",
+    "floor": "next_below",
+    "isinf": "is_infinite",
+    "isnan": "is_nan",
+}
+HELPED |= {
+    "min": "least",
+    "max": "greatest",
+    "whole_min": "whole_least",
+    "whole_max": "whole_greatest",
+}
 HELPED |= {"whole_abs": "whole_magnitude", "mantissa": "mantissa_of", "exponent": "exponent_of"}
 
 
@@ -279,8 +366,14 @@ def _first_value(block: list[tree.Statement], name: str) -> tree.Assign | None:
     first = using[0]
     if isinstance(first, tree.Assign):
         return None if _uses(first.value, name) else first
-    inside = [part for part in blocks_of(first) if any(_uses(statement, name) for statement in part)]
-    heads = [first.start, first.stop, first.variable] if isinstance(first, tree.For) else [getattr(first, "test", first)]
+    inside = [
+        part for part in blocks_of(first) if any(_uses(statement, name) for statement in part)
+    ]
+    heads = (
+        [first.start, first.stop, first.variable]
+        if isinstance(first, tree.For)
+        else [getattr(first, "test", first)]
+    )
     if len(using) > 1 or len(inside) != 1 or any(_uses(head, name) for head in heads):
         return None
     return _first_value(inside[0], name)

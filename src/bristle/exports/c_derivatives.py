@@ -16,7 +16,13 @@ from bristle.core.packing import pack
 from bristle.engine.compilation import interpreted
 from bristle.engine.derivatives import force_with_derivatives
 from bristle.engine.translation.build import Builder
-from bristle.engine.translation.derivative import Activity, activity_of, is_active, tangent_of, type_of_tangent
+from bristle.engine.translation.derivative import (
+    Activity,
+    activity_of,
+    is_active,
+    tangent_of,
+    type_of_tangent,
+)
 from bristle.engine.translation.directional import derived_in
 from bristle.engine.translation.scope import defined
 from bristle.engine.translation.tree import REAL, Array, Struct, Type
@@ -48,7 +54,11 @@ class DerivedStep:
     @property
     def places(self) -> dict[str, int]:
         """The place of each parameter among the numbers of all parameters."""
-        return {name: k for k, (name, within, _) in reversed(list(enumerate(self.tuned.numbers()))) if not within}
+        return {
+            name: k
+            for k, (name, within, _) in reversed(list(enumerate(self.tuned.numbers())))
+            if not within
+        }
 
     def facts(self, printer: Printer, *, tunable: bool) -> dict[str, Any]:
         """Return the facts of the templates."""
@@ -59,8 +69,13 @@ class DerivedStep:
             "derived": True,
             "directions": len(numbers),
             "d_velocity": "(d_x_k - at->position - velocity * d_dt_k) / dt",
-            "d_parameters": [f"{k}: {name}, {meaning}" for k, (name, meaning) in enumerate(zip(names, meanings, strict=True))],
-            "d_state": [printer.names.variable(name) for name, part in state.fields if part == REAL],
+            "d_parameters": [
+                f"{k}: {name}, {meaning}"
+                for k, (name, meaning) in enumerate(zip(names, meanings, strict=True))
+            ],
+            "d_state": [
+                printer.names.variable(name) for name, part in state.fields if part == REAL
+            ],
             "usual_signals": [repr(self.subject.usual[name]) for name in self.subject.signals],
             "step_d": self._call(printer, tunable=tunable),
             "copies": self.derived.writes and self.subject.memory_size > 0,
@@ -88,8 +103,16 @@ class DerivedStep:
     def _call(self, printer: Printer, *, tunable: bool) -> list[str]:
         """Return the lines that call the derived function, as it is left after pruning."""
         subject = self.subject
-        state = ", ".join(f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields) or "0"
-        usual = {name: printer.names.variable(name) if name in subject.signals else repr(value) for name, value in subject.usual.items()}
+        state = (
+            ", ".join(
+                f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields
+            )
+            or "0"
+        )
+        usual = {
+            name: printer.names.variable(name) if name in subject.signals else repr(value)
+            for name, value in subject.usual.items()
+        }
 
         def parameter(path: tuple[str, ...], part: Type) -> str:
             place = f"at->parameters[{self.places[self.tuned.places[path]]}]"
@@ -98,15 +121,25 @@ class DerivedStep:
         handed = {
             "state": printer.structure_text(subject.state, state),
             "memory": "memory" if self.derived.writes else "axis->memory",
-            "motion": printer.structure_text(subject.motion, ", ".join(["velocity", "x", *usual.values()])),
+            "motion": printer.structure_text(
+                subject.motion, ", ".join(["velocity", "x", *usual.values()])
+            ),
             "dt": "dt",
             "p": "assembled(&axis->parameters)" if tunable else CONSTANT,
             tangent_of("memory"): "at->memory",
             tangent_of("dt"): "d_dt_k",
         }
         leaves: dict[str, tuple[Type, Callable[[tuple[str, ...], Type], str]]] = {
-            "state": (subject.state, lambda path, _: f"at->state.{printer.names.variable(path[0])}"),
-            "motion": (subject.motion, lambda path, _: {"v": "d_velocity", "x": "d_x_k"}.get(path[0]) or f"d_{usual[path[0]]}_k"),
+            "state": (
+                subject.state,
+                lambda path, _: f"at->state.{printer.names.variable(path[0])}",
+            ),
+            "motion": (
+                subject.motion,
+                lambda path, _: (
+                    {"v": "d_velocity", "x": "d_x_k"}.get(path[0]) or f"d_{usual[path[0]]}_k"
+                ),
+            ),
             "p": (subject.parameters, parameter),
         }
         left = {argument.name for argument in self.derived.parameters}
@@ -115,7 +148,9 @@ class DerivedStep:
                 continue
             handed[tangent_of(name)] = _tangent_text(printer, kind, self.entering[name], leaf)
         called = f"{self.derived.name}({', '.join(handed[argument.name] for argument in self.derived.parameters)})"
-        return wrapped(f"        const {printer.named(self.derived.result, 'step')} = {called};", "        ")
+        return wrapped(
+            f"        const {printer.named(self.derived.result, 'step')} = {called};", "        "
+        )
 
     def _after(self, printer: Printer) -> list[str]:
         """Return the lines that store the tangent of the state."""
@@ -135,29 +170,54 @@ class DerivedStep:
 
         The first direction changes all parameters, the second one scales the walk.
         """
-        values = [(k + 1.0) * (value or 1.0) if math.isfinite(value) else 0.0 for k, (*_, value) in enumerate(self.tuned.numbers())]
+        values = [
+            (k + 1.0) * (value or 1.0) if math.isfinite(value) else 0.0
+            for k, (*_, value) in enumerate(self.tuned.numbers())
+        ]
         model, v = self.subject.model, np.diff(x) / dt
-        packed = pack(_replaced(model.parameters, self.tuned, self.places, values, self.entering["p"]))
+        packed = pack(
+            _replaced(model.parameters, self.tuned, self.places, values, self.entering["p"])
+        )
         tangents, still = np.column_stack((packed, 0.0 * packed)), np.zeros(v.size)
         moved = np.column_stack((still, v)), np.column_stack((still, x[1:]))
         with interpreted(), np.errstate(invalid="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", InputWarning)  # the walk fills any memory
             _, slopes = force_with_derivatives(model, tangents, v, dt, x[1:], motion_tangents=moved)
-        return {"directions_of_test": [repr(value) for value in values], "hash_d": f"0x{hash_of([0.0, 0.0, *(slopes + 0.0).ravel()]):016X}"}
+        return {
+            "directions_of_test": [repr(value) for value in values],
+            "hash_d": f"0x{hash_of([0.0, 0.0, *(slopes + 0.0).ravel()]):016X}",
+        }
 
 
 def _tangent_text(
-    printer: Printer, kind: Type, activity: Activity, leaf: Callable[[tuple[str, ...], Type], str], path: tuple[str, ...] = ()
+    printer: Printer,
+    kind: Type,
+    activity: Activity,
+    leaf: Callable[[tuple[str, ...], Type], str],
+    path: tuple[str, ...] = (),
 ) -> str:
     """Return the expression of a tangent from those of its numbers and arrays."""
     if not isinstance(kind, Struct) or not isinstance(activity, tuple):
         return leaf(path, kind)
     pairs = zip(kind.fields, activity, strict=True)
-    parts = [_tangent_text(printer, part, inner, leaf, (*path, name)) for (name, part), inner in pairs if is_active(inner)]
-    return printer.structure_text(type_of_tangent(kind, activity), ", ".join(parts)) if parts else ""
+    parts = [
+        _tangent_text(printer, part, inner, leaf, (*path, name))
+        for (name, part), inner in pairs
+        if is_active(inner)
+    ]
+    return (
+        printer.structure_text(type_of_tangent(kind, activity), ", ".join(parts)) if parts else ""
+    )
 
 
-def _replaced(p: Any, tuned: Tunable, places: dict[str, int], values: list[float], activity: Any, path: tuple[str, ...] = ()) -> Any:
+def _replaced(
+    p: Any,
+    tuned: Tunable,
+    places: dict[str, int],
+    values: list[float],
+    activity: Any,
+    path: tuple[str, ...] = (),
+) -> Any:
     """Return parameters of the kernels with other values where they have tangents, and zeros elsewhere."""
     parts: list[Any] = []
     for name, part, active in zip(p._fields, p, activity, strict=True):
@@ -178,19 +238,42 @@ def derived_step(subject: Subject, *, tunable: bool) -> DerivedStep:
         reason = "is a hysteresis operator, and bristle exports derivatives of friction only"
         raise InputError(reason, path=subject.model.name, mend="Omit derivatives")
     component, tuned = subject.model.component, tunable_of(subject.model, mend="Omit --derivatives")
-    moving = {path for path, name in tuned.places.items() if tunable or np.all(np.isfinite(tuned.values[name]))}
+    moving = {
+        path
+        for path, name in tuned.places.items()
+        if tunable or np.all(np.isfinite(tuned.values[name]))
+    }
 
     def of_parameters(kind: Type, path: tuple[str, ...] = ()) -> Activity:
-        return tuple(of_parameters(part, (*path, name)) for name, part in kind.fields) if isinstance(kind, Struct) else path in moving
+        return (
+            tuple(of_parameters(part, (*path, name)) for name, part in kind.fields)
+            if isinstance(kind, Struct)
+            else path in moving
+        )
 
     builder, memory = Builder(), Array(subject.memory_size, writable=True)
     types = [subject.state, memory, subject.motion, REAL, subject.parameters]
     trial = builder.function(component.trial, types)
-    commit = builder.function(component.commit, [subject.state, memory, subject.move, subject.parameters])
-    step = builder.function(defined("step", STEP, {"trial": component.trial, "commit": component.commit, "__name__": "step"}), types)
+    commit = builder.function(
+        component.commit, [subject.state, memory, subject.move, subject.parameters]
+    )
+    step = builder.function(
+        defined(
+            "step", STEP, {"trial": component.trial, "commit": component.commit, "__name__": "step"}
+        ),
+        types,
+    )
     of_motion = tuple(name in ("v", "x", *subject.signals) for name, _ in subject.motion.fields)
-    entering = [activity_of(subject.state), True, of_motion, True, of_parameters(subject.parameters)]
+    entering = [
+        activity_of(subject.state),
+        True,
+        of_motion,
+        True,
+        of_parameters(subject.parameters),
+    ]
     derived, function = derived_in(builder, step, entering)
     places = tuned.places if tunable else ()
-    settled = settled_subject(replace(subject, unit=builder.unit, trial=trial, commit=commit, derived=function), places)
+    settled = settled_subject(
+        replace(subject, unit=builder.unit, trial=trial, commit=commit, derived=function), places
+    )
     return DerivedStep(settled, tuned, dict(zip(ARGUMENTS, entering, strict=True)), derived.result)

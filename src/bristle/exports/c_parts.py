@@ -14,13 +14,34 @@ from bristle.exports.printing import wrapped
 from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tunable import Tunable, bounds_of
 
-Fields = Sequence[tuple[str, Type, str, Any]]  # Fields of the state: name, type, meaning, and initial value
+Fields = Sequence[
+    tuple[str, Type, str, Any]
+]  # Fields of the state: name, type, meaning, and initial value
 # Of the format: bits of the fraction, the number that shifts an integer into the last bits, masks, and library functions.
 BITS: dict[str, dict[str, Any]] = {
-    "double": {"width": 64, "fraction": 52, "place": repr(INTEGER_IN_LAST_BITS), "top": "0x8000000000000000", "root": "sqrt"}
-    | {"of_mantissa": f"0x{OF_MANTISSA:X}", "of_one": f"0x{BITS_OF_ONE:X}", "of_rounder": f"0x{BITS_OF_ROUNDER:X}"}
-    | {"size": "__builtin_fabs", "largest": "DBL_MAX"},  # one instruction without a call, if the compiler has it
-    "float": {"width": 32, "fraction": 23, "place": "12583039.0f", "top": "0x80000000", "root": "sqrtf"}
+    "double": {
+        "width": 64,
+        "fraction": 52,
+        "place": repr(INTEGER_IN_LAST_BITS),
+        "top": "0x8000000000000000",
+        "root": "sqrt",
+    }
+    | {
+        "of_mantissa": f"0x{OF_MANTISSA:X}",
+        "of_one": f"0x{BITS_OF_ONE:X}",
+        "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
+    }
+    | {
+        "size": "__builtin_fabs",
+        "largest": "DBL_MAX",
+    },  # one instruction without a call, if the compiler has it
+    "float": {
+        "width": 32,
+        "fraction": 23,
+        "place": "12583039.0f",
+        "top": "0x80000000",
+        "root": "sqrtf",
+    }
     | {"of_mantissa": "0x7FFFFF", "of_one": "0x3F800000", "of_rounder": "0x4B400000"}
     | {"size": "__builtin_fabsf", "largest": "FLT_MAX"},
 }
@@ -102,9 +123,16 @@ TEXTS = {
 }
 
 
-def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str = "static inline") -> str:
+def helpers_text(
+    names: Collection[str], scalar: str, integer: str, inline: str = "static inline"
+) -> str:
     """Return the text of the named helpers."""
-    facts = BITS[scalar] | {"inline": inline, "scalar": scalar, "integer": integer, "unsigned": f"UINT{BITS[scalar]['width']}_C"}
+    facts = BITS[scalar] | {
+        "inline": inline,
+        "scalar": scalar,
+        "integer": integer,
+        "unsigned": f"UINT{BITS[scalar]['width']}_C",
+    }
     in_bits = {"copysign", "abs", "power_of_two", "mantissa", "exponent"}
     chosen = {"bits", *names} if in_bits.intersection(names) else set(names)
     return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)
@@ -113,7 +141,9 @@ def helpers_text(names: Collection[str], scalar: str, integer: str, inline: str 
 CONSTANT = "parameters"  # Name of the constant for kernels if no parameter can change
 
 
-def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tunable | None) -> str:
+def parameters_text(
+    p: Any, kind: Struct, printer: Printer, name: str, tuned: Tunable | None
+) -> str:
     """Return the parameters of the kernels: a constant or, if parameters can change, a function that assembles them.
 
     A second function checks that each parameter is in its range.
@@ -124,10 +154,16 @@ def parameters_text(p: Any, kind: Struct, printer: Printer, name: str, tuned: Tu
     for parameter, place, compared in bounds_of(tuned):
         field = f"given->{place_of(parameter, place, printer)}"
         for operator, bound in compared:
-            text = number(bound, printer.scalar) if math.isfinite(bound) else f"{'-' * (bound < 0.0)}{BITS[printer.scalar]['largest']}"
+            text = (
+                number(bound, printer.scalar)
+                if math.isfinite(bound)
+                else f"{'-' * (bound < 0.0)}{BITS[printer.scalar]['largest']}"
+            )
             tests.append(f"{field} {operator} {text}")
     head = f"{printer.inline} bool within_ranges(const {name}_parameters *given)"
-    within = "\n".join([head, "{", *wrapped(f"    return {' && '.join(tests) or 'true'};", "    "), "}", ""])
+    within = "\n".join(
+        [head, "{", *wrapped(f"    return {' && '.join(tests) or 'true'};", "    "), "}", ""]
+    )
     return f"{assembled(p, tuned, printer, kind, f'{name}_parameters')}\n{within}"
 
 
@@ -135,10 +171,18 @@ def constant_text(name: str, p: Any, kind: Struct, printer: Printer, *path: str)
     """Return parameters as a constant; its arrays become separate constants, named by their path."""
     arrays: list[str] = []
     structure = _structure(p, kind, printer, arrays, None, path)
-    return "\n".join([*arrays, *wrapped(f"{printer.constant} {printer.named(kind, name)} = {structure};", ""), ""])
+    return "\n".join(
+        [
+            *arrays,
+            *wrapped(f"{printer.constant} {printer.named(kind, name)} = {structure};", ""),
+            "",
+        ]
+    )
 
 
-def assembled(p: Any, tuned: Tunable, printer: Printer, kind: Struct, given: str, called: str = "assembled") -> str:
+def assembled(
+    p: Any, tuned: Tunable, printer: Printer, kind: Struct, given: str, called: str = "assembled"
+) -> str:
     """Return the function that assembles the parameters of the kernels from the structure `given`."""
     arrays: list[str] = []
     returned = f"    return {_structure(p, kind, printer, arrays, tuned)};"
@@ -146,7 +190,14 @@ def assembled(p: Any, tuned: Tunable, printer: Printer, kind: Struct, given: str
     return "\n".join([*arrays, head, "{", *wrapped(returned, "    "), "}", ""])
 
 
-def _structure(value: Any, kind: Struct, printer: Printer, arrays: list[str], tuned: Tunable | None, path: tuple[str, ...] = ()) -> str:
+def _structure(
+    value: Any,
+    kind: Struct,
+    printer: Printer,
+    arrays: list[str],
+    tuned: Tunable | None,
+    path: tuple[str, ...] = (),
+) -> str:
     """Return the text of a structure, with the variable parameters of `tuned`; its arrays become separate constants."""
     parts: list[str] = []
     for (name, part), field in zip(kind.fields, value, strict=True):
@@ -169,7 +220,11 @@ def array_text(name: str, values: np.ndarray, printer: Printer) -> str:
     numbers = [number(float(value), printer.scalar) for value in values]
     lines = [", ".join(numbers[at : at + 6]) for at in range(0, len(numbers), 6)]
     size = max(len(numbers), 1)
-    return f"{printer.constant} {printer.scalar} {name}[{size}] = {{\n    " + ",\n    ".join(lines or ["0"]) + "\n};"
+    return (
+        f"{printer.constant} {printer.scalar} {name}[{size}] = {{\n    "
+        + ",\n    ".join(lines or ["0"])
+        + "\n};"
+    )
 
 
 def literal(value: Any, kind: Type, scalar: str) -> str:
@@ -190,7 +245,8 @@ def declared(tuned: Tunable, printer: Printer) -> list[str]:
 def started(tuned: Tunable, printer: Printer) -> list[str]:
     """Return the lines that set the exported values."""
     return [
-        f"axis->parameters.{place_of(name, place, printer)} = {number(value, printer.scalar)};" for name, place, value in tuned.numbers()
+        f"axis->parameters.{place_of(name, place, printer)} = {number(value, printer.scalar)};"
+        for name, place, value in tuned.numbers()
     ]
 
 
@@ -199,7 +255,9 @@ def place_of(name: str, place: int | None, printer: Printer) -> str:
     return printer.names.variable(name) + ("" if place is None else f"[{place}]")
 
 
-def saved_facts(printer: Printer, heads: Sequence[str], fields: Fields, memory_size: int, layout: str) -> dict[str, Any]:
+def saved_facts(
+    printer: Printer, heads: Sequence[str], fields: Fields, memory_size: int, layout: str
+) -> dict[str, Any]:
     """Return the facts for the template of ``save`` and ``load``."""
     widened, narrowed = ("", "") if printer.scalar == "double" else ("(double)", "(float)")
     first = 8 * (2 + len(heads))  # after the layout, the heads, and 8 bytes of `begun` and `flags`
@@ -207,14 +265,25 @@ def saved_facts(printer: Printer, heads: Sequence[str], fields: Fields, memory_s
     for place, (name, kind, *_) in enumerate(fields):
         at, field = f"bytes + {first + 8 * place}", f"axis->state.{name}"
         if kind == REAL:
-            save, load, refused = f"put_real(at, {widened}{field})", f"{narrowed}got_real({at})", f"!is_finite(got_real({at}))"
+            save, load, refused = (
+                f"put_real(at, {widened}{field})",
+                f"{narrowed}got_real({at})",
+                f"!is_finite(got_real({at}))",
+            )
         else:
             save, load = f"put(at, (uint64_t){field})", f"({printer.type_name(kind)})got({at})"
             refused = f"got({at}) >= {capacity_of(name, memory_size)}U"
         lines.append({"put": save, "got": f"{field} = {load}", "refused": refused})
     memory_at = first + 8 * len(lines)
     return (
-        {"heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)], "marks_at": first - 8}
+        {
+            "heads": [{"name": name, "at": 8 * (1 + place)} for place, name in enumerate(heads)],
+            "marks_at": first - 8,
+        }
         | {"saved": memory_at + 8 * memory_size + 8, "saved_state": lines, "memory_at": memory_at}
-        | {"layout": f"0x{digest_of(layout.encode()):016X}", "widened": widened, "narrowed": narrowed}
+        | {
+            "layout": f"0x{digest_of(layout.encode()):016X}",
+            "widened": widened,
+            "narrowed": narrowed,
+        }
     )

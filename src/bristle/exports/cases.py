@@ -50,13 +50,19 @@ PLAN = (
     (RARE, SHORT, True, 1, -LATER),
     (RARE, LONG, False, -1, LATER),
 )
-SPREAD, MOST = 0.13, 0.9  # deviation of the friction level from an exact model, and the largest one, relative
+SPREAD, MOST = (
+    0.13,
+    0.9,
+)  # deviation of the friction level from an exact model, and the largest one, relative
 NOISE = 0.005  # of the friction
 MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
 OF_SHORT_RESTS, OF_LONG_RESTS = 0.7, 0.5  # largest ratio of the errors of a promised move
 INERTIA = 0.04  # deviation of the inertia that a drive feeds forward, relative
 CAREFUL = 0.75  # promised factor over that of the worst case, because few cases do not show all that can happen
-POOR, CLEAR = 0.85, 5.0  # ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least
+POOR, CLEAR = (
+    0.85,
+    5.0,
+)  # ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least
 HUNTING = 4  # cases that get worse of which more belong to an axis that hunts
 SEEDS = (1, 2)
 
@@ -122,28 +128,54 @@ def unfed_cases(loop: Variant, limits: Limits, reach: float, force: float) -> li
 
 def tried_cases(unfed: Sequence[Unfed], fed: Fed) -> list[Tried]:
     """Return the errors of each case without and with a feed."""
-    return [Tried(run.case, run.error, _error(run.loop, fed(run.loop, run.case.late), run.starts)) for run in unfed]
+    return [
+        Tried(run.case, run.error, _error(run.loop, fed(run.loop, run.case.late), run.starts))
+        for run in unfed
+    ]
 
 
-def claims_of(tried: Sequence[Tried], reach: float, inertial: float = 0.0) -> tuple[tuple[Claim, ...], bool]:
+def claims_of(
+    tried: Sequence[Tried], reach: float, inertial: float = 0.0
+) -> tuple[tuple[Claim, ...], bool]:
     """Return the moves that no case shows to get worse, and whether the axis hunts.
 
     An error [m or rad] that the drive leaves because of its own feedforward of inertia lowers the promised factor.
     """
     hunts = sum(trial.is_worse for trial in tried) > HUNTING
     # What an integral does during a long rest depends on small forces: then a promise for longer moves alone would not hold.
-    rested = [trial for trial in tried if trial.case.rest > LONGEST_REST and trial.case.distance > 0.5 * LEAST * reach]
+    rested = [
+        trial
+        for trial in tried
+        if trial.case.rest > LONGEST_REST and trial.case.distance > 0.5 * LEAST * reach
+    ]
     longest = RARE if all(trial.is_promised for trial in rested) else LONGEST_REST
     claims: list[Claim] = []
     for slowest, rest in [(LONG, longest), (None, LONGEST_REST)][hunts:]:
-        inside = [trial for trial in tried if trial.case.rest <= rest and trial.case.lasting <= (slowest or 0.0)]
-        doubtful = max((trial.case.distance for trial in inside if not trial.is_promised), default=0.0)
+        inside = [
+            trial
+            for trial in tried
+            if trial.case.rest <= rest and trial.case.lasting <= (slowest or 0.0)
+        ]
+        doubtful = max(
+            (trial.case.distance for trial in inside if not trial.is_promised), default=0.0
+        )
         # Moves that hardly improve where the rule promises an improvement cast doubt on the next longer ones, too.
-        poor = max((trial.case.distance for trial in inside if not trial.ratio() <= POOR), default=0.0)
+        poor = max(
+            (trial.case.distance for trial in inside if not trial.ratio() <= POOR), default=0.0
+        )
         if poor >= LEAST * reach * (1.0 - 1e-9):
             doubtful = max(doubtful, CLEAR * poor)
-        least = max(LEAST * reach, min((trial.case.distance for trial in inside if trial.case.distance > doubtful), default=math.inf))
-        worst = max((trial.ratio(inertial) for trial in inside if 2.0 * trial.case.distance > least), default=math.inf)
+        least = max(
+            LEAST * reach,
+            min(
+                (trial.case.distance for trial in inside if trial.case.distance > doubtful),
+                default=math.inf,
+            ),
+        )
+        worst = max(
+            (trial.ratio(inertial) for trial in inside if 2.0 * trial.case.distance > least),
+            default=math.inf,
+        )
         if math.isfinite(worst) and all(claim.least_distance > least for claim in claims):
             claims.append(Claim(least, slowest, rest, max(CAREFUL / worst, 1.0)))
     return tuple(claims), hunts
@@ -157,7 +189,13 @@ def least_of(claims: Sequence[Claim]) -> float:
 def score_of(tried: Sequence[Tried], reach: float) -> float:
     """Return the mean ratio of the errors over moves with short rests that are long enough for a promise."""
     return float(
-        np.mean([trial.ratio() for trial in tried if trial.case.rest <= LONGEST_REST and trial.case.distance >= 0.99 * LEAST * reach])
+        np.mean(
+            [
+                trial.ratio()
+                for trial in tried
+                if trial.case.rest <= LONGEST_REST and trial.case.distance >= 0.99 * LEAST * reach
+            ]
+        )
     )
 
 
@@ -170,7 +208,10 @@ def _unfed(case: Case, loop: Variant, limits: Limits, force: float, spread: floa
     reference = recorded(kind=loop.plant.kind, position=x, sample_time=dt)
     friction = scaled(loop.friction, 1.0 + spread * case.friction)
     noise = [_noise(loop, x.size, force, seed) for seed in SEEDS]
-    noisy = [replace(loop, friction=friction, reference=reference, run=run, disturbance=unseen) for unseen in noise]
+    noisy = [
+        replace(loop, friction=friction, reference=reference, run=run, disturbance=unseen)
+        for unseen in noise
+    ]
     return Unfed(case, noisy[0], starts, max(_error(variant, None, starts) for variant in noisy))
 
 
@@ -188,7 +229,9 @@ def _noise(loop: Variant, count: int, force: float, seed: int) -> np.ndarray:
     noise = rng.normal(0.0, NOISE * force, count)
     if loop.disturbance is None:
         return noise
-    return noise + np.resize(np.roll(loop.disturbance, -int(rng.integers(loop.disturbance.size))), count)
+    return noise + np.resize(
+        np.roll(loop.disturbance, -int(rng.integers(loop.disturbance.size))), count
+    )
 
 
 def _error(variant: Variant, effort: np.ndarray | None, starts: np.ndarray) -> float:
@@ -197,4 +240,6 @@ def _error(variant: Variant, effort: np.ndarray | None, starts: np.ndarray) -> f
     if outcome.status is Status.NOT_FINITE:
         return math.inf
     error = outcome.reference - outcome.position
-    return float(np.mean([np.ptp(error[first:last]) for first, last in pairwise(starts[1:].tolist())]))
+    return float(
+        np.mean([np.ptp(error[first:last]) for first, last in pairwise(starts[1:].tolist())])
+    )

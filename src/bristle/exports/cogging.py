@@ -51,7 +51,14 @@ def write(request: Request) -> Product:
     ]
     columns = ["order", *(f"amplitude [{unit.name}]" for unit in efforts), "phase [deg]", "turn of"]
     rows = [
-        ",".join([str(wave.order), *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts), f"{wave.phase:.4f}", wave.turner])
+        ",".join(
+            [
+                str(wave.order),
+                *(f"{unit.of(wave.amplitude):.6g}" for unit in efforts),
+                f"{wave.phase:.4f}",
+                wave.turner,
+            ]
+        )
         for wave in waves[:MOST]
     ]
     return Product({f"{request.name}.csv": behind_comments(head, ",".join(columns), *rows)}, notes)
@@ -70,7 +77,9 @@ def _waves_of(plant: Model | None) -> list[Wave]:
     component: TermedPlant = plant.component
     parts = zip(component.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True)
     waves = [
-        Wave(turner, order, math.hypot(cosine, sine), math.degrees(math.atan2(sine, cosine)) % 360.0)
+        Wave(
+            turner, order, math.hypot(cosine, sine), math.degrees(math.atan2(sine, cosine)) % 360.0
+        )
         for (turner, order), cosine, sine in parts
     ]
     return sorted(waves, key=lambda wave: -wave.amplitude)

@@ -10,7 +10,15 @@ from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.screwed import Memories
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.scope import defined
-from bristle.engine.translation.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
+from bristle.engine.translation.tree import (
+    INTEGER,
+    REAL,
+    Array,
+    Function,
+    Struct,
+    Type,
+    struct_type,
+)
 from bristle.exports.subject import Subject, capacity_of
 
 POSITION, FORCE, BEGUN, REFUSED, OVERFLOW, STATE = range(6)
@@ -48,16 +56,31 @@ def at_rest(lasting, memory, x, p):
 
 def cycle_of(subject: Subject, builder: Builder) -> tuple[Function, np.ndarray]:
     """Return the cycle of a model as a function of the tree, and its state before the first cycle."""
-    state, begin = subject.state, np.array([0.0] * STATE + [float(value) for value in subject.virgin])
-    store = stored(state, "after", STATE) if state.fields else "    lasting[REFUSED] = lasting[REFUSED]"
-    kernel = defined("advanced", TEXT.format(load=loaded(state, STATE), store=store), _scope(subject) | {"Motion": Motion})
+    state, begin = (
+        subject.state,
+        np.array([0.0] * STATE + [float(value) for value in subject.virgin]),
+    )
+    store = (
+        stored(state, "after", STATE) if state.fields else "    lasting[REFUSED] = lasting[REFUSED]"
+    )
+    kernel = defined(
+        "advanced",
+        TEXT.format(load=loaded(state, STATE), store=store),
+        _scope(subject) | {"Motion": Motion},
+    )
     memory = Array(subject.memory_size, writable=True)
-    return builder.function(kernel, [Array(begin.size, writable=True), memory, REAL, REAL, subject.parameters]), begin
+    return builder.function(
+        kernel, [Array(begin.size, writable=True), memory, REAL, REAL, subject.parameters]
+    ), begin
 
 
 def at_rest_of(subject: Subject, builder: Builder) -> Function:
     """Return the force of the contact at its present position, for the sign of a velocity; the contact does not move."""
-    kernel = defined("at_rest", AT_REST.format(load=loaded(subject.state, STATE)), _scope(subject) | {"Motion": Motion})
+    kernel = defined(
+        "at_rest",
+        AT_REST.format(load=loaded(subject.state, STATE)),
+        _scope(subject) | {"Motion": Motion},
+    )
     lasting, memory = Array(STATE + len(subject.state.fields)), Array(subject.memory_size)
     return builder.function(kernel, [lasting, memory, REAL, subject.parameters])
 
@@ -65,7 +88,13 @@ def at_rest_of(subject: Subject, builder: Builder) -> Function:
 def _scope(subject: Subject) -> dict[str, Any]:
     nominal = {"NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE}
     solve = {"Mechanism": Mechanism, "mechanism": mechanism, "Memories": Memories}
-    return vars(dispatch) | globals() | nominal | solve | {"State": subject.state.cls, "Motion": subject.motion.cls}
+    return (
+        vars(dispatch)
+        | globals()
+        | nominal
+        | solve
+        | {"State": subject.state.cls, "Motion": subject.motion.cls}
+    )
 
 
 ALONG = """
@@ -104,17 +133,32 @@ class Core(NamedTuple):
 
 def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
     """Return the step of a friction model, on the plant if there is one."""
-    scope = _scope(subject) | {"__name__": "bristle.exports.fmu_core"}  # for the names and hashes of its functions
+    scope = _scope(subject) | {
+        "__name__": "bristle.exports.fmu_core"
+    }  # for the names and hashes of its functions
     begin = _numbers(subject.virgin)
-    scope |= {inside_name(name): kind.cls for name, kind in subject.state.fields if isinstance(kind, Struct)}
+    scope |= {
+        inside_name(name): kind.cls
+        for name, kind in subject.state.fields
+        if isinstance(kind, Struct)
+    }
     parameters = {"p": (subject.model, subject.parameters)}
-    sizes = {name: subject.memories.get(f"{name.partition('.')[0]}_memory", subject.memory_size) for name, _ in leaves_of(subject.state)}
-    most = [capacity_of(name, sizes[name]) if kind == INTEGER else 0 for name, kind in leaves_of(subject.state)]
+    sizes = {
+        name: subject.memories.get(f"{name.partition('.')[0]}_memory", subject.memory_size)
+        for name, _ in leaves_of(subject.state)
+    }
+    most = [
+        capacity_of(name, sizes[name]) if kind == INTEGER else 0
+        for name, kind in leaves_of(subject.state)
+    ]
     inputs = 2 + len(subject.signals)
     if plant is None:
         text = ALONG.format(
             signals="".join(f"{name}, " for name in subject.signals),
-            around=", ".join(name if name in subject.signals else repr(usual) for name, usual in subject.usual.items()),
+            around=", ".join(
+                name if name in subject.signals else repr(usual)
+                for name, usual in subject.usual.items()
+            ),
             load=loaded(subject.state, 0),
             store=stored(subject.state, "after", 0),
         )
@@ -124,31 +168,43 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
         scope["PlantState"] = plant_state.cls
         text = DRIVEN.format(
             memories=", ".join(subject.memories),
-            memory=f"memory = Memories({', '.join(subject.memories)})\n    " if len(subject.memories) > 1 else "",
+            memory=f"memory = Memories({', '.join(subject.memories)})\n    "
+            if len(subject.memories) > 1
+            else "",
             load_plant=loaded(plant_state, 0),
             load=loaded(subject.state, first),
             at=first + len(begin),
-            store=stored(plant_state, "after.plant", 0) + "\n" + stored(subject.state, "after.friction", first),
+            store=stored(plant_state, "after.plant", 0)
+            + "\n"
+            + stored(subject.state, "after.friction", first),
         )
         inputs, begin = 1, [float(value) for value in body] + begin + [0.0] * SOLVER
         most = [0] * first + most + [0] * SOLVER
         parameters = {"q": (plant, struct_type(plant.parameters))} | parameters
     arrays = [len(begin), *subject.memories.values()]
     types = [*(Array(size, writable=True) for size in arrays), *[REAL] * (inputs + 1)]
-    entry = builder.function(defined("stepped", text, scope), [*types, *(kind for _, kind in parameters.values())])
+    entry = builder.function(
+        defined("stepped", text, scope), [*types, *(kind for _, kind in parameters.values())]
+    )
     return Core(subject, plant, entry, np.array(begin), most, parameters)
 
 
 def _numbers(state: Any) -> list[float]:
     """Return the numbers of a state, also in the states inside it."""
-    return [number for value in state for number in (_numbers(value) if isinstance(value, tuple) else [float(value)])]
+    return [
+        number
+        for value in state
+        for number in (_numbers(value) if isinstance(value, tuple) else [float(value)])
+    ]
 
 
 def leaves_of(kind: Struct, path: str = "") -> list[tuple[str, Type]]:
     """Return the place of each number of a tuple, such as ``table.z``, and its type."""
     leaves: list[tuple[str, Type]] = []
     for name, part in kind.fields:
-        leaves += leaves_of(part, f"{path}{name}.") if isinstance(part, Struct) else [(path + name, part)]
+        leaves += (
+            leaves_of(part, f"{path}{name}.") if isinstance(part, Struct) else [(path + name, part)]
+        )
     return leaves
 
 
@@ -172,5 +228,7 @@ def loaded(kind: Struct, at: int, array: str = "lasting") -> str:
 
 def stored(kind: Struct, source: str, at: int, array: str = "lasting") -> str:
     """Return the lines that store the fields of a tuple in an array."""
-    lines = [f"    {array}[{at + i}] = {source}.{name}" for i, (name, _) in enumerate(leaves_of(kind))]
+    lines = [
+        f"    {array}[{at + i}] = {source}.{name}" for i, (name, _) in enumerate(leaves_of(kind))
+    ]
     return "\n".join(lines) or "    pass"

@@ -64,38 +64,89 @@ def parameter_table(model: Model, source: Source) -> str:
     """Return value, unit, allowed range, 95 % interval and meaning of each parameter as a table of plain text."""
     rows = [("", "value", "unit", "allowed", "95 % interval", "")]
     for name, variable in model.component.variables.items():
-        value, low, high, facts = model.values[name], variable.min, variable.max, source.uncertainty.get(name, {})
-        cell = f"{value:.9g}" if isinstance(value, float) else value if isinstance(value, str) else ""
+        value, low, high, facts = (
+            model.values[name],
+            variable.min,
+            variable.max,
+            source.uncertainty.get(name, {}),
+        )
+        cell = (
+            f"{value:.9g}" if isinstance(value, float) else value if isinstance(value, str) else ""
+        )
         if isinstance(value, np.ndarray):
             numbers = ", ".join(f"{number:.9g}" for number in value[:8])
             cell = f"{numbers}, ... ({value.size} in all)" if value.size > 8 else numbers
         allowed = f"{low:g} to {high:g}"
         if variable.choices or math.isinf(low) or math.isinf(high):
-            allowed = f">= {low:g}" if math.isfinite(low) else f"<= {high:g}" if math.isfinite(high) else ""
+            allowed = (
+                f">= {low:g}"
+                if math.isfinite(low)
+                else f"<= {high:g}"
+                if math.isfinite(high)
+                else ""
+            )
             allowed = "fixed" if variable.choices else allowed
         unit, interval = variable.unit(model.kind), facts.get("interval")
         sure = f"{interval[0]:.6g} to {interval[1]:.6g}" if interval else facts.get("status", "")
         rows.append(
-            (ascii_name(name), cell or typed(value), "" if unit == "1" else unit, allowed, plain(sure), plain(variable.description))
+            (
+                ascii_name(name),
+                cell or typed(value),
+                "" if unit == "1" else unit,
+                allowed,
+                plain(sure),
+                plain(variable.description),
+            )
         )
     if not any(row[4] for row in rows[1:]):
         rows = [(*row[:4], *row[5:]) for row in rows]  # type: ignore[misc]
     widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]) - 1)]
-    lines = ["   " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True)).rstrip() for row in rows]
+    lines = [
+        "   "
+        + "  ".join(
+            f"{cell:<{width}}" for cell, width in zip(row, [*widths, 0], strict=True)
+        ).rstrip()
+        for row in rows
+    ]
     return "\n".join(lines)
 
 
-def model_facts(subject: Subject, name: str, source: Source, dt: float, *, single: bool, tunable: bool) -> dict[str, Any]:
+def model_facts(
+    subject: Subject, name: str, source: Source, dt: float, *, single: bool, tunable: bool
+) -> dict[str, Any]:
     """Return the facts of a friction model or an operator for the templates of all languages."""
     model, operator, component = subject.model, subject.is_operator, subject.model.component
     entering, leaving = (component.input, component.output) if operator else ("length", "force")
     title = "Hysteresis operator" if operator else "Friction of an axis"
     return (
-        {"name": name, "model": model.name, "version": version(), "title": plain(f"{title}: {model.name}")}
-        | {"description": f"{plain(component.description)}.", "operator": operator, "rest": rest_rule(model), "facts": source.lines}
-        | {"table": parameter_table(model, source).rstrip(), "loops": loops_of(subject.unit, subject.memory_size)}
-        | {"unit_x": unit_of(entering, model.kind), "unit_force": unit_of(leaving, model.kind), "dt": repr(dt), "rate": f"{1.0 / dt:g}"}
-        | {"single": single, "tunable": tunable, "allowed": f"{TOLERANCE:g}", "several_places": False}
+        {
+            "name": name,
+            "model": model.name,
+            "version": version(),
+            "title": plain(f"{title}: {model.name}"),
+        }
+        | {
+            "description": f"{plain(component.description)}.",
+            "operator": operator,
+            "rest": rest_rule(model),
+            "facts": source.lines,
+        }
+        | {
+            "table": parameter_table(model, source).rstrip(),
+            "loops": loops_of(subject.unit, subject.memory_size),
+        }
+        | {
+            "unit_x": unit_of(entering, model.kind),
+            "unit_force": unit_of(leaving, model.kind),
+            "dt": repr(dt),
+            "rate": f"{1.0 / dt:g}",
+        }
+        | {
+            "single": single,
+            "tunable": tunable,
+            "allowed": f"{TOLERANCE:g}",
+            "several_places": False,
+        }
     )
 
 
@@ -106,8 +157,13 @@ def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | No
     efforts = []
     for unit in (units.effort, *units.others):
         # The unit as a name in C: ``% of rated`` becomes ``PERCENT_OF_RATED``.
-        words = re.findall(r"[A-Za-z0-9]+", plain(unit.name.replace("%", "percent").replace("*", "").replace("/", " per ")))
-        efforts.append({"unit": plain(unit.name), "si": repr(unit.si), "macro": "_".join(words).upper()})
+        words = re.findall(
+            r"[A-Za-z0-9]+",
+            plain(unit.name.replace("%", "percent").replace("*", "").replace("/", " per ")),
+        )
+        efforts.append(
+            {"unit": plain(unit.name), "si": repr(unit.si), "macro": "_".join(words).upper()}
+        )
     position = {"unit": plain(units.position.name), "si": repr(units.position.si)}
     force, length = (plain(unit_of(quantity, kind)) for quantity in ("force", "length"))
     return {"position": position, "efforts": efforts, "unit_force": force, "unit_x": length}
@@ -115,7 +171,15 @@ def command_facts(units: CommandUnits | None, kind: Kind) -> dict[str, Any] | No
 
 def plain(text: str) -> str:
     """Return text in ASCII that cannot end a comment."""
-    for mark, instead in (("µ", "u"), ("·", "*"), ("–", "-"), ("−", "-"), ("²", "^2"), ("*/", "* /"), ("/*", "/ *")):
+    for mark, instead in (
+        ("µ", "u"),
+        ("·", "*"),
+        ("–", "-"),
+        ("−", "-"),
+        ("²", "^2"),
+        ("*/", "* /"),
+        ("/*", "/ *"),
+    ):
         text = text.replace(mark, instead)
     return " ".join(text.encode("ascii", "replace").decode().split())
 
@@ -141,7 +205,12 @@ def _environment() -> jinja2.Environment:
     import jinja2
 
     loader = jinja2.ChoiceLoader([jinja2.PackageLoader(package) for package in PACKAGES])
-    environment = jinja2.Environment(loader=loader, autoescape=False, undefined=jinja2.StrictUndefined, keep_trailing_newline=True)
+    environment = jinja2.Environment(
+        loader=loader,
+        autoescape=False,
+        undefined=jinja2.StrictUndefined,
+        keep_trailing_newline=True,
+    )
     environment.filters["folded"] = folded
     environment.globals["instructions"] = json.loads(text_of("shared/instructions.json"))
     return environment
@@ -149,13 +218,17 @@ def _environment() -> jinja2.Environment:
 
 def folded(text: str, margin: str) -> str:
     """Return a text of a comment in lines of at most `FOLD` characters, with a margin before all but the first."""
-    return f"\n{margin}".join(textwrap.wrap(text, FOLD, break_long_words=False, break_on_hyphens=False))
+    return f"\n{margin}".join(
+        textwrap.wrap(text, FOLD, break_long_words=False, break_on_hyphens=False)
+    )
 
 
 LICENCE = "BSD-3-Clause"  # Of the text that bristle writes, as an SPDX identifier
 COMMENTS = {".st": ("(* ", " *)")} | dict.fromkeys((".txt", ".hal", ".py", ".yaml"), ("# ", ""))
 COMMENTS |= dict.fromkeys((".mjs", ".comp"), ("// ", ""))
-COMMENTS |= dict.fromkeys((".c", ".h", ".cu", ".cpp"), ("/* ", " */")) | dict.fromkeys((".xml", ".md"), ("<!-- ", " -->"))
+COMMENTS |= dict.fromkeys((".c", ".h", ".cu", ".cpp"), ("/* ", " */")) | dict.fromkeys(
+    (".xml", ".md"), ("<!-- ", " -->")
+)
 DIGITS = 12  # of a hash in a version
 
 
@@ -193,18 +266,31 @@ def text_of(path: str, package: str = PACKAGES[0]) -> str:
 
 def copyright_line() -> str:
     """Return the copyright line of the text that bristle writes."""
-    return next(line for line in text_of("shared/LICENSE.txt").splitlines() if line.startswith("Copyright"))
+    return next(
+        line for line in text_of("shared/LICENSE.txt").splitlines() if line.startswith("Copyright")
+    )
 
 
 def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:
     """Return texts by file name, each with a head of licence and hash of the model."""
-    lines = [f"SPDX-License-Identifier: {LICENCE}", f"{copyright_line()}: the text that bristle {version()} wrote."]
-    lines += ["The model and its numbers are yours.", *([f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else [])]
+    lines = [
+        f"SPDX-License-Identifier: {LICENCE}",
+        f"{copyright_line()}: the text that bristle {version()} wrote.",
+    ]
+    lines += [
+        "The model and its numbers are yours.",
+        *([f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else []),
+    ]
     headed = {}
     for name, text in files.items():
         opening, closing = COMMENTS[PurePosixPath(name).suffix]
-        (first, _, rest), head = text.partition("\n"), [f"{opening}{line}{closing}" for line in lines]
-        headed[name] = "\n".join([first, *head, rest] if first.startswith("<?xml") else [*head, text])
+        (first, _, rest), head = (
+            text.partition("\n"),
+            [f"{opening}{line}{closing}" for line in lines],
+        )
+        headed[name] = "\n".join(
+            [first, *head, rest] if first.startswith("<?xml") else [*head, text]
+        )
     return headed
 
 

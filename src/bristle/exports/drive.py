@@ -22,13 +22,33 @@ from bristle.exports.described import plain
 from bristle.exports.targets import Product, Request
 from bristle.identification.parameters import offset_of
 from bristle.models.friction.slots import variations_of
-from bristle.prediction.drive_table import LevelValues, levels_of, placed, resolved_side, reversal_distance, table_error, without_fall
-from bristle.prediction.drive_units import DriveUnit, LogUnits, TableUnits, column_signs, drive_units, log_units, table_units
+from bristle.prediction.drive_table import (
+    LevelValues,
+    levels_of,
+    placed,
+    resolved_side,
+    reversal_distance,
+    table_error,
+    without_fall,
+)
+from bristle.prediction.drive_units import (
+    DriveUnit,
+    LogUnits,
+    TableUnits,
+    column_signs,
+    drive_units,
+    log_units,
+    table_units,
+)
 
 if TYPE_CHECKING:
     from bristle.exports.effect import Drive
 
-FEWEST, MOST, VALUES = 2, 1000, 3  # entries of one direction; points of a table that are gravity, levels and viscous friction
+FEWEST, MOST, VALUES = (
+    2,
+    1000,
+    3,
+)  # entries of one direction; points of a table that are gravity, levels and viscous friction
 VISCOUS = "force*time/length"
 ROUNDING = 1e-9  # of the largest force: smaller differences count as zero
 MEANINGS = {
@@ -40,10 +60,16 @@ MEANINGS = {
     "inertia": "effort for one unit of acceleration",
 }
 AT_REST = {
-    ("table", "held"): "at rest (velocity 0): output the entry at zero of the last direction; before the first move, the mean of both "
+    (
+        "table",
+        "held",
+    ): "at rest (velocity 0): output the entry at zero of the last direction; before the first move, the mean of both "
     "entries",
     ("table", "middle"): "at rest (velocity 0): output the mean of both entries at zero",
-    ("levels", "held"): "at rest: output gravity plus the level of the last direction; before the first move, gravity",
+    (
+        "levels",
+        "held",
+    ): "at rest: output gravity plus the level of the last direction; before the first move, gravity",
     ("levels", "middle"): "at rest: output gravity",
 }
 """Outputs of a drive at rest, by kind of file and rule."""
@@ -51,33 +77,66 @@ AT_REST = {
 
 def write(request: Request) -> Product:
     """Return a curve, or gravity, level and viscous friction for each direction, and the inertia."""
-    model, units, signs = request.model, table_units(request.axis, request.model.kind), column_signs(request.axis)
+    model, units, signs = (
+        request.model,
+        table_units(request.axis, request.model.kind),
+        column_signs(request.axis),
+    )
     effort = units.efforts[0]
     if request.points == VALUES:
         curves, levels = levels_and_curves(request)
         ends = np.array([0.0, request.speed])
         sides = {
             1.0: (levels.forward or 0.0) + levels.constant + (levels.viscous_forward or 0.0) * ends,
-            -1.0: (levels.backward or 0.0) - levels.constant + (levels.viscous_backward or 0.0) * ends,
+            -1.0: (levels.backward or 0.0)
+            - levels.constant
+            + (levels.viscous_backward or 0.0) * ends,
         }
         notes = (AT_REST["levels", request.rest], *level_losses(model, curves, levels, effort))
-        notes += error_on_log(request, {way: np.column_stack([ends, forces]) for way, forces in sides.items()})
-        notes += () if levels.inertia else ("the inertia is unknown: the model file has no plant with an inertia",)
+        notes += error_on_log(
+            request, {way: np.column_stack([ends, forces]) for way, forces in sides.items()}
+        )
+        notes += (
+            ()
+            if levels.inertia
+            else ("the inertia is unknown: the model file has no plant with an inertia",)
+        )
         notes += said_of_units(request.axis, effort)
-        return Product({f"{request.name}.csv": _values_text(levels, request, units, (*request.source.lines, *notes))}, notes)
+        return Product(
+            {
+                f"{request.name}.csv": _values_text(
+                    levels, request, units, (*request.source.lines, *notes)
+                )
+            },
+            notes,
+        )
     if not 2 * FEWEST <= request.points <= 2 * MOST:
-        raise InputError("out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}")
-    forward, backward = directions = [side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)]
+        raise InputError(
+            "out of range", path="points", value=request.points, allowed=f"{VALUES} to {2 * MOST}"
+        )
+    forward, backward = directions = [
+        side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)
+    ]
     against = "the log counts effort and position in opposite directions, and so does the table in the units of the log"
     notes = (AT_REST["table", request.rest], *(() if signs[0] * signs[1] > 0.0 else (against,)))
     notes += losses(model, forward, backward, effort, symmetric=False)
-    notes += (*error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}), *said_of_units(request.axis, effort))
+    notes += (
+        *error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}),
+        *said_of_units(request.axis, effort),
+    )
     head = (*request.source.lines, *notes)
-    files: dict[str, str | bytes] = {f"{request.name}.csv": _curve_text(directions, units.log, signs, head)}
+    files: dict[str, str | bytes] = {
+        f"{request.name}.csv": _curve_text(directions, units.log, signs, head)
+    }
     if units.drive is not None:
         # In a drive, effort and position have the same sign; a column of the log may have the opposite one.
-        files[f"{request.name}_drive.csv"] = _curve_text(directions, units.drive, (signs[0], signs[0]), head)
-        notes = (*notes, f"{request.name}_drive.csv: {units.drive.effort.name} over {units.drive.velocity.name}")
+        files[f"{request.name}_drive.csv"] = _curve_text(
+            directions, units.drive, (signs[0], signs[0]), head
+        )
+        notes = (
+            *notes,
+            f"{request.name}_drive.csv: {units.drive.effort.name} over {units.drive.velocity.name}",
+        )
     return Product(files, notes)
 
 
@@ -91,7 +150,10 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
         units_of_file, signs, ending = units.drive, (signs[0], signs[0]), "_drive"
     # Straight lines between entries, at rest by the rule of the file.
     velocity, effort = np.array(rows_of(str(files[f"{request.name}{ending}.csv"])), dtype=float).T
-    velocity, effort = signs[0] * units_of_file.velocity.si * velocity, signs[1] * units_of_file.effort.si * effort
+    velocity, effort = (
+        signs[0] * units_of_file.velocity.si * velocity,
+        signs[1] * units_of_file.effort.si * effort,
+    )
     sides = {}
     for way in (1.0, -1.0):
         own = np.signbit(velocity) == (way < 0.0)
@@ -101,8 +163,12 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = np.diff(x, prepend=x[:1]) / dt
         way, speed = direction_by(request.rest, velocity), np.abs(velocity)
-        forward, backward = (np.interp(speed, sides[side][:, 0], sides[side][:, 1]) for side in (1.0, -1.0))
-        return np.where(way == 0.0, 0.5 * (forward - backward), np.where(way > 0.0, forward, -backward))
+        forward, backward = (
+            np.interp(speed, sides[side][:, 0], sides[side][:, 1]) for side in (1.0, -1.0)
+        )
+        return np.where(
+            way == 0.0, 0.5 * (forward - backward), np.where(way > 0.0, forward, -backward)
+        )
 
     return drive
 
@@ -157,40 +223,68 @@ def _tabulated(curve: np.ndarray, unresolved: float, points: int) -> Side:
     return Side(curve, rising[placed(rising, points)], unresolved)
 
 
-def losses(model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool) -> tuple[str, ...]:
+def losses(
+    model: Model, forward: Side, backward: Side, effort: DriveUnit, *, symmetric: bool
+) -> tuple[str, ...]:
     """Return the losses of a table, one sentence each."""
     deviation = effort.of(max(forward.deviation, backward.deviation))
     falls = any(np.any(np.diff(side.curve[:, 1]) < 0.0) for side in (forward, backward))
     off = f"differ from the steady friction of the model by at most {deviation:.2g} {effort.name}"
-    reason = ": the table leaves out friction that falls with speed, which pushes too much at a start or stop" if falls else ""
+    reason = (
+        ": the table leaves out friction that falls with speed, which pushes too much at a start or stop"
+        if falls
+        else ""
+    )
     notes = [f"straight lines between the entries {off}{reason}"]
     notes += memory_lost(model, forward.entries, backward.entries, effort)
     if symmetric:
-        constant, ahead, back = offset_of(model.component.variables, model.values), forward.curve, backward.curve
+        constant, ahead, back = (
+            offset_of(model.component.variables, model.values),
+            forward.curve,
+            backward.curve,
+        )
         apart = np.interp(ahead[:, 0], back[:, 0], back[:, 1]) - ahead[:, 1] + 2.0 * constant
         wrong = 0.5 * effort.of(float(np.max(np.abs(apart))))
         if wrong > ROUNDING * effort.of(float(np.max(np.abs(ahead[:, 1])))):
-            notes.append(f"the table is the same for both directions: it is wrong by up to {wrong:.3g} {effort.name} in each direction")
+            notes.append(
+                f"the table is the same for both directions: it is wrong by up to {wrong:.3g} {effort.name} in each direction"
+            )
         if constant:
             force = f"{effort.of(constant):.3g} {effort.name}"
-            notes.append(f"the table does not contain the constant force of {force}: set this force separately in the drive")
+            notes.append(
+                f"the table does not contain the constant force of {force}: set this force separately in the drive"
+            )
     return (*notes, *_variation_lost(model))
 
 
 def level_losses(
-    model: Model, curves: Mapping[float, np.ndarray], levels: LevelValues, effort: DriveUnit, *, turns: bool = False
+    model: Model,
+    curves: Mapping[float, np.ndarray],
+    levels: LevelValues,
+    effort: DriveUnit,
+    *,
+    turns: bool = False,
 ) -> tuple[str, ...]:
     """Return the losses of one level per direction, one sentence each; with `turns` the drive reverses the force gradually."""
-    both, alone = (f"{effort.of(value):.2g} {effort.name}" for value in (levels.deviation, levels.deviation_of_levels))
+    both, alone = (
+        f"{effort.of(value):.2g} {effort.name}"
+        for value in (levels.deviation, levels.deviation_of_levels)
+    )
     head = (
         f"level plus viscous friction is at most {both} below the steady friction of the model, and never above it; "
         f"the level alone is at most {alone} below it"
     )
-    jumps = () if turns else memory_lost(model, without_fall(curves[1.0]), without_fall(curves[-1.0]), effort)
+    jumps = (
+        ()
+        if turns
+        else memory_lost(model, without_fall(curves[1.0]), without_fall(curves[-1.0]), effort)
+    )
     return (head, *jumps, *_variation_lost(model))
 
 
-def memory_lost(model: Model, forward: np.ndarray, backward: np.ndarray, effort: DriveUnit) -> list[str]:
+def memory_lost(
+    model: Model, forward: np.ndarray, backward: np.ndarray, effort: DriveUnit
+) -> list[str]:
     """Return a sentence on the distance of a reversal; empty for a model whose friction jumps, too."""
     distance = reversal_distance(model, float(forward[-1, 0]))
     if distance == 0.0:
@@ -204,7 +298,11 @@ def memory_lost(model: Model, forward: np.ndarray, backward: np.ndarray, effort:
 
 def _variation_lost(model: Model) -> list[str]:
     varying = variations_of(model.component)
-    return [f"the friction of the model varies with {', '.join(varying)}, but the table does not"] if varying else []
+    return (
+        [f"the friction of the model varies with {', '.join(varying)}, but the table does not"]
+        if varying
+        else []
+    )
 
 
 def said_of_units(axis: Axis | None, effort: DriveUnit) -> tuple[str, ...]:
@@ -212,17 +310,27 @@ def said_of_units(axis: Axis | None, effort: DriveUnit) -> tuple[str, ...]:
     if axis is None:
         return ("no axis file was given, so the units are SI at the axis",)
     unrated = axis.rated is None and effort.name != "%"
-    return (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",) if unrated else ()
+    return (
+        (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",)
+        if unrated
+        else ()
+    )
 
 
 def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple[str, ...]:
     """Return a sentence on the error of a table against the model along the given log."""
     if request.log is None:
         return ()
-    effort, treatment = log_units(request.axis, request.model.kind).effort, request.info.get("treatment", {})
+    effort, treatment = (
+        log_units(request.axis, request.model.kind).effort,
+        request.info.get("treatment", {}),
+    )
     scale = max(float(np.max(np.abs(side[:, 1]))) for side in entries.values())
     error = table_error(request.model, request.plant, request.log, request.axis, entries, treatment)
-    largest, rms = (f"{effort.of(value if value > ROUNDING * scale else 0.0):.2g} {effort.name}" for value in error)
+    largest, rms = (
+        f"{effort.of(value if value > ROUNDING * scale else 0.0):.2g} {effort.name}"
+        for value in error
+    )
     own = request.log.origin.checksum in request.info.get("provenance", {}).values()
     source = "the log of the identification" if own else printable(request.log.origin.name)
     return (f"largest error of the table against the model along {source}: {largest}, rms {rms}",)
@@ -244,13 +352,17 @@ def rows_of(text: str) -> list[list[str]]:
     return [line.split(",") for line in text.splitlines() if not line.startswith("#")][1:]
 
 
-def _curve_text(sides: Sequence[Side], units: LogUnits, signs: tuple[float, float], remarks: Sequence[str]) -> str:
+def _curve_text(
+    sides: Sequence[Side], units: LogUnits, signs: tuple[float, float], remarks: Sequence[str]
+) -> str:
     """Return a table over both directions as CSV with comments, velocity ascending."""
     forward, backward = sides
     rows = [(-v, -f) for v, f in backward.entries[::-1].tolist()] + forward.entries.tolist()
     turned = [(signs[0] * v, signs[1] * f) for v, f in (rows if signs[0] > 0.0 else rows[::-1])]
     lines = [f"{units.velocity.of(v):.9g},{units.effort.of(f):.9g}" for v, f in turned]
-    return behind_comments(remarks, f"velocity [{units.velocity.name}],effort [{units.effort.name}]", *lines)
+    return behind_comments(
+        remarks, f"velocity [{units.velocity.name}],effort [{units.effort.name}]", *lines
+    )
 
 
 def last_direction(velocity: np.ndarray) -> np.ndarray:
@@ -261,30 +373,55 @@ def last_direction(velocity: np.ndarray) -> np.ndarray:
 
 def direction_by(rest: str, velocity: np.ndarray) -> np.ndarray:
     """Return the direction of the output force at each sample; 0 is the mean of both directions, for rests under rule "middle"."""
-    return last_direction(velocity) if rest == "held" else np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
+    return (
+        last_direction(velocity)
+        if rest == "held"
+        else np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
+    )
 
 
-def _values_text(levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str]) -> str:
+def _values_text(
+    levels: LevelValues, request: Request, units: TableUnits, remarks: Sequence[str]
+) -> str:
     """Return gravity, level and viscous friction for each direction and, if known, the inertia, as CSV."""
     # Forward is the direction in which the position of the drive grows, and a positive effort moves it forward.
     forward = column_signs(request.axis)[0] > 0.0
-    level, viscous = (levels.forward, levels.backward), (levels.viscous_forward, levels.viscous_backward)
+    level, viscous = (
+        (levels.forward, levels.backward),
+        (levels.viscous_forward, levels.viscous_backward),
+    )
     (plus, minus), (rising, falling) = (level, viscous) if forward else (level[::-1], viscous[::-1])
     named = {"gravity": levels.constant if forward else -levels.constant, "F+": plus, "F-": minus}
     rows = [(name, value, unit) for unit in units.efforts for name, value in named.items()]
-    slopes = DriveUnit(unit_of(VISCOUS, request.model.kind), 1.0), *drive_units(request.axis, request.model.kind).of(VISCOUS)
-    rows += [(name, value, unit) for unit in slopes for name, value in (("D+", rising), ("D-", falling))]
+    slopes = (
+        DriveUnit(unit_of(VISCOUS, request.model.kind), 1.0),
+        *drive_units(request.axis, request.model.kind).of(VISCOUS),
+    )
+    rows += [
+        (name, value, unit) for unit in slopes for name, value in (("D+", rising), ("D-", falling))
+    ]
     rows += [("inertia", levels.inertia, unit) for unit in units.inertias] if levels.inertia else []
-    lines = [f"{name},{unit.of(value):.9g},{unit.name},{MEANINGS[name]}" for name, value, unit in rows if value is not None]
+    lines = [
+        f"{name},{unit.of(value):.9g},{unit.name},{MEANINGS[name]}"
+        for name, value, unit in rows
+        if value is not None
+    ]
     return behind_comments(remarks, "value,amount,unit,meaning", *lines)
 
 
 def _drive_of_values(text: str, request: Request, units: TableUnits) -> Drive:
     """Return the force that a drive with a field for each value computes from gravity, levels and viscous friction."""
     kind, sign = request.model.kind, column_signs(request.axis)[0]
-    si_of = {unit.name: unit.si for unit in (*units.efforts, *drive_units(request.axis, kind).of(VISCOUS))}
+    si_of = {
+        unit.name: unit.si
+        for unit in (*units.efforts, *drive_units(request.axis, kind).of(VISCOUS))
+    }
     si_of[unit_of(VISCOUS, kind)] = 1.0
-    values = {name: float(amount) * si_of[unit] for name, amount, unit, _ in rows_of(text) if unit in si_of}
+    values = {
+        name: float(amount) * si_of[unit]
+        for name, amount, unit, _ in rows_of(text)
+        if unit in si_of
+    }
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = sign * np.diff(x, prepend=x[:1]) / dt

@@ -24,9 +24,27 @@ from bristle.core.variable import Kind, unit_of
 from bristle.engine import conditioned
 from bristle.engine.contact import level_of, sliding_level
 from bristle.engine.motion import compensation_along
-from bristle.exports.cases import INERTIA, Tried, Unfed, claims_of, least_of, score_of, tried_cases, unfed_cases
+from bristle.exports.cases import (
+    INERTIA,
+    Tried,
+    Unfed,
+    claims_of,
+    least_of,
+    score_of,
+    tried_cases,
+    unfed_cases,
+)
 from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
-from bristle.exports.moves import FASTEST, TIMES, Limits, fastest_of, limits_within, moved_by, moves_over, turning_distance
+from bristle.exports.moves import (
+    FASTEST,
+    TIMES,
+    Limits,
+    fastest_of,
+    limits_within,
+    moved_by,
+    moves_over,
+    turning_distance,
+)
 from bristle.exports.targets import Request
 from bristle.models.controllers.feedforward import Rule, Shape
 from bristle.models.friction import with_presliding
@@ -131,7 +149,10 @@ class Effect:
     def is_harmful(self) -> bool:
         """Whether the export increases the error along the motion of the log, or along far moves without a promise for farther ones."""
         far = FAR * (1.0 - 1e-9) * self.reach
-        return any(path.is_worse and (path.motion != MOVES or (path.distance >= far and not self.claims)) for path in self.along)
+        return any(
+            path.is_worse and (path.motion != MOVES or (path.distance >= far and not self.claims))
+            for path in self.along
+        )
 
     @property
     def ratio(self) -> float:
@@ -148,15 +169,29 @@ class Effect:
         """Return the effect in sentences, the most important first."""
         lines = self._verdict()
         if self.moves:
-            sizes = [f"{self._change(path)} in moves of {self._length(path.distance)}" for path in self._ends()]
+            sizes = [
+                f"{self._change(path)} in moves of {self._length(path.distance)}"
+                for path in self._ends()
+            ]
             case = "exact model" if self.claims is None else "worst case"
-            lines.append(f"simulated following error, peak to peak, without -> with compensation, {case}: {'; '.join(sizes)}")
-        lines += [f"also {claim.text(self._length(claim.least_distance))}" for claim in (self.claims or ())[1:]]
+            lines.append(
+                f"simulated following error, peak to peak, without -> with compensation, {case}: {'; '.join(sizes)}"
+            )
+        lines += [
+            f"also {claim.text(self._length(claim.least_distance))}"
+            for claim in (self.claims or ())[1:]
+        ]
         for own in (path for path in self.along if path.motion != MOVES):
-            late = "" if math.isnan(own.not_ahead) else f", {self._length(own.not_ahead)} if the motion is not fed ahead"
+            late = (
+                ""
+                if math.isnan(own.not_ahead)
+                else f", {self._length(own.not_ahead)} if the motion is not fed ahead"
+            )
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
         if self.hunts:
-            lines.append("the axis hunts with rests of 1 s: there the compensation can make the error larger")
+            lines.append(
+                "the axis hunts with rests of 1 s: there the compensation can make the error larger"
+            )
         if self.assumed:
             lines.append(
                 f"the pre-sliding distance is unknown, and bristle assumes {self._length(self.assumed)}: "
@@ -167,14 +202,33 @@ class Effect:
     def as_data(self) -> dict[str, Any]:
         """Return the effect as data for JSON, in SI units of the axis."""
         along = [
-            {"motion": path.motion, "distance": path.distance or None, "without": path.without, "with": path.with_it}
+            {
+                "motion": path.motion,
+                "distance": path.distance or None,
+                "without": path.without,
+                "with": path.with_it,
+            }
             | {"worse": path.is_worse, "not_fed_ahead": path.not_ahead}
             for path in self.along
         ]
         return (
-            {"quantity": "following_error", "unit": unit_of("length", self.kind), "reach": self.reach}
-            | {"claims": None if self.claims is None else [claim._asdict() for claim in self.claims], "hunts": self.hunts}
-            | {"samples_ahead": self.ahead, "late": self.late, "mass": self.mass, "harmful": self.is_harmful}
+            {
+                "quantity": "following_error",
+                "unit": unit_of("length", self.kind),
+                "reach": self.reach,
+            }
+            | {
+                "claims": None
+                if self.claims is None
+                else [claim._asdict() for claim in self.claims],
+                "hunts": self.hunts,
+            }
+            | {
+                "samples_ahead": self.ahead,
+                "late": self.late,
+                "mass": self.mass,
+                "harmful": self.is_harmful,
+            }
             | {"least_distance": self.least_distance, "along": along}
         )
 
@@ -186,15 +240,25 @@ class Effect:
             return [f"the compensation helps {helped}; shorter moves can get worse"]
         farthest = self._length(TIMES[-1] * self.reach)
         if any(path.is_worse for path in self.moves):
-            return [f"the compensation can harm moves up to {farthest}: do not use it for moves from rest to rest"]
+            return [
+                f"the compensation can harm moves up to {farthest}: do not use it for moves from rest to rest"
+            ]
         if self.claims is None:
             return []
-        return [f"bristle promises nothing for moves from rest to rest up to {farthest}: some do not clearly improve in simulated cases"]
+        return [
+            f"bristle promises nothing for moves from rest to rest up to {farthest}: some do not clearly improve in simulated cases"
+        ]
 
     def _ends(self) -> list[Along]:
         """Return the shortest promised move and the longest one, or the worst."""
-        promised = [path for path in self.moves if path.distance >= self.least_distance * (1.0 - 1e-9)]
-        return [promised[0], promised[-1]] if promised else [max(self.moves, key=lambda path: path.ratio)]
+        promised = [
+            path for path in self.moves if path.distance >= self.least_distance * (1.0 - 1e-9)
+        ]
+        return (
+            [promised[0], promised[-1]]
+            if promised
+            else [max(self.moves, key=lambda path: path.ratio)]
+        )
 
     def _change(self, path: Along) -> str:
         return f"{self._length(path.without)} -> {self._length(path.with_it)}"
@@ -242,7 +306,9 @@ def drive_of_law(feedforward: Feedforward) -> Drive | None:
         or screw_of(feedforward) is not None
     ):
         return None
-    return drive_of(with_rest(friction, feedforward.rest), shape_of(feedforward), feedforward.conditioning)
+    return drive_of(
+        with_rest(friction, feedforward.rest), shape_of(feedforward), feedforward.conditioning
+    )
 
 
 def drive_of(friction: Model, shape: Shape, conditioning: float = 0.0) -> Drive:
@@ -250,7 +316,9 @@ def drive_of(friction: Model, shape: Shape, conditioning: float = 0.0) -> Drive:
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         state, memory = conditioned(friction, conditioning)
-        return compensation_along(friction, shape, np.diff(x, prepend=x[:1]) / dt, dt, x, state=state, memory=memory)
+        return compensation_along(
+            friction, shape, np.diff(x, prepend=x[:1]) / dt, dt, x, state=state, memory=memory
+        )
 
     return drive
 
@@ -277,12 +345,24 @@ class InLoop:
         loop, dt = self._with_presliding, self.loop.run.sample_time
         own = loop.first(min(round(loop.run.duration / dt), 60_000))
         count = round(own.run.duration / dt)
-        if np.ptp(own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]) > 0.0:
+        if (
+            np.ptp(
+                own.reference.component.sample(dt * np.arange(count), own.reference.parameters)[0]
+            )
+            > 0.0
+        ):
             results = [simulate_with(own, None), compensated(own, self.ahead), compensated(own, 0)]
             motion = LOG if own.reference.component is recorded else EXPERIMENT
             along.append(Along(motion, 0.0, *map(_error, results)))
         return Effect(
-            tuple(along), loop.plant.kind, self.reach, None, self.ahead, self.late, assumed=self.assumed, mass=loop.feedforward.mass
+            tuple(along),
+            loop.plant.kind,
+            self.reach,
+            None,
+            self.ahead,
+            self.late,
+            assumed=self.assumed,
+            mass=loop.feedforward.mass,
         )
 
     @property
@@ -293,14 +373,22 @@ class InLoop:
     @cached_property
     def _unfed(self) -> list[Unfed]:
         begun = replace(_at_rest(self._with_presliding), disturbance=self.loop.disturbance)
-        return unfed_cases(begun, self.limits, self.reach, level_of(self.loop.friction, self.limits.velocity))
+        return unfed_cases(
+            begun, self.limits, self.reach, level_of(self.loop.friction, self.limits.velocity)
+        )
 
     def tried(self, drive: Drive, *, brief: bool = False) -> list[Tried]:
         """Return the cases of this loop with the feed of a drive, or only the brief ones that a promise may contain."""
-        unfed = [run for run in self._unfed if not brief or (run.case.is_brief and run.case.distance > 2.0 * self.reach)]
+        unfed = [
+            run
+            for run in self._unfed
+            if not brief or (run.case.is_brief and run.case.distance > 2.0 * self.reach)
+        ]
         return tried_cases(unfed, lambda loop, late: fed_along(drive, loop, self.ahead, late))
 
-    def best_rule(self, usual: Rule, drive_with: Callable[[Rule], Drive | None]) -> tuple[Rule, Drive]:
+    def best_rule(
+        self, usual: Rule, drive_with: Callable[[Rule], Drive | None]
+    ) -> tuple[Rule, Drive]:
         """Return the rule that promises the shortest brief moves, among equals that with the smallest error, and its feed.
 
         A share that fades suits long rests. A constant share suits random moves with short rests. A small one suits an
@@ -315,19 +403,29 @@ class InLoop:
             drive = drive_with(rule)
             assert drive is not None
             tried = self.tried(drive, brief=True)
-            choices[rule, drive] = max(least_of(self.claims(tried)[0]), LEAST * self.reach), score_of(tried, self.reach)
+            choices[rule, drive] = (
+                max(least_of(self.claims(tried)[0]), LEAST * self.reach),
+                score_of(tried, self.reach),
+            )
         return min(choices, key=choices.__getitem__)
 
     def claims(self, tried: list[Tried]) -> tuple[tuple[Claim, ...], bool]:
         """Return the promise of cases, and whether the axis hunts."""
         # Of the effort that the drive feeds forward too much.
-        share = INERTIA * moved_by(self.loop.plant) * self.limits.acceleration / level_of(self.loop.friction, self.limits.velocity)
+        share = (
+            INERTIA
+            * moved_by(self.loop.plant)
+            * self.limits.acceleration
+            / level_of(self.loop.friction, self.limits.velocity)
+        )
         return claims_of(tried, self.reach, 2.0 * share * self.reach)
 
     def promised(self, effect: Effect, tried: list[Tried]) -> Effect:
         """Return an effect with the promise of its cases, and with the worst case of each promised move."""
         claims, hunts = self.claims(tried)
-        along = tuple(_worst_of(path, tried) if path.motion == MOVES else path for path in effect.along)
+        along = tuple(
+            _worst_of(path, tried) if path.motion == MOVES else path for path in effect.along
+        )
         return replace(effect, along=along, claims=claims, hunts=hunts)
 
     def _move(self, times: float, compensated: Compensated) -> Along:
@@ -335,13 +433,26 @@ class InLoop:
         assert begun.start is not None
         x = begun.start.position + moves_over(times * self.reach, self.limits, dt)
         run = replace(self.loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
-        variant = replace(begun, reference=recorded(kind=self.loop.plant.kind, position=x, sample_time=dt), run=run)
-        return Along(MOVES, times * self.reach, _error(simulate_with(variant, None)), _error(compensated(variant, self.ahead)))
+        variant = replace(
+            begun,
+            reference=recorded(kind=self.loop.plant.kind, position=x, sample_time=dt),
+            run=run,
+        )
+        return Along(
+            MOVES,
+            times * self.reach,
+            _error(simulate_with(variant, None)),
+            _error(compensated(variant, self.ahead)),
+        )
 
 
 def _worst_of(path: Along, tried: list[Tried]) -> Along:
     """Return a move with the errors of its worst case among quick moves with short rests."""
-    near = [trial for trial in tried if math.isclose(trial.case.distance, path.distance) and not trial.case.lasting]
+    near = [
+        trial
+        for trial in tried
+        if math.isclose(trial.case.distance, path.distance) and not trial.case.lasting
+    ]
     worst = max((trial for trial in near if trial.case.rest <= LONGEST_REST), key=Tried.ratio)
     return path._replace(without=worst.without, with_it=worst.with_it)
 
@@ -349,14 +460,22 @@ def _worst_of(path: Along, tried: list[Tried]) -> Along:
 def _at_rest(loop: Variant) -> Variant:
     """Return a loop that begins at rest under the constant force, without an unexplained force."""
     origin = float(loop.reference.component.sample(np.zeros(1), loop.reference.parameters)[0][0])
-    return replace(loop, disturbance=None, injected=None, learning=None, start=Start(origin, effort=whole_parts(loop.friction)["constant"]))
+    return replace(
+        loop,
+        disturbance=None,
+        injected=None,
+        learning=None,
+        start=Start(origin, effort=whole_parts(loop.friction)["constant"]),
+    )
 
 
 def _error(outcome: VariantResult) -> float:
     """Return the following error of a run, that of the load if the motor leads, peak to peak; inf if it diverged."""
     if outcome.status is Status.NOT_FINITE:
         return math.inf
-    return (outcome.following_error if outcome.load_reference is None else outcome.true_error).peak_to_peak
+    return (
+        outcome.following_error if outcome.load_reference is None else outcome.true_error
+    ).peak_to_peak
 
 
 def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
@@ -365,8 +484,12 @@ def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
     if not request.share.return_distance:
         return request, effect_of_files(request, None)
     if within is None:
-        return replace(request, rule=rule_for(request.friction, None)), effect_of_files(request, None)
-    rule, drive = within.best_rule(request.share, lambda rule: drive_of(request.sampled, Shape(**rule._asdict())))
+        return replace(request, rule=rule_for(request.friction, None)), effect_of_files(
+            request, None
+        )
+    rule, drive = within.best_rule(
+        request.share, lambda rule: drive_of(request.sampled, Shape(**rule._asdict()))
+    )
     effect = replace(within.effect(driven_by(drive)), ahead=lead_of(request))
     return replace(request, rule=rule), within.promised(effect, within.tried(drive))
 
@@ -381,7 +504,9 @@ def _within(request: Request) -> InLoop | None:
     return InLoop(loop, limits, reach, late_of(request), distance, assumed)
 
 
-def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool = False, promises: bool = True) -> Effect | None:
+def effect_of_files(
+    request: Request, drive: Drive | None, *, of_cogging: bool = False, promises: bool = True
+) -> Effect | None:
     """Return the effect of the files of a target with the force `drive`, or of the feed of the model without it.
 
     None without a loop whose stiffness is known.
@@ -394,12 +519,22 @@ def effect_of_files(request: Request, drive: Drive | None, *, of_cogging: bool =
         if of_cogging or not request.is_from_log:
             return None
         return Effect(
-            *((), request.friction.kind, reach, claims_for(reach), lead_of(request), late_of(request)), mass=moved_by(request.plant)
+            *(
+                (),
+                request.friction.kind,
+                reach,
+                claims_for(reach),
+                lead_of(request),
+                late_of(request),
+            ),
+            mass=moved_by(request.plant),
         )
     drive = drive or drive_of(request.sampled, Shape(**request.share._asdict()))
     if of_cogging:
         loop = within.loop
-        within = replace(within, loop=replace(loop, feedforward=replace(loop.feedforward, plant=None)))
+        within = replace(
+            within, loop=replace(loop, feedforward=replace(loop.feedforward, plant=None))
+        )
     effect = replace(within.effect(driven_by(drive)), ahead=lead_of(request))
     if not promises or of_cogging or not request.is_from_log:
         return effect
@@ -411,8 +546,15 @@ def effect_of_law(variant: Variant) -> Effect | None:
     within = loop_of_law(variant)
     if within is None:
         return None
-    effect = within.effect(lambda loop, ahead: simulate_with(replace(loop, feedforward=variant.feedforward), None))
-    effect = replace(effect, along=tuple(path._replace(not_ahead=math.nan) for path in effect.along), ahead=variant.run.delay + 1, mass=0.0)
+    effect = within.effect(
+        lambda loop, ahead: simulate_with(replace(loop, feedforward=variant.feedforward), None)
+    )
+    effect = replace(
+        effect,
+        along=tuple(path._replace(not_ahead=math.nan) for path in effect.along),
+        ahead=variant.run.delay + 1,
+        mass=0.0,
+    )
     drive = drive_of_law(variant.feedforward)
     if drive is None:
         return effect
@@ -435,13 +577,20 @@ def loop_of_law(variant: Variant) -> InLoop | None:
     friction: Model = feedforward.friction or variant.friction
     loop = replace(variant, feedforward=replace(feedforward, friction=None, table=None, offset=0.0))
     t = variant.run.sample_time * np.arange(round(variant.run.duration / variant.run.sample_time))
-    fastest = float(np.max(np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]), initial=0.0))
+    fastest = float(
+        np.max(
+            np.abs(variant.reference.component.sample(t, variant.reference.parameters)[1]),
+            initial=0.0,
+        )
+    )
     limits = limits_within(friction, variant.plant, fastest or FASTEST, variant.axis)
     reach = reach_of(variant.friction, variant.controller, {}, limits.velocity)
     if reach is None:
         return None
     distance, _ = turning_distance(friction, variant.axis, limits.velocity)
-    if (screw := screw_of(feedforward)) is not None:  # the screw turns over with the friction of the table
+    if (
+        screw := screw_of(feedforward)
+    ) is not None:  # the screw turns over with the friction of the table
         force = sliding_level(table_of(feedforward), screw.arm * limits.velocity)
         lost = 2.0 * (force / screw.k + screw.gap) / screw.arm
         reach, distance = max(reach, lost), max(distance, lost)
@@ -463,7 +612,12 @@ def compensated_loop(
         return experiment, usual
 
     def with_rule(rule: Rule) -> Feedforward:
-        return replace(feedforward, gain=rule.gain, return_distance=rule.return_distance, fade_time=rule.fade_time)
+        return replace(
+            feedforward,
+            gain=rule.gain,
+            return_distance=rule.return_distance,
+            fade_time=rule.fade_time,
+        )
 
     rule, drive = within.best_rule(usual.rule, lambda rule: drive_of_law(with_rule(rule)))
     claims = within.claims(within.tried(drive))[0]

@@ -47,7 +47,9 @@ class Exported:
 
 
 @guarded(
-    model=lambda value, path, kind: value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind),
+    model=lambda value, path, kind: (
+        value if isinstance(value, Variant) else model("friction", "hysteresis")(value, path, kind)
+    ),
     step=amount(Variable("time", "time step", min=0.0, max=1e3), exclusive=True),
     points=whole(2, 1000),
     speed=amount(Variable("length/time", "largest speed", min=0.0)),
@@ -143,8 +145,21 @@ def export(
     >>> br.export(model, "c", folder).files
     ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
     """
-    options = {"mass": mass, "table": table, "points": points != POINTS, "step": step != STEP, "speed": speed}
-    of_model = {"plant": plant, "axis": axis, "log": log, "rest": rest, "info": info, "derivatives": derivatives}
+    options = {
+        "mass": mass,
+        "table": table,
+        "points": points != POINTS,
+        "step": step != STEP,
+        "speed": speed,
+    }
+    of_model = {
+        "plant": plant,
+        "axis": axis,
+        "log": log,
+        "rest": rest,
+        "info": info,
+        "derivatives": derivatives,
+    }
     label, origin = name_for(name), source or Source()
     if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
         to = load_target_file(to)
@@ -152,21 +167,55 @@ def export(
     with results_folder(out, force=force) as folder:
         if isinstance(model, Variant):
             _refuse_given("applies to a model only", options | of_model)
-            product = law_for(target, model, label, origin, tunable=tunable, single=float32, accept_harm=accept_harm)
+            product = law_for(
+                target,
+                model,
+                label,
+                origin,
+                tunable=tunable,
+                single=float32,
+                accept_harm=accept_harm,
+            )
         else:
             if axis is not None and axis.kind != model.kind:
                 raise InputError(
-                    "is of another kind than the model", path="axis.kind", value=axis.kind, allowed=model.kind, mend="Set the kind"
+                    "is of another kind than the model",
+                    path="axis.kind",
+                    value=axis.kind,
+                    allowed=model.kind,
+                    mend="Set the kind",
                 )
             recorded = None if log is None else log_and_axis(log, axis)[0]
-            others = {"axis": axis, "speed": float(speed), "points": points, "log": recorded, "info": info or {}, "rest": rest or ""}
-            _refuse_given(f"has no effect on {target.name}", {key: options[key] for key in target.useless})
+            others = {
+                "axis": axis,
+                "speed": float(speed),
+                "points": points,
+                "log": recorded,
+                "info": info or {},
+                "rest": rest or "",
+            }
+            _refuse_given(
+                f"has no effect on {target.name}", {key: options[key] for key in target.useless}
+            )
             others |= {"derivatives": derivatives, "mass": float(mass or moved_by(plant) or 1.0)}
             if table is not None and (plant is None or plant.component.screw is None):
                 raise InputError(
-                    "applies to a plant with a screw", path="table", value=table.name, mend="Give plant=plants.ball_screw(...)"
+                    "applies to a plant with a screw",
+                    path="table",
+                    value=table.name,
+                    mend="Give plant=plants.ball_screw(...)",
                 )
-            request = Request(model, label, float(step), origin, tunable, float32, plant=plant, table=table, **others)
+            request = Request(
+                model,
+                label,
+                float(step),
+                origin,
+                tunable,
+                float32,
+                plant=plant,
+                table=table,
+                **others,
+            )
             product = files_for(target, request, accept_harm=accept_harm)
         for file, content in product.files.items():
             folder.write(file, content)
@@ -194,4 +243,6 @@ def files_from_text(
     """Return the files of a model for a target, with options of a `Request`; name, step and rule at rest are unchecked text."""
     label, dt = name_for(name or NAME), PERIOD(STEP if step is None else step, "--step", None)
     rule = "" if rest is None else among(*RESTS)(rest, "--rest", None)
-    return files_for(target, Request(model, label, dt, source, rest=rule, **options), accept_harm=accept_harm)
+    return files_for(
+        target, Request(model, label, dt, source, rest=rule, **options), accept_harm=accept_harm
+    )

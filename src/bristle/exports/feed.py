@@ -40,10 +40,17 @@ def with_feed(subject: Subject) -> tuple[Subject, Feed]:
 def feed_facts(feed: Feed, rule: Rule, printer: Printer, kind: Kind) -> dict[str, Any]:
     """Return the facts of the templates in C."""
     meanings = variables_of(Rule)
-    constants = [(name.upper(), number(value, printer.scalar), meaning_of(meanings[name], kind)) for name, value in rule._asdict().items()]
+    constants = [
+        (name.upper(), number(value, printer.scalar), meaning_of(meanings[name], kind))
+        for name, value in rule._asdict().items()
+    ]
     cast = "" if printer.scalar == "double" else f"({printer.scalar})"
     share, effort = (printer.names.variable(name) for name, _ in feed.result.fields)
-    names = {"portion": feed.portion.name, "rule": printer.type_name(feed.rule), "result": printer.type_name(feed.result)}
+    names = {
+        "portion": feed.portion.name,
+        "rule": printer.type_name(feed.rule),
+        "result": printer.type_name(feed.result),
+    }
     names |= {"share": share, "effort": effort}
     return {"feed": names | {"constants": constants, "cast": cast}}
 

@@ -12,14 +12,31 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOT_KNOWN, Model, Motion, Reference
+from bristle.core.contracts import (
+    NOMINAL_LOAD,
+    NOMINAL_TEMPERATURE,
+    NOT_KNOWN,
+    Model,
+    Motion,
+    Reference,
+)
 from bristle.core.errors import InputError
 from bristle.core.experiment import Variant
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable, unit_of
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.scope import NotExportableError, defined, is_kernel
-from bristle.engine.translation.tree import REAL, TRUTH, Array, Function, Struct, Type, Unit, struct_type, type_of
+from bristle.engine.translation.tree import (
+    REAL,
+    TRUTH,
+    Array,
+    Function,
+    Struct,
+    Type,
+    Unit,
+    struct_type,
+    type_of,
+)
 from bristle.exports.described import Source, command_facts, parameter_table, plain, version
 from bristle.exports.law_text import ALWAYS, law_text, loads_of, samples_of_wind_up
 from bristle.exports.printing import loops_of
@@ -29,7 +46,15 @@ from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
 from bristle.models.controllers.feedforward import Shape, compensate
 from bristle.models.controllers.law import law
 from bristle.models.controllers.limits import within_drive
-from bristle.models.controllers.wind_up import AROUND, Wound, bend_at, lead_at, rate_at, wind, winding_effort
+from bristle.models.controllers.wind_up import (
+    AROUND,
+    Wound,
+    bend_at,
+    lead_at,
+    rate_at,
+    wind,
+    winding_effort,
+)
 from bristle.models.friction.level import rises_with_effort
 from bristle.models.friction.resting import with_rest
 from bristle.models.plants.terms import effort_at, gravity_at
@@ -113,7 +138,9 @@ class NoPlace(NamedTuple):
 def led(fed, memory, place, transmitted, dt, shape, p):
     """Return the compensator after a step of `dt` [s] to a position [m or rad]."""
     motion = Motion((place - fed.place) / dt, place, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted)
-    effort, share, state = compensate(fed.state, memory, motion, fed.share, fed.effort, dt, shape, p)
+    effort, share, state = compensate(
+        fed.state, memory, motion, fed.share, fed.effort, dt, shape, p
+    )
     return Fed(state, place, share, effort)
 
 
@@ -131,7 +158,18 @@ def pulled(table, wound, table_memory, leads, place, before, after, first, dt, p
     return table, wind(wound, leads, passed + table.effort, first, p.screw)
 
 
-KERNELS = (led, inertial, pulled, law, effort_at, gravity_at, lead_at, rate_at, bend_at, winding_effort)
+KERNELS = (
+    led,
+    inertial,
+    pulled,
+    law,
+    effort_at,
+    gravity_at,
+    lead_at,
+    rate_at,
+    bend_at,
+    winding_effort,
+)
 
 
 class Inputs(NamedTuple):
@@ -189,7 +227,11 @@ class Law:
 
         def inside(kind: Struct, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Type]]:
             for name, part in kind.fields:
-                yield from inside(part, (*path, name)) if isinstance(part, Struct) else [((*path, name), part)]
+                yield from (
+                    inside(part, (*path, name))
+                    if isinstance(part, Struct)
+                    else [((*path, name), part)]
+                )
 
         return list(inside(self.types[0], ()))
 
@@ -211,25 +253,43 @@ class Law:
 
 def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> Law:
     """Return the control law of a variant: its controller and its feedforward, along the desired or the measured motion."""
-    for name, reason in (("effort", "drives an open loop, which has no law"), ("learning", "needs repetitions of the whole motion")):
+    for name, reason in (
+        ("effort", "drives an open loop, which has no law"),
+        ("learning", "needs repetitions of the whole motion"),
+    ):
         if getattr(variant, name) is not None:
-            raise InputError(f"{reason}, so bristle cannot export it", path=f"{variant.name}.{name}")
+            raise InputError(
+                f"{reason}, so bristle cannot export it", path=f"{variant.name}.{name}"
+            )
     # A law starts at the position of the axis, without the initial motion of a simulated loop.
     variant = replace(variant, start=None)
     feedforward = variant.feedforward
     sides = {"friction": feedforward.friction, "table": feedforward.table}
-    rested = {side: with_rest(friction, feedforward.rest) for side, friction in sides.items() if friction is not None}
+    rested = {
+        side: with_rest(friction, feedforward.rest)
+        for side, friction in sides.items()
+        if friction is not None
+    }
     variant = replace(variant, feedforward=replace(feedforward, **rested))
     controller = within_drive(variant.controller, variant.run.effort_limit)
     feedforward, ahead = variant.feedforward, variant.run.delay + 1
     friction, table, screw = feedforward.friction, table_of(feedforward), screw_of(feedforward)
     component = controller.component
-    for function in (component.start, component.step, *([component.resume] if component.resume else [])):
+    for function in (
+        component.start,
+        component.step,
+        *([component.resume] if component.resume else []),
+    ):
         if not is_kernel(function):
-            raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
+            raise NotExportableError(
+                function, None, "is not a kernel: decorate it with @kernel from bristle.core"
+            )
     along_desired = friction is not None and feedforward.along == "desired"
     fed, carried = loads_of(feedforward, apart=tunable)
-    needed = {"place_ahead": screw or along_desired or fed.place or carried.place, "acceleration_ahead": screw or fed.mass or carried.mass}
+    needed = {
+        "place_ahead": screw or along_desired or fed.place or carried.place,
+        "acceleration_ahead": screw or fed.mass or carried.mass,
+    }
     inputs = (*ALWAYS, *(name for name, reason in needed.items() if reason))
     # Initial states and memories of the compensators.
     state, memories = NoCompensator(), {}
@@ -242,7 +302,9 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     of_all = (controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape)
     p: Any = Parameters(*of_all)
     if fed.place or carried is not fed:
-        p = PlacedParameters(*of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace())
+        p = PlacedParameters(
+            *of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace()
+        )
     if screw is not None and feedforward.plant is not None:
         # The numbers that depend on the motion are those of the experiment.
         position, _, acceleration = planned_motion(variant)
@@ -259,14 +321,39 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     text = law_text(arguments, variant, fed, carried, p.screw.weights.size if screw else 0)
     called = {kernel.__name__: kernel for kernel in KERNELS}
     called |= {cls.__name__: cls for cls in (Fed, Lasting, LeadingLasting, Reference)}
-    scope = called | {"__name__": __name__, "NOT_KNOWN": NOT_KNOWN, "start": component.start, "resume": component.resume}
+    scope = called | {
+        "__name__": __name__,
+        "NOT_KNOWN": NOT_KNOWN,
+        "start": component.start,
+        "resume": component.resume,
+    }
     written = defined("command", text, scope)
-    kinds = {"lasting": type_of(lasting), "begun": TRUTH, "p": type_of(p), "place_ahead": Array(ahead), "acceleration_ahead": Array(ahead)}
+    kinds = {
+        "lasting": type_of(lasting),
+        "begun": TRUTH,
+        "p": type_of(p),
+        "place_ahead": Array(ahead),
+        "acceleration_ahead": Array(ahead),
+    }
     kinds |= {name: Array(memory.size, writable=True) for name, memory in memories.items()}
     builder = Builder(CONSTANTS if single else {})
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
     unit = pruned(builder.unit, [entry])
-    return Law(variant, controller, unit, entry, written, arguments, inputs, ahead, lasting, p, memories, tunable, single)
+    return Law(
+        variant,
+        controller,
+        unit,
+        entry,
+        written,
+        arguments,
+        inputs,
+        ahead,
+        lasting,
+        p,
+        memories,
+        tunable,
+        single,
+    )
 
 
 def _initial(friction: Model, conditioning: float) -> tuple[Any, np.ndarray]:
@@ -275,7 +362,9 @@ def _initial(friction: Model, conditioning: float) -> tuple[Any, np.ndarray]:
         from bristle.engine import conditioned
 
         return conditioned(friction, conditioning)
-    return friction.component.initial_state(friction.parameters), friction.component.new_memory(friction.parameters)
+    return friction.component.initial_state(friction.parameters), friction.component.new_memory(
+        friction.parameters
+    )
 
 
 PER_VELOCITY = 100.0  # Acceleration of the self-test over its velocity [1/s]
@@ -285,32 +374,94 @@ INPUTS = {
     "acceleration": ("desired acceleration", "length/time^2"),
     "measured": ("position as the sensor reads it", "length"),
     "place_ahead": ("desired positions of the next samples, the nearest first", "length"),
-    "acceleration_ahead": ("desired accelerations of the next samples, the nearest first", "length/time^2"),
+    "acceleration_ahead": (
+        "desired accelerations of the next samples, the nearest first",
+        "length/time^2",
+    ),
 }
 
 
 def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     """Return the facts of a law for the templates."""
     variant = law.variant
-    kind, friction, table = variant.controller.kind, variant.feedforward.friction, variant.feedforward.table
-    frictions = {f"{plain(friction.name)}, fed forward along the {variant.feedforward.along} motion": friction} if friction else {}
-    frictions |= {f"{plain(table.name)}, fed forward along the desired motion of the table": table} if table else {}
+    kind, friction, table = (
+        variant.controller.kind,
+        variant.feedforward.friction,
+        variant.feedforward.table,
+    )
+    frictions = (
+        {
+            f"{plain(friction.name)}, fed forward along the {variant.feedforward.along} motion": friction
+        }
+        if friction
+        else {}
+    )
+    frictions |= (
+        {f"{plain(table.name)}, fed forward along the desired motion of the table": table}
+        if table
+        else {}
+    )
     inputs = []
     for fed in law.inputs:
         several = fed.endswith("_ahead")
-        declared, unit = f"{fed}[{law.samples_ahead}]" if several else fed, unit_of(INPUTS[fed][1], kind)
-        inputs.append({"name": fed, "declared": declared, "told": INPUTS[fed][0], "unit": unit, "several": several})
+        declared, unit = (
+            f"{fed}[{law.samples_ahead}]" if several else fed,
+            unit_of(INPUTS[fed][1], kind),
+        )
+        inputs.append(
+            {
+                "name": fed,
+                "declared": declared,
+                "told": INPUTS[fed][0],
+                "unit": unit,
+                "several": several,
+            }
+        )
     limit = variant.run.effort_limit
     return (
-        {"name": name, "version": version(), "title": plain(f"Control law of an axis: {variant.controller.name}")}
-        | {"variant": plain(variant.name), "description": plain(variant.controller.component.description), "facts": source.lines}
+        {
+            "name": name,
+            "version": version(),
+            "title": plain(f"Control law of an axis: {variant.controller.name}"),
+        }
+        | {
+            "variant": plain(variant.name),
+            "description": plain(variant.controller.component.description),
+            "facts": source.lines,
+        }
         | {"table": parameter_table(law.controller, source).rstrip(), "fed": _fed(law)}
-        | {"leads": "table" in law.lasting._fields or bool(friction and variant.feedforward.along == "desired")}
-        | {"frictions": {title: parameter_table(model, source).rstrip() for title, model in frictions.items()}}
-        | {"unit_force": unit_of("force", kind), "unit_x": unit_of("length", kind), "dt": repr(law.dt), "rate": f"{1.0 / law.dt:g}"}
-        | {"ahead": law.samples_ahead, "delay": variant.run.delay, "limit": f"{limit:g}" if np.isfinite(limit) else "", "inputs": inputs}
-        | {"drive": command_facts(command_units(variant.axis, kind), kind), "loops": loops_of(law.unit, law.memory_size)}
-        | {"single": law.single, "tunable": law.tunable, "result": "effort", "allowed": f"{TOLERANCE:g}", "several_places": True}
+        | {
+            "leads": "table" in law.lasting._fields
+            or bool(friction and variant.feedforward.along == "desired")
+        }
+        | {
+            "frictions": {
+                title: parameter_table(model, source).rstrip() for title, model in frictions.items()
+            }
+        }
+        | {
+            "unit_force": unit_of("force", kind),
+            "unit_x": unit_of("length", kind),
+            "dt": repr(law.dt),
+            "rate": f"{1.0 / law.dt:g}",
+        }
+        | {
+            "ahead": law.samples_ahead,
+            "delay": variant.run.delay,
+            "limit": f"{limit:g}" if np.isfinite(limit) else "",
+            "inputs": inputs,
+        }
+        | {
+            "drive": command_facts(command_units(variant.axis, kind), kind),
+            "loops": loops_of(law.unit, law.memory_size),
+        }
+        | {
+            "single": law.single,
+            "tunable": law.tunable,
+            "result": "effort",
+            "allowed": f"{TOLERANCE:g}",
+            "several_places": True,
+        }
     )
 
 
@@ -329,29 +480,62 @@ def samples_along(walk: Walk, law: Law, steps: int) -> list[Inputs]:
     v = np.diff(x) / law.dt
     a = PER_VELOCITY * v
     at, speed, change = x.tolist(), v.tolist(), a.tolist()
-    return [Inputs(at[k], speed[k], change[k], at[max(k - 1, 0)], x[k + 1 : k + 1 + ahead], a[k + 1 : k + 1 + ahead]) for k in range(steps)]
+    return [
+        Inputs(
+            at[k],
+            speed[k],
+            change[k],
+            at[max(k - 1, 0)],
+            x[k + 1 : k + 1 + ahead],
+            a[k + 1 : k + 1 + ahead],
+        )
+        for k in range(steps)
+    ]
 
 
 def _fed(law: Law) -> list[str]:
     """Return the parts of the feedforward, one line each."""
     feedforward, kind = law.variant.feedforward, law.variant.controller.kind
     fed, carried = loads_of(feedforward)
-    lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"] if feedforward.mass else []
+    lines = (
+        [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
+        if feedforward.mass
+        else []
+    )
     if isinstance(law.p, LeadingParameters):
         half, clear = law.p.screw.weights.size // 2, law.p.screw.clear
-        lines.append("both masses and the wind-up of the screw along the desired motion of the table, converted to the motor")
-        lines.append(f"the wind-up is a mean over {half} samples ({1e3 * half * law.dt:g} ms) before and after each sample")
+        lines.append(
+            "both masses and the wind-up of the screw along the desired motion of the table, converted to the motor"
+        )
+        lines.append(
+            f"the wind-up is a mean over {half} samples ({1e3 * half * law.dt:g} ms) before and after each sample"
+        )
         lines.append(f"the motor changes the flank of the screw at a force beyond {clear:.4g} N")
-        lines.append("both numbers are those of the motion of the experiment, and wind_up_time sets the mean")
+        lines.append(
+            "both numbers are those of the motion of the experiment, and wind_up_time sets the mean"
+        )
         if feedforward.table is not None:
-            lines.append(f"friction of the table along the desired motion by {feedforward.table.name}")
+            lines.append(
+                f"friction of the table along the desired motion by {feedforward.table.name}"
+            )
     if fed.place and feedforward.plant is not None:
-        lines.append(f"position-dependent effort of {feedforward.plant.name}, along the desired motion")
+        lines.append(
+            f"position-dependent effort of {feedforward.plant.name}, along the desired motion"
+        )
     if feedforward.friction is not None:
-        shape = [f", {name} {value:g}" for name, value in law.p.shape._asdict().items() if value != Shape._field_defaults[name]]
-        lines.append(f"friction along the {feedforward.along} motion by {feedforward.friction.name}" + "".join(shape))
+        shape = [
+            f", {name} {value:g}"
+            for name, value in law.p.shape._asdict().items()
+            if value != Shape._field_defaults[name]
+        ]
+        lines.append(
+            f"friction along the {feedforward.along} motion by {feedforward.friction.name}"
+            + "".join(shape)
+        )
         if rises_with_effort(feedforward.friction):
             plant = None if carried is fed else feedforward.carries
             passing = "the rest of the feedforward" if plant is None else plant.name
-            lines.append(f"the friction level rises with the effort that {passing} transmits along the desired motion")
+            lines.append(
+                f"the friction level rises with the effort that {passing} transmits along the desired motion"
+            )
     return [plain(line) for line in lines] or ["nothing"]

@@ -33,13 +33,18 @@ class Load(NamedTuple):
     @property
     def numbers(self) -> tuple[float, ...]:
         """All numbers of the effort."""
-        return (self.mass, *(float(number) for part in self.place or () for number in np.atleast_1d(part)))
+        return (
+            self.mass,
+            *(float(number) for part in self.place or () for number in np.atleast_1d(part)),
+        )
 
     def text(self, before: str, after: str) -> str:
         """Return the effort between two samples as text, by their indices among the samples ahead; empty for the present one."""
         parts = []
         if self.mass:
-            parts.append(f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)")
+            parts.append(
+                f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)"
+            )
         if self.place:
             kernel_name = "effort_at" if isinstance(self.place, Place) else "gravity_at"
             middle = f"0.5 * ({_ahead('position', before)} + place_ahead[{after}])"
@@ -59,9 +64,15 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
         return empty, empty
     fed = Load("", float(feedforward.mass), _place(feedforward.plant))
     carries = feedforward.carries
-    if feedforward.friction is None or carries is None or not rises_with_effort(feedforward.friction):
+    if (
+        feedforward.friction is None
+        or carries is None
+        or not rises_with_effort(feedforward.friction)
+    ):
         return fed, fed
-    if (carries.component.inner if isinstance(carries.parameters, Termed) else carries.component) is not inertia:
+    if (
+        carries.component.inner if isinstance(carries.parameters, Termed) else carries.component
+    ) is not inertia:
         raise InputError(
             "has forces besides inertia, gravity, cogging and a spring, so bristle cannot export the law",
             path="feedforward.carries",
@@ -139,12 +150,18 @@ class Parts(NamedTuple):
     less: str = ""
 
 
-def law_text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Load, weights: int) -> str:
+def law_text(
+    arguments: Sequence[str], variant: Variant, fed: Load, carried: Load, weights: int
+) -> str:
     """Return the text of the law; `weights` is the number of samples in the mean of the wind-up, 0 without a screw."""
     feedforward, delay = variant.feedforward, variant.run.delay
     along_desired = feedforward.along == "desired"
     before = str(delay - 1) if delay else ""
-    text, lasting, desired = HEAD.format(arguments=", ".join(arguments)), "Lasting(controller, fed)", "position, velocity, acceleration"
+    text, lasting, desired = (
+        HEAD.format(arguments=", ".join(arguments)),
+        "Lasting(controller, fed)",
+        "position, velocity, acceleration",
+    )
     if weights:
         at = weights + AROUND
         text += LEADING.format(last=samples_of_wind_up(weights, delay) - 1, at=at)
@@ -154,7 +171,14 @@ def law_text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Loa
     else:
         planned = fed.text(before, str(delay))
         passed = "planned" if carried is fed else carried.text(before, str(delay))
-        parts = Parts("position", planned, passed, carried.text("i - 1", "i"), "place_ahead[i]", f"place_ahead[{delay}]")
+        parts = Parts(
+            "position",
+            planned,
+            passed,
+            carried.text("i - 1", "i"),
+            "place_ahead[i]",
+            f"place_ahead[{delay}]",
+        )
     texts = parts._asdict()
     if feedforward.friction is None:
         text += NO_FRICTION.format(**texts)
@@ -162,7 +186,9 @@ def law_text(arguments: Sequence[str], variant: Variant, fed: Load, carried: Loa
         text += AT_FIRST.format(begins=parts.begins if along_desired else "measured")
         text += BEFORE_THE_FIRST.format(delay=delay, **texts) if along_desired and delay else ""
         lessened = f"\n    planned = planned{parts.less}" if parts.less else ""
-        text += (ALONG_DESIRED if along_desired else ALONG_MEASURED).format(lessened=lessened, **texts)
+        text += (ALONG_DESIRED if along_desired else ALONG_MEASURED).format(
+            lessened=lessened, **texts
+        )
     resumed = RESUMED.format(desired=desired) if variant.controller.component.resume else ""
     return text + CONTROLLED.format(resumed=resumed, desired=desired, lasting=lasting)
 

@@ -17,10 +17,17 @@ def loop_for(request: Request) -> Variant | None:
     """Return the loop of the axis without friction fed forward; None if the axis file has no controller."""
     variant, axis, plant = request.loop, request.axis, request.plant
     if variant is None:
-        if axis is None or axis.controller is None or plant is None or plant.component.screw is not None:
+        if (
+            axis is None
+            or axis.controller is None
+            or plant is None
+            or plant.component.screw is not None
+        ):
             return None
         variant = _loop_with(request, plant, axis.controller)
-    return replace(variant, feedforward=replace(variant.feedforward, friction=None), draws=request.draws)
+    return replace(
+        variant, feedforward=replace(variant.feedforward, friction=None), draws=request.draws
+    )
 
 
 def reach_for(request: Request) -> float | None:

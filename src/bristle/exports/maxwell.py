@@ -53,7 +53,9 @@ class Elements(NamedTuple):
     def whole_constant(self) -> float:
         """Constant force of a scene: with the force that makes elements of equal limits asymmetric."""
         slips = np.isfinite(self.yields)
-        return float(self.constant + self.ratio * (self.dry + self.stiffness[slips] @ self.yields[slips]))
+        return float(
+            self.constant + self.ratio * (self.dry + self.stiffness[slips] @ self.yields[slips])
+        )
 
 
 class Deviation(NamedTuple):
@@ -80,7 +82,9 @@ class Deviation(NamedTuple):
         rms, largest = (number(share, digits=3) for share in (self.rms, self.largest))
         if self.reach:
             reach = with_unit(self.reach, unit_of("length", kind))
-            beyond = "beyond, the force of the model grows without bound, and that of the scene does not"
+            beyond = (
+                "beyond, the force of the model grows without bound, and that of the scene does not"
+            )
             return f"force error along moves within {reach}: {rms} % rms, at most {largest} % of the largest force; {beyond}"
         return f"force error along moves inside and outside pre-sliding: {rms} % rms, at most {largest} % of the sliding friction"
 
@@ -100,50 +104,82 @@ def elements_of(request: Request) -> tuple[Elements, Deviation]:
         with interpreted():  # compiling would take longer
             force = force_along(model, v, dt, x[1:])
     except InputError as error:
-        raise InputError("has no finite force along moves", path="mjcf", value=model.name, mend="Use --to c") from error
+        raise InputError(
+            "has no finite force along moves", path="mjcf", value=model.name, mend="Use --to c"
+        ) from error
     largest = float(np.max(np.abs(force - offset)))
     level = 0.5 * (sides[0] - sides[1]) or largest or 1.0
     ratio = float(np.clip(0.5 * sum(sides) / level, -0.999, 0.999))
     elements = elements_in(model, offset)
     if elements is None:
         distance = reach / LARGEST or turning_distance(model, request.axis, fastest)[0]
-        yields = np.empty(0) if is_static(model) else distance * np.geomspace(SMALLEST, LARGEST, COUNT)
+        yields = (
+            np.empty(0) if is_static(model) else distance * np.geomspace(SMALLEST, LARGEST, COUNT)
+        )
         elements = _fitted(x, dt, force - offset, yields, ratio)._replace(constant=offset)
     error = 100.0 / level * (force - elements_force(elements, x, dt))[v != 0.0]
-    return elements, Deviation(float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error))), float(level), reach)
+    return elements, Deviation(
+        float(np.sqrt(np.mean(error**2))), float(np.max(np.abs(error))), float(level), reach
+    )
 
 
 def elements_in(model: Model, offset: float) -> Elements | None:
     """Return the elements or the dry friction that a model consists of, with the mean damping; None if it is no such sum."""
     values, base = model.values, base_of(model.component).name
-    level, damping = ([float(values[key]) for key in by_direction(model.component, name) if key in values] for name in ("F_C", "sigma_2"))
-    damping = float(np.mean(damping or [values[key] for key in by_direction(model.component, "F_v") if key in values] or 0.0))
+    level, damping = (
+        [float(values[key]) for key in by_direction(model.component, name) if key in values]
+        for name in ("F_C", "sigma_2")
+    )
+    damping = float(
+        np.mean(
+            damping
+            or [values[key] for key in by_direction(model.component, "F_v") if key in values]
+            or 0.0
+        )
+    )
     mean = 0.5 * (level[0] + level[-1]) if level else 0.0
     ratio = 0.5 * (level[0] - level[-1]) / mean if mean else 0.0
     if base in DRY:
         return Elements(np.empty(0), np.empty(0), ratio, damping, mean, offset)
     if base == "maxwell_slip":
-        return Elements(values["k_i"], mean * values["nu_i"] / values["k_i"], ratio, damping, 0.0, offset)
-    if base.startswith("preisach_contact") and STOPS[0] in values and np.min(values[STOPS[0]]) >= 0.0:
+        return Elements(
+            values["k_i"], mean * values["nu_i"] / values["k_i"], ratio, damping, 0.0, offset
+        )
+    if (
+        base.startswith("preisach_contact")
+        and STOPS[0] in values
+        and np.min(values[STOPS[0]]) >= 0.0
+    ):
         weights, thresholds, spring = (np.atleast_1d(values[name]) for name in STOPS)
-        return Elements(np.append(weights, spring), np.append(thresholds, math.inf), 0.0, damping, 0.0, offset)
+        return Elements(
+            np.append(weights, spring), np.append(thresholds, math.inf), 0.0, damping, 0.0, offset
+        )
     return None
 
 
 def elements_force(elements: Elements, x: np.ndarray, dt: float) -> np.ndarray:
     """Return the mean force [N or N*m] of elements over each step along positions [m or rad]."""
     dry = elements.dry * (np.sign(np.diff(x)) + elements.ratio * (np.diff(x) != 0.0))
-    return _columns(x, elements.yields, elements.ratio) @ elements.stiffness + dry + elements.damping * np.diff(x) / dt + elements.constant
+    return (
+        _columns(x, elements.yields, elements.ratio) @ elements.stiffness
+        + dry
+        + elements.damping * np.diff(x) / dt
+        + elements.constant
+    )
 
 
-def _fitted(x: np.ndarray, dt: float, force: np.ndarray, yields: np.ndarray, ratio: float) -> Elements:
+def _fitted(
+    x: np.ndarray, dt: float, force: np.ndarray, yields: np.ndarray, ratio: float
+) -> Elements:
     """Return the elements, or without yields the dry friction, and the damping that fit a force along positions best."""
     dx = np.diff(x)
     dry = np.zeros((dx.size, 1)) if yields.size else (np.sign(dx) + ratio * (dx != 0.0))[:, None]
     # Columns of similar size: the force of each element over its force at yield, and damping at full speed.
     A = np.hstack([_columns(x, yields, ratio) / yields, dry, dx[:, None] / np.max(dx)])
     shares = non_negative(A[dx != 0.0], force[dx != 0.0])
-    return Elements(shares[:-2] / yields, yields, ratio, shares[-1] * dt / np.max(dx), shares[-2], 0.0)
+    return Elements(
+        shares[:-2] / yields, yields, ratio, shares[-1] * dt / np.max(dx), shares[-2], 0.0
+    )
 
 
 def _columns(x: np.ndarray, yields: np.ndarray, ratio: float) -> np.ndarray:

@@ -15,8 +15,16 @@ from bristle.prediction.claims import FASTEST
 from bristle.prediction.drive_table import reversal_distance
 from bristle.simulation.two_masses import whole_inertia
 
-TIMES = (1.0, 3.0, 10.0, 30.0)  # Distances of the moves over the reach, or over the pre-sliding distance
-ASSUMED = {"translational": 1e-5, "rotational": 2e-4}  # pre-sliding distance if neither model nor axis file has one
+TIMES = (
+    1.0,
+    3.0,
+    10.0,
+    30.0,
+)  # Distances of the moves over the reach, or over the pre-sliding distance
+ASSUMED = {
+    "translational": 1e-5,
+    "rotational": 2e-4,
+}  # pre-sliding distance if neither model nor axis file has one
 SIGNS = (1.0, 1.0, -1.0, -1.0, 1.0, -1.0)  # of the moves
 SHORTEST = 0.1  # duration of a quick move [s]
 SAMPLES = 1500  # of a move over 30 pre-sliding distances at full speed, at most
@@ -39,8 +47,16 @@ def moves_for(request: Request, reach: float = 0.0) -> tuple[np.ndarray, float, 
     fastest = fastest_of(request)
     distance = 0.5 * reach / TIMES[-1] or turning_distance(request.model, request.axis, fastest)[0]
     dt = max(0.005 * SHORTEST, TIMES[-1] * distance / fastest / SAMPLES)
-    distances = [times * distance for times in TIMES] + [max(SHORTEST * fastest, TIMES[-1] * distance)] * (not reach)
-    return np.concatenate([moves_over(way, Limits(fastest, fastest / SHORTEST), dt) for way in distances]), dt, fastest
+    distances = [times * distance for times in TIMES] + [
+        max(SHORTEST * fastest, TIMES[-1] * distance)
+    ] * (not reach)
+    return (
+        np.concatenate(
+            [moves_over(way, Limits(fastest, fastest / SHORTEST), dt) for way in distances]
+        ),
+        dt,
+        fastest,
+    )
 
 
 def fastest_of(request: Request) -> float:
@@ -71,7 +87,13 @@ def moves_over(distance: float, limits: Limits, dt: float, lasting: float = SHOR
 
 
 def series_over(
-    distance: float, limits: Limits, dt: float, signs: Sequence[float] | np.ndarray, *, rest: float, lasting: float
+    distance: float,
+    limits: Limits,
+    dt: float,
+    signs: Sequence[float] | np.ndarray,
+    *,
+    rest: float,
+    lasting: float,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return positions of moves with some signs from 0, each with a `rest` [s] after it, and the first sample of each move.
 
@@ -102,11 +124,17 @@ def moved_by(plant: Model | None) -> float:
     return plant.values.get("M", 0.0)
 
 
-def limits_within(friction: Model, plant: Model | None, fastest: float, axis: Axis | None) -> Limits:
+def limits_within(
+    friction: Model, plant: Model | None, fastest: float, axis: Axis | None
+) -> Limits:
     """Return the limits of an axis; without a stated acceleration, its effort is that of sliding friction.
 
     If the mass is unknown, too, the axis reaches full speed in 0.1 s.
     """
     mass, stated = moved_by(plant), axis or Axis()
     acceleration = sliding_level(friction, fastest) / mass if mass else fastest / SHORTEST
-    return Limits(min(fastest, stated.velocity_limit or math.inf), stated.acceleration_limit or acceleration, stated.jerk_limit or math.inf)
+    return Limits(
+        min(fastest, stated.velocity_limit or math.inf),
+        stated.acceleration_limit or acceleration,
+        stated.jerk_limit or math.inf,
+    )

@@ -3,7 +3,19 @@
 from collections.abc import Iterable
 from xml.etree import ElementTree
 
-from bristle.engine.translation.tree import INTEGER, Binary, Constant, Expression, For, Function, Struct, Type, Unit, While, walk
+from bristle.engine.translation.tree import (
+    INTEGER,
+    Binary,
+    Constant,
+    Expression,
+    For,
+    Function,
+    Struct,
+    Type,
+    Unit,
+    While,
+    walk,
+)
 
 INDENT, LONGEST = "    ", 110
 PRIMARY, UNARY = 16, 14  # precedence of a name and of a sign
@@ -59,7 +71,9 @@ def wrapped(line: str, indent: str) -> list[str]:
     return [*lines, line]
 
 
-def element(tag: str, /, *inside: ElementTree.Element | str, **attributes: str) -> ElementTree.Element:
+def element(
+    tag: str, /, *inside: ElementTree.Element | str, **attributes: str
+) -> ElementTree.Element:
     """Return an element of XML with text or inner elements."""
     made = ElementTree.Element(tag, attributes)
     made.text = "".join(part for part in inside if isinstance(part, str))
@@ -80,5 +94,11 @@ def loops_of(unit: Unit, memory_size: int) -> list[dict[str, str]]:
                 most = str(int(loop.stop.value) - int(loop.start.value))
             else:
                 most = "the number in its argument"
-            loops.append({"function": function.name, "description": described(function.description), "most": most})
+            loops.append(
+                {
+                    "function": function.name,
+                    "description": described(function.description),
+                    "most": most,
+                }
+            )
     return loops

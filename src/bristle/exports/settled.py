@@ -31,20 +31,28 @@ EXACT: dict[str, Callable[..., Any]] = {
 }
 
 
-def fact_of(value: Any, kind: tree.Type, unknown: Iterable[tuple[str, ...]] = (), path: tuple[str, ...] = ()) -> Fact:
+def fact_of(
+    value: Any, kind: tree.Type, unknown: Iterable[tuple[str, ...]] = (), path: tuple[str, ...] = ()
+) -> Fact:
     """Return the fact of a value of a component; arrays and the values at some paths are unknown."""
     if path in unknown:
         return None
     if isinstance(kind, tree.Struct):
         fields = zip(kind.fields, value, strict=True)
-        return _of_fields(fact_of(part, inner, unknown, (*path, name)) for (name, inner), part in fields)
+        return _of_fields(
+            fact_of(part, inner, unknown, (*path, name)) for (name, inner), part in fields
+        )
     if kind == tree.REAL:
         return float(value).hex()
     return int(value) if kind in (tree.INTEGER, tree.TRUTH) else None
 
 
 def settled(
-    unit: tree.Unit, roots: Sequence[tree.Function], facts: Mapping[str, Fact], *, single: bool = False
+    unit: tree.Unit,
+    roots: Sequence[tree.Function],
+    facts: Mapping[str, Fact],
+    *,
+    single: bool = False,
 ) -> tuple[tree.Unit, list[tree.Function]]:
     """Return a unit and its roots, specialized for partly known arguments.
 
@@ -62,7 +70,9 @@ def settled(
     settling = _Settling(single=single)
     if single:
         facts = {name: _narrowed(fact) for name, fact in facts.items()}
-    written = [settling.function(root, [facts.get(p.name) for p in root.parameters])[0] for root in roots]
+    written = [
+        settling.function(root, [facts.get(p.name) for p in root.parameters])[0] for root in roots
+    ]
     names: set[str] = set()
     left = pruned(tree.Unit(settling.functions), written)
     for function in left.functions:
@@ -76,7 +86,9 @@ class _Settling:
         self.single = single
         self.functions: list[tree.Function] = []
         self._written: dict[tuple[int, tuple[Fact, ...]], tuple[tree.Function, Fact]] = {}
-        self._variants: dict[int, list[tree.Function]] = {}  # of one kernel, by any of its functions
+        self._variants: dict[
+            int, list[tree.Function]
+        ] = {}  # of one kernel, by any of its functions
 
     def function(self, function: tree.Function, fact: Sequence[Fact]) -> tuple[tree.Function, Fact]:
         """Return a function, specialized for the facts of its arguments, and the fact of its result."""
@@ -109,8 +121,14 @@ class _Body:
         body, size, before = self.function.body, 0, -1
         while size != before:
             before = size
-            self._values = Counter(part.variable.name for part in tree.walk(body) if isinstance(part, (tree.Assign, tree.For)))
-            self._facts = {name: fact for name, fact in self._arguments.items() if name not in self._values}
+            self._values = Counter(
+                part.variable.name
+                for part in tree.walk(body)
+                if isinstance(part, (tree.Assign, tree.For))
+            )
+            self._facts = {
+                name: fact for name, fact in self._arguments.items() if name not in self._values
+            }
             self._results = []
             body = self._block(body)
             size = sum(1 for _ in tree.walk(body))
@@ -135,10 +153,16 @@ class _Body:
             self._results.append(fact)
             return [tree.Return(value)]
         if isinstance(s, tree.For):
-            return [tree.For(s.variable, self._of(s.start)[0], self._of(s.stop)[0], self._block(s.body))]
+            return [
+                tree.For(s.variable, self._of(s.start)[0], self._of(s.stop)[0], self._block(s.body))
+            ]
         if isinstance(s, (tree.If, tree.While)):
             return self._asking(s)
-        parts = {name: self._of(part)[0] for name, part in vars(s).items() if isinstance(part, tree.Expression)}
+        parts = {
+            name: self._of(part)[0]
+            for name, part in vars(s).items()
+            if isinstance(part, tree.Expression)
+        }
         return [replace(s, **parts) if parts else s]
 
     def _asking(self, s: tree.If | tree.While) -> list[tree.Statement]:
@@ -153,7 +177,12 @@ class _Body:
         """Return the remaining expression and its fact."""
         own = getattr(self, f"_{type(e).__name__.lower()}", None)
         left, fact = own(e) if own else self._computed(e)
-        if fact is None or e.type not in (tree.INTEGER, tree.TRUTH) or isinstance(left, tree.Constant) or _writes(left):
+        if (
+            fact is None
+            or e.type not in (tree.INTEGER, tree.TRUTH)
+            or isinstance(left, tree.Constant)
+            or _writes(left)
+        ):
             return left, fact
         return tree.Constant(e.type, bool(fact) if e.type == tree.TRUTH else int(fact)), fact
 
@@ -188,7 +217,9 @@ class _Body:
         arguments = [self._of(argument) for argument in e.arguments]
         function, fact = self.settling.function(e.function, [argument[1] for argument in arguments])
         match function.body:
-            case [tree.Return(tree.Constant() as number)] if not any(_writes(argument[0]) for argument in arguments):
+            case [tree.Return(tree.Constant() as number)] if not any(
+                _writes(argument[0]) for argument in arguments
+            ):
                 return number, fact
         return tree.Call(e.type, function, [argument[0] for argument in arguments]), fact
 
@@ -226,7 +257,10 @@ class _Body:
             by = {tree.REAL: float, tree.INTEGER: int, tree.TRUTH: bool}[e.type]  # type: ignore[index]
         else:
             by = operator.neg if isinstance(e, tree.Negative) else operator.not_
-        values = [float.fromhex(value) if kind == tree.REAL else value for kind, value in zip(kinds, facts, strict=True)]
+        values = [
+            float.fromhex(value) if kind == tree.REAL else value
+            for kind, value in zip(kinds, facts, strict=True)
+        ]
         try:
             return by and self._written(e.type, by(*values))
         except (ArithmeticError, ValueError):
@@ -273,15 +307,22 @@ def pruned(unit: tree.Unit, roots: Iterable[tree.Function]) -> tree.Unit:
             function = waiting.pop()
             if id(function) not in parts:
                 parts[id(function)] = list(tree.walk(function.body))
-                waiting += [part.function for part in parts[id(function)] if isinstance(part, tree.Call)]
+                waiting += [
+                    part.function for part in parts[id(function)] if isinstance(part, tree.Call)
+                ]
         functions = [function for function in unit.functions if id(function) in parts]
         dead = False
         for function in functions:
             dropped: list[tree.Statement] = []
-            function.body = _live(function.body, {part.name for part in _read(parts[id(function)])}, dropped)
+            function.body = _live(
+                function.body, {part.name for part in _read(parts[id(function)])}, dropped
+            )
             if dropped:
                 dead, parts[id(function)] = True, list(tree.walk(function.body))
-        if not _without_arguments(functions, [parts[id(function)] for function in functions]) and not dead:
+        if (
+            not _without_arguments(functions, [parts[id(function)] for function in functions])
+            and not dead
+        ):
             return tree.Unit(functions)
 
 
@@ -291,7 +332,9 @@ def _read(parts: list[tree.Node]) -> list[tree.Variable]:
     return [part for part in parts if isinstance(part, tree.Variable) and id(part) not in assigned]
 
 
-def _live(block: list[tree.Statement], read: set[str], dropped: list[tree.Statement]) -> list[tree.Statement]:
+def _live(
+    block: list[tree.Statement], read: set[str], dropped: list[tree.Statement]
+) -> list[tree.Statement]:
     entries: list[tree.Statement] = []
     for statement in block:
         if isinstance(statement, tree.Assign) and statement.variable.name not in read:
@@ -300,7 +343,10 @@ def _live(block: list[tree.Statement], read: set[str], dropped: list[tree.Statem
                 entries.append(tree.Evaluate(statement.value))
             continue
         if isinstance(statement, tree.If):
-            statement.body, statement.otherwise = _live(statement.body, read, dropped), _live(statement.otherwise, read, dropped)
+            statement.body, statement.otherwise = (
+                _live(statement.body, read, dropped),
+                _live(statement.otherwise, read, dropped),
+            )
             if not statement.body and not statement.otherwise:
                 dropped.append(statement)
                 continue
@@ -322,19 +368,28 @@ def _without_arguments(functions: list[tree.Function], parts: list[list[tree.Nod
             idle = {
                 id(argument)
                 for call in called
-                for parameter, argument in zip(call.function.parameters, call.arguments, strict=True)
-                if isinstance(argument, tree.Variable) and parameter.name not in used[id(call.function)]
+                for parameter, argument in zip(
+                    call.function.parameters, call.arguments, strict=True
+                )
+                if isinstance(argument, tree.Variable)
+                and parameter.name not in used[id(call.function)]
             }
             looked_at = {part.name for part in variables if id(part) not in idle}
-            fresh = {parameter.name for parameter in function.parameters} & looked_at - used[id(function)]
+            fresh = {parameter.name for parameter in function.parameters} & looked_at - used[
+                id(function)
+            ]
             used[id(function)] |= fresh
             news |= bool(fresh)
     for call in (call for called in calls for call in called):
         pairs = zip(call.function.parameters, call.arguments, strict=True)
-        call.arguments = [argument for parameter, argument in pairs if parameter.name in used[id(call.function)]]
+        call.arguments = [
+            argument for parameter, argument in pairs if parameter.name in used[id(call.function)]
+        ]
     dropped = False
     for function in functions:
-        left = [parameter for parameter in function.parameters if parameter.name in used[id(function)]]
+        left = [
+            parameter for parameter in function.parameters if parameter.name in used[id(function)]
+        ]
         dropped |= len(left) < len(function.parameters)
         function.parameters = left
     return dropped

@@ -53,12 +53,20 @@ def write(request: Request) -> Product:
         )
     gains, (unit, si) = controller.values, UNIT[model.kind]
     # The pulse of velocity [m/s or rad/s]; its time constant [s], if the loop has an integral.
-    pulse, lasts = float(forward[0, 1] + backward[0, 1]) / gains["k_v"], gains["k_v"] / gains["k_i"] if gains["k_i"] else None
+    pulse, lasts = (
+        float(forward[0, 1] + backward[0, 1]) / gains["k_v"],
+        gains["k_v"] / gains["k_i"] if gains["k_i"] else None,
+    )
     effort = table_units(axis, model.kind).efforts[0]
-    notes = ("start values: tune them with the circularity test", *memory_lost(model, forward, backward, effort))
+    notes = (
+        "start values: tune them with the circularity test",
+        *memory_lost(model, forward, backward, effort),
+    )
     said_of_time = "is the integral time of the velocity loop: with this time constant the pulse commands a step of effort"
     if lasts is None:
-        said_of_time = ", the time constant of the pulse, is not written: the velocity loop has no integral"
+        said_of_time = (
+            ", the time constant of the pulse, is not written: the velocity loop has no integral"
+        )
     head = [
         f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES: tune them with the circularity test.",
         *request.source.lines,
@@ -73,10 +81,17 @@ def write(request: Request) -> Product:
         "bristle does not write MD32530 and MD32550 to MD32570, the adaptation: find them with circles at several accelerations "
         "(section 4.6.4.3). It does not write MD32580, the share for short blocks: find this share by trial (section 4.6.5).",
     ]
-    rows = [("32490", "FRICT_COMP_MODE", "1", ""), ("32500", "FRICT_COMP_ENABLE", "1", ""), ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", "")]
+    rows = [
+        ("32490", "FRICT_COMP_MODE", "1", ""),
+        ("32500", "FRICT_COMP_ENABLE", "1", ""),
+        ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""),
+    ]
     rows.append(("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit))
     rows += [] if lasts is None else [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
-    lines = [f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip() for number, name, value, unit in rows]
+    lines = [
+        f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip()
+        for number, name, value, unit in rows
+    ]
     return Product({f"{request.name}.txt": behind_comments(head, *lines, mark=";")}, notes)
 
 
@@ -85,7 +100,11 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
     axis, kind = request.axis, request.model.kind
     if axis is None or loop_for(request) is None:
         return None
-    lines = [line.split() for line in str(files[f"{request.name}.txt"]).splitlines() if not line.startswith(";")]
+    lines = [
+        line.split()
+        for line in str(files[f"{request.name}.txt"]).splitlines()
+        if not line.startswith(";")
+    ]
     values = {name.removeprefix("$MA_"): float(value) for _, name, value, *_ in lines if _}
     if "FRICT_COMP_TIME" not in values or axis.controller is None:
         return None

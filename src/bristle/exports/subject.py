@@ -15,7 +15,16 @@ from bristle.core.surroundings import motion_with
 from bristle.engine.screwed import Memories, ScrewedModel
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.scope import NotExportableError, is_kernel
-from bristle.engine.translation.tree import REAL, Array, Function, Struct, Type, Unit, struct_of, struct_type
+from bristle.engine.translation.tree import (
+    REAL,
+    Array,
+    Function,
+    Struct,
+    Type,
+    Unit,
+    struct_of,
+    struct_type,
+)
 from bristle.exports.settled import fact_of, pruned, settled
 
 TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
@@ -52,7 +61,11 @@ class Subject:
     @property
     def signals(self) -> tuple[str, ...]:
         """Inputs of friction besides the motion, as slots require: load, temperature and so on."""
-        needed = () if self.is_operator else {surrounding.field for surrounding in self.model.component.surroundings}
+        needed = (
+            ()
+            if self.is_operator
+            else {surrounding.field for surrounding in self.model.component.surroundings}
+        )
         return tuple(name for name in self.usual if name in needed)
 
     @property
@@ -91,7 +104,9 @@ def forces_of(model: Model, x: np.ndarray, dt: float, *around: float) -> np.ndar
     component, p, at = model.component, model.parameters, x.tolist()
     state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(x))
     for k in range(1, len(x)):
-        force[k], move = component.trial(state, memory, Motion((at[k] - at[k - 1]) / dt, at[k], *around), dt, p)
+        force[k], move = component.trial(
+            state, memory, Motion((at[k] - at[k - 1]) / dt, at[k], *around), dt, p
+        )
         state = component.commit(state, memory, move, p)
     return force
 
@@ -102,7 +117,9 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     is_operator = component.family == "hysteresis"
     for function in (component.trial, component.commit):
         if not is_kernel(function):
-            raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
+            raise NotExportableError(
+                function, None, "is not a kernel: decorate it with @kernel from bristle.core"
+            )
     builder = Builder(constants or {})
     parameters = struct_type(model.parameters)
     state = struct_type(component.initial_state(model.parameters))
@@ -110,12 +127,26 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     motion = struct_of(moved, [REAL] * len(moved._fields))
     memories = {"memory": component.memory_size(model.parameters)}
     if isinstance(component, ScrewedModel):
-        memories = {f"{side}_memory": size for side, size in component.memory_sizes(model.parameters)._asdict().items()}
-    trial = builder.function(component.trial, [state, _memory_type(memories), *([REAL] if is_operator else [motion, REAL]), parameters])
-    parts = [kind for _, kind in trial.result.fields] if isinstance(trial.result, Struct) and trial.result.is_plain else []
+        memories = {
+            f"{side}_memory": size
+            for side, size in component.memory_sizes(model.parameters)._asdict().items()
+        }
+    trial = builder.function(
+        component.trial,
+        [state, _memory_type(memories), *([REAL] if is_operator else [motion, REAL]), parameters],
+    )
+    parts = (
+        [kind for _, kind in trial.result.fields]
+        if isinstance(trial.result, Struct) and trial.result.is_plain
+        else []
+    )
     if len(parts) != 2 or parts[0] != REAL or not isinstance(parts[1], Struct):
-        raise NotExportableError(component.trial, None, "must return (force, move), with move a NamedTuple of scalars")
-    commit = builder.function(component.commit, [state, _memory_type(memories, writable=True), parts[1], parameters])
+        raise NotExportableError(
+            component.trial, None, "must return (force, move), with move a NamedTuple of scalars"
+        )
+    commit = builder.function(
+        component.commit, [state, _memory_type(memories, writable=True), parts[1], parameters]
+    )
     if commit.result != state:
         raise NotExportableError(component.commit, None, f"must return a {state.cls.__name__}")
     unit = pruned(builder.unit, (trial, commit) if state.fields or commit.writes else (trial,))
@@ -128,15 +159,26 @@ def _memory_type(memories: Mapping[str, int], *, writable: bool = False) -> Type
     return arrays[0] if len(arrays) == 1 else struct_of(Memories, arrays)
 
 
-def settled_subject(subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False) -> Subject:
+def settled_subject(
+    subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False
+) -> Subject:
     """Return the subject without the branches that its parameters rule out, except parameters at some paths."""
-    roots = [subject.trial, *([subject.commit] if subject.commits else []), *([subject.derived] if subject.derived else [])]
+    roots = [
+        subject.trial,
+        *([subject.commit] if subject.commits else []),
+        *([subject.derived] if subject.derived else []),
+    ]
     fact = fact_of(subject.model.parameters, subject.parameters, unknown)
     # The name of the parameters in a kernel.
     arguments = ((subject.trial, TRIAL[subject.is_operator]), (subject.commit, COMMIT))
-    named = {function.source.__code__.co_varnames[names.index("p")] for function, names in arguments} | {"p"}
+    named = {
+        function.source.__code__.co_varnames[names.index("p")] for function, names in arguments
+    } | {"p"}
     unit, written = settled(subject.unit, roots, dict.fromkeys(named, fact), single=single)
-    commit, derived = written[1] if subject.commits else subject.commit, written[-1] if subject.derived else None
+    commit, derived = (
+        written[1] if subject.commits else subject.commit,
+        written[-1] if subject.derived else None,
+    )
     return replace(subject, unit=unit, trial=written[0], commit=commit, derived=derived)
 
 
@@ -165,9 +207,16 @@ def kernels_of(model: Model) -> list[Function]:
     """Return all functions of the tree of the kernels of a friction model, also those in continuous time."""
     subject, component = subject_of(model), model.component
     builder = Builder()
-    state, motion, p, memory = subject.state, subject.motion, subject.parameters, Array(subject.memory_size)
+    state, motion, p, memory = (
+        subject.state,
+        subject.motion,
+        subject.parameters,
+        Array(subject.memory_size),
+    )
     builder.function(component.trial, [state, memory, motion, REAL, p])
-    builder.function(component.commit, [state, Array(subject.memory_size, writable=True), subject.move, p])
+    builder.function(
+        component.commit, [state, Array(subject.memory_size, writable=True), subject.move, p]
+    )
     if component.rate is not None:
         builder.function(component.rate, [state, motion, p])
     if component.piece is not None and component.flow is not None and component.arrival is not None:
@@ -181,19 +230,38 @@ def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
     """Return the types of the continuous state of a contact, and of its data between events."""
     kernel = subject.model.component.piece
     memory = Array(subject.memory_size)
-    begun = builder.function(kernel, [subject.state, memory, subject.motion, subject.parameters]).result
-    parts = [kind for _, kind in begun.fields if isinstance(kind, Struct)] if isinstance(begun, Struct) else []
+    begun = builder.function(
+        kernel, [subject.state, memory, subject.motion, subject.parameters]
+    ).result
+    parts = (
+        [kind for _, kind in begun.fields if isinstance(kind, Struct)]
+        if isinstance(begun, Struct)
+        else []
+    )
     if len(parts) != 2 or not isinstance(begun, Struct) or len(begun.fields) != 2:
-        raise NotExportableError(kernel, None, "must return (contact, piece), NamedTuples of scalars")
+        raise NotExportableError(
+            kernel, None, "must return (contact, piece), NamedTuples of scalars"
+        )
     return parts[0], parts[1]
 
 
 COUNT, SEED, FACTOR, TERM = 2000, 20260, 1664525, 1013904223
-SCALES = (0.05, 0.5, 5.0, 50.0)  # Longest step of each part of the walk, over the pre-sliding distance
+SCALES = (
+    0.05,
+    0.5,
+    5.0,
+    50.0,
+)  # Longest step of each part of the walk, over the pre-sliding distance
 PART, RESTS = 125, 16  # consecutive steps of one scale; one step in RESTS has length 0
 FNV_OFFSET, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
-FARTHEST = {False: 1.0, True: 1e6}  # input of an operator: a force of an inverse, a field of a magnet
-USUAL, SLOW = 1e-6, 1e6  # distance of a model without pre-sliding [m or rad]; duration of a step without viscosity [s]
+FARTHEST = {
+    False: 1.0,
+    True: 1e6,
+}  # input of an operator: a force of an inverse, a field of a magnet
+USUAL, SLOW = (
+    1e-6,
+    1e6,
+)  # distance of a model without pre-sliding [m or rad]; duration of a step without viscosity [s]
 
 
 @dataclass(frozen=True)

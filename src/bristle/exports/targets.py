@@ -109,7 +109,9 @@ class Request:
     @property
     def share(self) -> Rule:
         """The share of the friction that a compensator feeds forward."""
-        from bristle.models.controllers.feedforward import WHOLE  # help must not load modules that compute
+        from bristle.models.controllers.feedforward import (
+            WHOLE,
+        )  # help must not load modules that compute
 
         return self.rule or WHOLE
 
@@ -221,20 +223,41 @@ class Target:
         from bristle.core.errors import InputError
 
         needed = {
-            "name": (isinstance(self.name, str) and VALID_NAME.fullmatch(self.name), "small letters, digits and _"),
-            "description": (isinstance(self.description, str) and self.description.strip(), "a sentence"),
+            "name": (
+                isinstance(self.name, str) and VALID_NAME.fullmatch(self.name),
+                "small letters, digits and _",
+            ),
+            "description": (
+                isinstance(self.description, str) and self.description.strip(),
+                "a sentence",
+            ),
             "write": (callable(self.write), "a function of a Request"),
-            "write_law": (self.write_law is None or callable(self.write_law), "a function of a law, a name and a source"),
-            "reads": (self.reads is None or callable(self.reads), "a function of files and a Request"),
+            "write_law": (
+                self.write_law is None or callable(self.write_law),
+                "a function of a law, a name and a source",
+            ),
+            "reads": (
+                self.reads is None or callable(self.reads),
+                "a function of files and a Request",
+            ),
             "tunable": (isinstance(self.tunable, bool), "True or False"),
             "rest": (self.rest in ("", "held", "middle"), "held, middle, or empty text"),
         }
         for name, (is_valid, allowed) in needed.items():
             if not is_valid:
-                raise InputError(f"has no valid {name}", path=f"target {self.name}", value=getattr(self, name), allowed=allowed)
+                raise InputError(
+                    f"has no valid {name}",
+                    path=f"target {self.name}",
+                    value=getattr(self, name),
+                    allowed=allowed,
+                )
         if self.pushes and self.reads is None and not self.rest:
             mend = "Write reads=reads, a function reads(files, request) that returns the force the drive computes from the files"
-            raise InputError("acts on an axis (pushes=True), but bristle cannot compute the effect", path=f"target {self.name}", mend=mend)
+            raise InputError(
+                "acts on an axis (pushes=True), but bristle cannot compute the effect",
+                path=f"target {self.name}",
+                mend=mend,
+            )
 
     @property
     def module(self) -> str:
@@ -244,7 +267,9 @@ class Target:
     @property
     def useless(self) -> list[str]:
         """Options without effect on a target of bristle; a target of your own may use each of them."""
-        return [key for key, users in USERS.items() if self.name in TARGETS and self.name not in users]
+        return [
+            key for key, users in USERS.items() if self.name in TARGETS and self.name not in users
+        ]
 
 
 def at(place: str, **fixed: Any) -> Callable[..., Any]:
@@ -274,7 +299,9 @@ _AX8000 = (
     "static and dynamic friction for objects 0x3144:02 and 0x3144:03 of a Beckhoff AX8000 or AMP8000 drive; also the spring rate, "
     "object 0x3144:01, if the model has a pre-sliding distance"
 )
-_START_VALUES = "start values for the friction compensation of a SINUMERIK. Tune them with the circularity test"
+_START_VALUES = (
+    "start values for the friction compensation of a SINUMERIK. Tune them with the circularity test"
+)
 _COGGING = "the identified harmonics of the cogging force"
 _HAL = (
     "a HAL component of LinuxCNC for an amplifier in torque mode, a HAL file for the machine, a table for the component lincurve, and a "
@@ -291,8 +318,12 @@ _FMU = (
 )
 _WASM = "a WebAssembly module and the script that loads it, for a browser or node"
 _CUDA = "CUDA C++: thousands of axes in parallel on a graphics processor"
-_WARP = "friction of thousands of joints in Warp, as a drive of Newton and as an actuator of Isaac Lab"
-_CASADI = "C with exact first derivatives, as external functions of CasADi. The parameters are inputs"
+_WARP = (
+    "friction of thousands of joints in Warp, as a drive of Newton and as an actuator of Isaac Lab"
+)
+_CASADI = (
+    "C with exact first derivatives, as external functions of CasADi. The parameters are inputs"
+)
 
 
 def _fmu(fmi: int) -> Target:
@@ -322,7 +353,13 @@ _LISTED = (
         write_law=at("bristle.exports.c:law_files"),
         description=_C,
     ),
-    Target(name="wasm", title="WebAssembly", rest="middle", write=at("bristle.apps.targets.wasm:write"), description=_WASM),
+    Target(
+        name="wasm",
+        title="WebAssembly",
+        rest="middle",
+        write=at("bristle.apps.targets.wasm:write"),
+        description=_WASM,
+    ),
     Target(
         name="st",
         title="Structured Text",
@@ -346,11 +383,32 @@ _LISTED = (
         description=_HAL,
     ),
     Target(
-        name="ros2", title="ROS 2", rest="held", pushes=True, tunable=True, write=at("bristle.apps.targets.ros2:write"), description=_ROS2
+        name="ros2",
+        title="ROS 2",
+        rest="held",
+        pushes=True,
+        tunable=True,
+        write=at("bristle.apps.targets.ros2:write"),
+        description=_ROS2,
     ),
-    Target(name="cuda", title="CUDA", rest="middle", operators=True, write=at("bristle.apps.targets.cuda:write"), description=_CUDA),
-    Target(name="warp", title="Warp", write=at("bristle.apps.targets.warp:write"), description=_WARP),
-    Target(name="casadi", title="CasADi", rest="held", write=at("bristle.apps.targets.casadi:write"), description=_CASADI),
+    Target(
+        name="cuda",
+        title="CUDA",
+        rest="middle",
+        operators=True,
+        write=at("bristle.apps.targets.cuda:write"),
+        description=_CUDA,
+    ),
+    Target(
+        name="warp", title="Warp", write=at("bristle.apps.targets.warp:write"), description=_WARP
+    ),
+    Target(
+        name="casadi",
+        title="CasADi",
+        rest="held",
+        write=at("bristle.apps.targets.casadi:write"),
+        description=_CASADI,
+    ),
     Target(
         name="table",
         title="table for a drive",
@@ -403,7 +461,9 @@ _LISTED = (
     _fmu(2),
     _fmu(3),
 )
-TARGETS: dict[str, Target] = {target.name: target for target in _LISTED}  # Every target of bristle, by name
+TARGETS: dict[str, Target] = {
+    target.name: target for target in _LISTED
+}  # Every target of bristle, by name
 WITHOUT_STEP = {"table", "tf5200", "ax8000", "sinumerik", "cogging", "mjcf"}
 WITHOUT_SPEED = {"wasm", "cuda", "warp", "casadi", "mjcf", "fmu2", "fmu3"}
 USERS = {  # the targets of options

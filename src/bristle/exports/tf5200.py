@@ -17,7 +17,15 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
-from bristle.exports.drive import Side, behind_comments, error_on_log, last_direction, losses, mean_side, side_of
+from bristle.exports.drive import (
+    Side,
+    behind_comments,
+    error_on_log,
+    last_direction,
+    losses,
+    mean_side,
+    side_of,
+)
 from bristle.exports.effect import Drive
 from bristle.exports.loops import lead_of
 from bristle.exports.targets import Product, Request
@@ -33,7 +41,11 @@ PER_MILLE = "0.1 % of rated"
 
 def write(request: Request) -> Product:
     """Return the list of compensation values, with its losses and its origin as comments."""
-    model, (delay_unit, delay_si), (unit, unit_si) = request.model, DELAY_UNIT[request.model.kind], SPEED_UNIT[request.model.kind]
+    model, (delay_unit, delay_si), (unit, unit_si) = (
+        request.model,
+        DELAY_UNIT[request.model.kind],
+        SPEED_UNIT[request.model.kind],
+    )
     forward, backward = [side_of(model, way, request.speed, request.points) for way in (1.0, -1.0)]
     effort = table_units(request.axis, model.kind).efforts[0]
     constant = offset_of(model.component.variables, model.values)
@@ -41,15 +53,25 @@ def write(request: Request) -> Product:
     mean = merged(mean_side(forward, backward, request.points), current, model.kind)
     entries = [(round(v / unit_si), round(f / current.si)) for v, f in mean.entries.tolist()]
     if len(entries) > MOST:
-        raise InputError("exceeds the length of the list of the CNC", path="points", value=len(entries), allowed=f"{MOST} entries or fewer")
+        raise InputError(
+            "exceeds the length of the list of the CNC",
+            path="points",
+            value=len(entries),
+            allowed=f"{MOST} entries or fewer",
+        )
     written = np.array([[v * unit_si, float(f) * current.si] for v, f in entries])
-    delay, ahead = round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si), lead_of(request)
+    delay, ahead = (
+        round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si),
+        lead_of(request),
+    )
     too_long = f"position_delay has its largest value, {LONGEST_DELAY}, but the friction needs {delay} x {delay_unit} to reverse"
     notes = (
         *losses(model, forward, backward, effort, symmetric=True),
         f"currents are integers in {PER_MILLE}: rounding changes each current by up to half of this unit",
         *((too_long,) if delay > LONGEST_DELAY else ()),
-        *error_on_log(request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}),
+        *error_on_log(
+            request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}
+        ),
     )
     head = [
         f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.",
@@ -62,7 +84,11 @@ def write(request: Request) -> Product:
         f"reversal_lookahead: cycles by which the current leads a reversal; this axis needs {ahead}, the largest value is {MOST_AHEAD}.",
     ]
     rows = {"mode": 3, "table_entries": len(entries), "position_delay": min(delay, LONGEST_DELAY)}
-    rows |= {"reversal_lookahead": min(ahead, MOST_AHEAD), "scaling_factor": SCALE_OF_ONE, "delay_cycles": 0}
+    rows |= {
+        "reversal_lookahead": min(ahead, MOST_AHEAD),
+        "scaling_factor": SCALE_OF_ONE,
+        "delay_cycles": 0,
+    }
     for i, (v, f) in enumerate(entries):
         rows |= {f"table[{i}].in": v, f"table[{i}].out": f}
     lines = [f"{'frict_comp.' + key:<40}{value}" for key, value in rows.items()]
@@ -92,13 +118,20 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     """
     kind = request.model.kind
     current = _current_unit(request.axis, table_units(request.axis, kind).efforts[0])
-    rows = (line.split() for line in str(files[f"{request.name}.txt"]).splitlines() if not line.startswith("#"))
+    rows = (
+        line.split()
+        for line in str(files[f"{request.name}.txt"]).splitlines()
+        if not line.startswith("#")
+    )
     values = {key.removeprefix("frict_comp."): float(value) for key, value in rows}
     entries = range(int(values["table_entries"]))
     speeds = SPEED_UNIT[kind][1] * np.array([values[f"table[{i}].in"] for i in entries])
     scale = values["scaling_factor"] / SCALE_OF_ONE * current.si
     forces = scale * np.array([values[f"table[{i}].out"] for i in entries])
-    distance, cycles = DELAY_UNIT[kind][1] * values["position_delay"], int(values["reversal_lookahead"])
+    distance, cycles = (
+        DELAY_UNIT[kind][1] * values["position_delay"],
+        int(values["reversal_lookahead"]),
+    )
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = np.diff(x, prepend=x[:1]) / dt
@@ -118,8 +151,14 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
 
 def merged(side: Side, current: DriveUnit, kind: str) -> Side:
     """Return a side without the entries that rounding makes redundant or puts at one speed."""
-    written = [(round(v / SPEED_UNIT[kind][1]), round(f / current.si)) for v, f in side.entries.tolist()]
+    written = [
+        (round(v / SPEED_UNIT[kind][1]), round(f / current.si)) for v, f in side.entries.tolist()
+    ]
     apart = [k for k in range(len(written)) if k == 0 or written[k][0] != written[k - 1][0]]
     neighbours = zip(apart, [None, *apart[:-1]], [*apart[1:], None], strict=True)
-    numbers = [k for k, low, high in neighbours if low is None or high is None or not written[low][1] == written[k][1] == written[high][1]]
+    numbers = [
+        k
+        for k, low, high in neighbours
+        if low is None or high is None or not written[low][1] == written[k][1] == written[high][1]
+    ]
     return replace(side, entries=side.entries[numbers])

@@ -25,20 +25,41 @@ from bristle.models.hysteresis import everett
 if TYPE_CHECKING:
     from bristle.exports.law import Law
 
-TOLERANCE = 1e-3  # Allowed deviation from double precision in the self-test, divided by the largest output
+TOLERANCE = (
+    1e-3  # Allowed deviation from double precision in the self-test, divided by the largest output
+)
 CHECKPOINT = 25  # Steps between two comparisons with double precision
 
 _OF_MATHEMATICS = (
-    {"EXP_MAX": 88.0, "EXP_OF_MAX": 1.6516362549940018e38, "EXP_MIN": -87.0, "ROUNDER": 12582912.0, "TANH_MAX": 10.0}
+    {
+        "EXP_MAX": 88.0,
+        "EXP_OF_MAX": 1.6516362549940018e38,
+        "EXP_MIN": -87.0,
+        "ROUNDER": 12582912.0,
+        "TANH_MAX": 10.0,
+    }
     # ln 2 and half pi in parts of a few bits, and the remainder.
     | {"LN2_HIGH": 0.693359375, "LN2_LOW": -2.1219444005469057e-04}
-    | {"HALF_PI_1": 1.5703125, "HALF_PI_2": 4.837512969970703e-04, "HALF_PI_3": 7.54978941586159635e-08, "HALF_PI_4": 5.390302529957764e-15}
-    | {"NORMAL_MIN": 1.1754943508222875e-38, "LOG_OF_MIN": -87.33654475055310, "LARGEST": 3.4028234663852886e38}
+    | {
+        "HALF_PI_1": 1.5703125,
+        "HALF_PI_2": 4.837512969970703e-04,
+        "HALF_PI_3": 7.54978941586159635e-08,
+        "HALF_PI_4": 5.390302529957764e-15,
+    }
+    | {
+        "NORMAL_MIN": 1.1754943508222875e-38,
+        "LOG_OF_MIN": -87.33654475055310,
+        "LARGEST": 3.4028234663852886e38,
+    }
     | {"ANGLE_MAX": 5e3, "ANGLE_WITHOUT_DIGITS": 1e6}
 )
 CONSTANTS: dict[tuple[str, float], float] = (
     {(name, getattr(mathematics, name)): value for name, value in _OF_MATHEMATICS.items()}
-    | {("RELATIVE", deflection.RELATIVE): 1e-5, ("OF_SLIDING", deflection.OF_SLIDING): 1e-5, ("TOLERANCE", deflection.TOLERANCE): 1e-7}
+    | {
+        ("RELATIVE", deflection.RELATIVE): 1e-5,
+        ("OF_SLIDING", deflection.OF_SLIDING): 1e-5,
+        ("TOLERANCE", deflection.TOLERANCE): 1e-7,
+    }
     | {("SHORTEST", deflection.SHORTEST): 1e-30, ("TOLERANCE", slip_law.TOLERANCE): 1e-4}
     | {("BEYOND", BEYOND): 1e18, ("FAR", everett.FAR): 1e18}
 )
@@ -57,7 +78,11 @@ def refuse_beyond_single(values: Mapping[str, Any], path: str = "") -> None:
         if hasattr(value, "_fields"):
             refuse_beyond_single(value._asdict(), f"{path}{name}.")
             continue
-        numbers = np.abs(np.atleast_1d(value)).astype(float) if not isinstance(value, str) else np.zeros(1)
+        numbers = (
+            np.abs(np.atleast_1d(value)).astype(float)
+            if not isinstance(value, str)
+            else np.zeros(1)
+        )
         if np.any(np.isfinite(numbers) & (numbers > largest)):
             raise InputError(
                 "is too large for single precision",
@@ -70,7 +95,10 @@ def refuse_beyond_single(values: Mapping[str, Any], path: str = "") -> None:
 
 def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
     """Return the reference outputs of a self-test in single precision; empty for double precision."""
-    near = {"checkpoints": [repr(output) for output in outputs[::CHECKPOINT].tolist()], "largest": repr(float(np.max(np.abs(outputs))))}
+    near = {
+        "checkpoints": [repr(output) for output in outputs[::CHECKPOINT].tolist()],
+        "largest": repr(float(np.max(np.abs(outputs)))),
+    }
     return near | {"every": CHECKPOINT, "tolerance": repr(TOLERANCE) if single else ""}
 
 
@@ -104,19 +132,25 @@ def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str,
         yield name, place, compared or [(">=", -math.inf), ("<=", math.inf)]
 
 
-def tunable_of(model: Model, fixed_names: Container[str] = (), *, mend: str = "Omit --tunable") -> Tunable:
+def tunable_of(
+    model: Model, fixed_names: Container[str] = (), *, mend: str = "Omit --tunable"
+) -> Tunable:
     """Return the variable parameters of a model: its real numbers, except those named in `fixed_names`; `mend` ends a refusal."""
     component = model.component
     values = {
         name: value if isinstance(value, np.ndarray) else float(value)
         for name, value in model.values.items()
-        if not component.is_integer(name) and not component.variables[name].choices and name not in fixed_names
+        if not component.is_integer(name)
+        and not component.variables[name].choices
+        and name not in fixed_names
     }
     # Numbers mark the parameters, to find them in the parameters of the kernels.
     marked: dict[str, Any] = {}
     count = MARK
     for name, value in values.items():
-        marked[name] = count + np.arange(value.size, dtype=float) if isinstance(value, np.ndarray) else count
+        marked[name] = (
+            count + np.arange(value.size, dtype=float) if isinstance(value, np.ndarray) else count
+        )
         count += np.size(value)
     names = {np.asarray(mark).tobytes(): name for name, mark in marked.items()}
     leaves = dict(_leaves(component.assemble(dict(model.values) | marked), ()))
@@ -124,10 +158,17 @@ def tunable_of(model: Model, fixed_names: Container[str] = (), *, mend: str = "O
     places = {path: names[key] for path, key in keys.items() if key in names}
     lost = sorted(set(values) - set(places.values()))
     usual = _leaves(component.assemble(dict(model.values)), ())
-    lost += [".".join(path) for path, value in usual if path not in places and keys[path] != np.asarray(value).tobytes()]
+    lost += [
+        ".".join(path)
+        for path, value in usual
+        if path not in places and keys[path] != np.asarray(value).tobytes()
+    ]
     if lost:
         raise InputError(
-            "converts these parameters at the start, so they cannot change at run time", path=model.name, value=", ".join(lost), mend=mend
+            "converts these parameters at the start, so they cannot change at run time",
+            path=model.name,
+            value=", ".join(lost),
+            mend=mend,
         )
     return Tunable(model.kind, component.variables, values, places)
 
@@ -139,19 +180,34 @@ def tunable_law(law: Law) -> Tunable:
     values: dict[str, Any] = {}
     variables: dict[str, Variable] = {}
     places: dict[tuple[str, ...], str] = {}
-    for part, model in (("controller", law.controller), ("friction", friction), ("table", feedforward.table)):
+    for part, model in (
+        ("controller", law.controller),
+        ("friction", friction),
+        ("table", feedforward.table),
+    ):
         if model is not None:
             tuned = tunable_of(model)
             values |= {f"{part}_{name}": value for name, value in tuned.values.items()}
-            named = {name: of_travel(variable) if part == "table" else variable for name, variable in tuned.variables.items()}
+            named = {
+                name: of_travel(variable) if part == "table" else variable
+                for name, variable in tuned.variables.items()
+            }
             variables |= {f"{part}_{name}": named[name] for name in tuned.values}
             places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
     fed = {("mass",): law.p.mass} if law.p.mass else {}
-    fed |= {} if friction is None else {("shape", name): value for name, value in _tunable_shape(law.p.shape).items()}
+    fed |= (
+        {}
+        if friction is None
+        else {("shape", name): value for name, value in _tunable_shape(law.p.shape).items()}
+    )
     further = {**FEEDFORWARD, **variables_of(Shape)}
     if hasattr(law.p, "screw"):
         further |= variables_of(WindUp)
-        fed |= {("screw", name): value for name, value in law.p.screw._asdict().items() if isinstance(value, float)}
+        fed |= {
+            ("screw", name): value
+            for name, value in law.p.screw._asdict().items()
+            if isinstance(value, float)
+        }
     for path, value in fed.items():
         name = f"feedforward_{path[-1]}"
         values[name], variables[name], places[path] = value, further[path[-1]], name
@@ -162,7 +218,11 @@ def _tunable_shape(shape: Shape) -> dict[str, float]:
     """Return the fields of a shape that can change; the fields of a rule only if the shape has it."""
     usual = Shape._field_defaults
     fixed = {"return_distance", "fade_time", "constant", "viscous"}
-    return {name: value for name, value in shape._asdict().items() if name not in fixed or value != usual[name]}
+    return {
+        name: value
+        for name, value in shape._asdict().items()
+        if name not in fixed or value != usual[name]
+    }
 
 
 def settled_law(law: Law) -> Law:
@@ -176,5 +236,7 @@ def settled_law(law: Law) -> Law:
 def _leaves(value: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], Any]]:
     leaves: list[tuple[tuple[str, ...], Any]] = []
     for name, part in zip(value._fields, value, strict=True):
-        leaves += _leaves(part, (*path, name)) if hasattr(part, "_fields") else [((*path, name), part)]
+        leaves += (
+            _leaves(part, (*path, name)) if hasattr(part, "_fields") else [((*path, name), part)]
+        )
     return leaves

@@ -59,7 +59,10 @@ class CompiledWalk:
             record = self._built(model)
             _write(place, json.dumps(record))
         self.library = folder / record["library"]
-        self.parameters = {name: np.atleast_1d(np.asarray(model.values[name], dtype=float)) for name in record["parameters"]}
+        self.parameters = {
+            name: np.atleast_1d(np.asarray(model.values[name], dtype=float))
+            for name in record["parameters"]
+        }
         self.signals: dict[str, float] = record["signals"]
         self.start = np.array(record["start"])
         self._functions = ctypes.CDLL(str(self.library))
@@ -83,12 +86,28 @@ class CompiledWalk:
             "start": [0.0, 0.0, 0.0, *map(float, subject.virgin), *[0.0] * subject.memory_size],
         }
 
-    def run(self, function: str, lanes: int, steps: int, inputs: Sequence[np.ndarray], outputs: Sequence[np.ndarray]) -> None:
+    def run(
+        self,
+        function: str,
+        lanes: int,
+        steps: int,
+        inputs: Sequence[np.ndarray],
+        outputs: Sequence[np.ndarray],
+    ) -> None:
         """Run a function of the library on contiguous arrays of doubles."""
-        pointers = [(ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays)) for arrays in (inputs, outputs)]
-        result = getattr(self._functions, function)(ctypes.c_size_t(lanes), ctypes.c_size_t(steps), *pointers)
+        pointers = [
+            (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays))
+            for arrays in (inputs, outputs)
+        ]
+        result = getattr(self._functions, function)(
+            ctypes.c_size_t(lanes), ctypes.c_size_t(steps), *pointers
+        )
         if result:
-            raise MemoryError if result == 1 else InputError("is not a state of this model", path="state")
+            raise (
+                MemoryError
+                if result == 1
+                else InputError("is not a state of this model", path="state")
+            )
 
     @staticmethod
     def build(files: Mapping[str, str], command: str | None, flags: Sequence[str]) -> Path:
@@ -114,17 +133,37 @@ class CompiledWalk:
             If there is no compiler, or it fails.
         """
         if command is None:
-            raise InputError("needs a compiler, and bristle found none", path="compiler", mend="Install gcc or clang")
-        line = [command, *flags, "-shared", "-fPIC", *(name for name in files if not name.endswith(".h")), "-o", "built", "-lm"]
+            raise InputError(
+                "needs a compiler, and bristle found none",
+                path="compiler",
+                mend="Install gcc or clang",
+            )
+        line = [
+            command,
+            *flags,
+            "-shared",
+            "-fPIC",
+            *(name for name in files if not name.endswith(".h")),
+            "-o",
+            "built",
+            "-lm",
+        ]
         folder = cache_folder() or _folder_of_process()
-        library = folder / f"native-{hashlib.sha256(repr((line, sorted(files.items()))).encode()).hexdigest()[:32]}.so"
+        library = (
+            folder
+            / f"native-{hashlib.sha256(repr((line, sorted(files.items()))).encode()).hexdigest()[:32]}.so"
+        )
         if not library.exists():
             with tempfile.TemporaryDirectory(dir=folder, prefix="native-") as place:
                 for name, text in files.items():
                     (Path(place) / name).write_text(text, encoding="ascii")
-                built = subprocess.run(line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False)
+                built = subprocess.run(
+                    line, cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False
+                )
                 if built.returncode:
-                    raise InputError(f"failed: {built.stderr.strip() or built.returncode}", path=command)
+                    raise InputError(
+                        f"failed: {built.stderr.strip() or built.returncode}", path=command
+                    )
                 os.replace(Path(place) / "built", library)
         return library
 
@@ -133,10 +172,20 @@ def _key(model: Model) -> str:
     """Return the key of a compiled model: of its values, its functions, and all code of bristle."""
     component, p = model.component, model.parameters
     state = component.initial_state(p)
-    described = (model.name, model.kind, component.variables, variables_of(type(state)), state, component.memory_size(p), pack(p).tobytes())
+    described = (
+        model.name,
+        model.kind,
+        component.variables,
+        variables_of(type(state)),
+        state,
+        component.memory_size(p),
+        pack(p).tobytes(),
+    )
     around = [surrounding.field for surrounding in getattr(component, "surroundings", ())]
     functions = fingerprint(component.trial, component.commit, type(component).assemble, *_types(p))
-    return hashlib.sha256(repr((platform.machine(), described, around, functions, _code_of_bristle())).encode()).hexdigest()[:32]
+    return hashlib.sha256(
+        repr((platform.machine(), described, around, functions, _code_of_bristle())).encode()
+    ).hexdigest()[:32]
 
 
 def _types(p: Any) -> list[type]:

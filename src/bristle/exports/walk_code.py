@@ -7,7 +7,12 @@ Linnainmaa, BIT 16(2), 1976, doi:10.1007/BF01931367). The tape contains only tho
 
 from typing import Any
 
-from bristle.engine.translation.directional import tangent_combined, tangent_difference, tangent_scaled, tangent_sum
+from bristle.engine.translation.directional import (
+    tangent_combined,
+    tangent_difference,
+    tangent_scaled,
+    tangent_sum,
+)
 from bristle.engine.translation.tree import Function
 from bristle.exports.c import CFiles, written_files
 from bristle.exports.c_code import Printer
@@ -37,7 +42,9 @@ class TapePrinter(Printer):
         if recorded is None:
             return super()._function(function)
         arguments = ", ".join(f"double {argument.name}" for argument in function.parameters)
-        return f"{self.inline} double {function.name}({arguments})\n{{\n    return {recorded};\n}}\n"
+        return (
+            f"{self.inline} double {function.name}({arguments})\n{{\n    return {recorded};\n}}\n"
+        )
 
 
 class TapeFiles(CFiles):
@@ -55,6 +62,12 @@ def walk_files(derived: DerivedStep) -> dict[str, str]:
     subject, files = derived.subject, dict[str, str]()
     for name, kind in (("friction", CFiles), ("taped", TapeFiles)):
         request = Request(subject.model, name, 1e-3, tunable=True)
-        files |= written_files(TEMPLATES, name, kind(subject, request, derived=derived).facts(), {}, request.source)
-    facts = {"fields": derived.fields(Printer(subject.unit)), "memory": subject.memory_size, "signals": list(subject.signals)}
+        files |= written_files(
+            TEMPLATES, name, kind(subject, request, derived=derived).facts(), {}, request.source
+        )
+    facts = {
+        "fields": derived.fields(Printer(subject.unit)),
+        "memory": subject.memory_size,
+        "signals": list(subject.signals),
+    }
     return files | {"tape.h": rendered("c/tape.h", {}), "walk.c": rendered("c/walk.c", facts)}

@@ -9,7 +9,15 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS, Variant
 from bristle.exports.c_code import RESERVED
 from bristle.exports.described import Source, hash_of_law, hash_of_model
-from bristle.exports.effect import FAR, WORSE, Effect, effect_of_files, effect_of_law, length_text, with_best_rule
+from bristle.exports.effect import (
+    FAR,
+    WORSE,
+    Effect,
+    effect_of_files,
+    effect_of_law,
+    length_text,
+    with_best_rule,
+)
 from bristle.exports.law import law_of
 from bristle.exports.loops import cycle_of, late_of, lead_of, loop_for, reach_for
 from bristle.exports.targets import TARGETS, VALID_NAME, Product, Request, Target
@@ -49,7 +57,12 @@ def load_target_file(path: Readable) -> Target:
     target = declared_in(content, "TARGET", Target, title="target of the export", mend=MEND)
     source = str(content.source)
     if target.name in TARGETS:
-        raise InputError("TARGET has the name of a target of bristle", path=source, value=target.name, mend="Choose another name")
+        raise InputError(
+            "TARGET has the name of a target of bristle",
+            path=source,
+            value=target.name,
+            mend="Choose another name",
+        )
     return target
 
 
@@ -80,14 +93,27 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
     """Return the files of a model for a target."""
     target = target_named(to)
     operator = request.model.name if request.model.component.family == "hysteresis" else ""
-    demands = {"tunable": request.tunable, "single": request.single, "derivatives": request.derivatives, "rest": request.rest}
+    demands = {
+        "tunable": request.tunable,
+        "single": request.single,
+        "derivatives": request.derivatives,
+        "rest": request.rest,
+    }
     _refuse_beyond(target, **demands, compares=request.log is not None, operators=operator)
     if request.single:
         refuse_beyond_single(request.model.values)
     request, effect = _with_best_share(target, request)
     if target.pushes and not accept_harm:
-        _refuse_harm(effect, target.name, has_memory=target.reads is None and rest_rule(request.sampled) == "")
-    feeds = (target.pushes or target.rest) and not target.of_cogging and request.model.component.family == "friction"
+        _refuse_harm(
+            effect,
+            target.name,
+            has_memory=target.reads is None and rest_rule(request.sampled) == "",
+        )
+    feeds = (
+        (target.pushes or target.rest)
+        and not target.of_cogging
+        and request.model.component.family == "friction"
+    )
     remarks = (
         *_unseen(request),
         *(effect.lines() if effect else ()),
@@ -107,7 +133,12 @@ def _with_best_share(target: Target, request: Request) -> tuple[Request, Effect 
     if target.reads is None:
         return _with_rule(target, with_share(target, request))
     tried = (_with_rule(target, with_share(target, request, gain)) for gain in CONSTANT_GAINS)
-    return min(tried, key=lambda ruled: 0.0 if ruled[1] is None else max(ruled[1].least_distance, LEAST * ruled[1].reach))
+    return min(
+        tried,
+        key=lambda ruled: (
+            0.0 if ruled[1] is None else max(ruled[1].least_distance, LEAST * ruled[1].reach)
+        ),
+    )
 
 
 def with_share(target: Target, request: Request, constant: float = CONSTANT_GAINS[0]) -> Request:
@@ -116,12 +147,21 @@ def with_share(target: Target, request: Request, constant: float = CONSTANT_GAIN
     A compensator with a state follows the rule of `bristle.prediction.claims`. The values of a drive without one describe a
     `constant` share. A target that describes friction describes all of it.
     """
-    if not (target.pushes and request.is_from_log) or target.of_cogging or request.model.component.family != "friction":
+    if (
+        not (target.pushes and request.is_from_log)
+        or target.of_cogging
+        or request.model.component.family != "friction"
+    ):
         return request
     if target.reads is None:
         return replace(request, rule=rule_for(request.model, reach_for(request)))
     share = scaled(request.model, constant, whole=True)
-    return replace(request, model=share, undivided=request.model, rule=rule_for(request.model, None)._replace(gain=constant))
+    return replace(
+        request,
+        model=share,
+        undivided=request.model,
+        rule=rule_for(request.model, None)._replace(gain=constant),
+    )
 
 
 def _share_text(target: Target, request: Request) -> tuple[str, ...]:
@@ -134,7 +174,9 @@ def _share_text(target: Target, request: Request) -> tuple[str, ...]:
         return (f"the values contain {share}",)
     if rule.return_distance:
         travel = length_text(rule.return_distance, request.model.kind)
-        return (f"the feed has {share}; the share fades at rest with {rule.fade_time:g} s and returns over {travel}",)
+        return (
+            f"the feed has {share}; the share fades at rest with {rule.fade_time:g} s and returns over {travel}",
+        )
     if reach_for(request) is not None:
         return (f"the feed has {share}",)
     doubt = "the stiffness of the position loop is unknown, so bristle promises nothing: write [controller] into the axis file"
@@ -145,7 +187,9 @@ def _ahead_text(request: Request) -> str:
     """Return a sentence on the lead of the desired motion."""
     ahead, late, cycle = lead_of(request), late_of(request), cycle_of(request)
     samples = "sample" if ahead == 1 else "samples"
-    of_log = "" if request.axis is not None and request.axis.cycle else ", the sample time of the log"
+    of_log = (
+        "" if request.axis is not None and request.axis.cycle else ", the sample time of the log"
+    )
     head = f"feed the desired motion {ahead} {samples} of {1e3 * cycle:g} ms ahead"
     rest = "0 for delay and lag, which are unknown"
     if late or request.is_from_log:
@@ -160,7 +204,11 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
         if target.reads is None:
             return effect_of_files(ruled, None, promises=promises) if target.rest else None
         drive = target.reads(checked_product(target.write(ruled), target).files, ruled)
-        return None if drive is None else effect_of_files(ruled, drive, of_cogging=target.of_cogging, promises=promises)
+        return (
+            None
+            if drive is None
+            else effect_of_files(ruled, drive, of_cogging=target.of_cogging, promises=promises)
+        )
 
     def finished(ruled: Request) -> tuple[Request, Effect | None]:
         if target.pushes and target.reads is None and target.rest:
@@ -168,8 +216,16 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
         return ruled, effect(ruled, promises=target.pushes)
 
     usual = replace(request, rest=request.rest or target.rest)
-    matters = target.pushes and loop_for(usual) is not None and (target.reads is not None or rest_rule(usual.sampled) != "")
-    rules = dict.fromkeys((target.rest, *RESTS)) if target.rest and matters and not request.rest else (usual.rest,)
+    matters = (
+        target.pushes
+        and loop_for(usual) is not None
+        and (target.reads is not None or rest_rule(usual.sampled) != "")
+    )
+    rules = (
+        dict.fromkeys((target.rest, *RESTS))
+        if target.rest and matters and not request.rest
+        else (usual.rest,)
+    )
     requests = [replace(request, rest=rule) for rule in rules]
     if len(requests) == 1:
         return finished(requests[0])
@@ -211,7 +267,9 @@ def _unseen(request: Request) -> tuple[str, ...]:
     notes = []
     for name, variable in request.model.component.variables.items():
         entry = request.source.uncertainty.get(name, {})
-        doubt = entry.get("note") or ("" if entry.get("status", "identified") in SEEN else "not identified")
+        doubt = entry.get("note") or (
+            "" if entry.get("status", "identified") in SEEN else "not identified"
+        )
         of_sliding = acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable)
         if of_sliding and entry.get("status") != "held" and doubt:
             notes.append(f"do not use {name} until a log determines this force: {doubt}")
@@ -222,8 +280,14 @@ ABILITIES = {
     "tunable": ("does not support parameters that change at run time", "Omit tunable"),
     "single": ("does not support single precision", "Omit float32"),
     "derivatives": ("does not support derivatives", "Omit derivatives"),
-    "rest": ("does not evaluate the model sample by sample, so it has no rule at rest", "Omit rest"),
-    "compares": ("is not a table, so bristle cannot compare it with the model along a log", "Omit the log"),
+    "rest": (
+        "does not evaluate the model sample by sample, so it has no rule at rest",
+        "Omit rest",
+    ),
+    "compares": (
+        "is not a table, so bristle cannot compare it with the model along a log",
+        "Omit the log",
+    ),
     "operators": ("does not support hysteresis operators", ""),
     "write_law": ("does not support control laws", ""),
 }
@@ -233,21 +297,40 @@ def _refuse_beyond(target: Target, **demands: bool | str) -> None:
     """Refuse a demand that the target cannot meet, and name the targets of bristle that can."""
     for ability, value in demands.items():
         if value and not getattr(target, ability):
-            allowed = ", ".join(name for name, candidate in TARGETS.items() if getattr(candidate, ability))
+            allowed = ", ".join(
+                name for name, candidate in TARGETS.items() if getattr(candidate, ability)
+            )
             message, mend = ABILITIES[ability]
-            raise InputError(message, path=target.name, value=value if isinstance(value, str) else None, allowed=allowed, mend=mend)
+            raise InputError(
+                message,
+                path=target.name,
+                value=value if isinstance(value, str) else None,
+                allowed=allowed,
+                mend=mend,
+            )
 
 
 def checked_product(product: Product, target: Target) -> Product:
     """Return the product of a target if it is valid: files with plain names, text or bytes, notes as text."""
     if not isinstance(product, Product) or not isinstance(product.files, dict):
         raise InputError(
-            "returned no files", path=target.name, value=type(product).__name__, mend='Return Product({"name.txt": text}, ("a note",))'
+            "returned no files",
+            path=target.name,
+            value=type(product).__name__,
+            mend='Return Product({"name.txt": text}, ("a note",))',
         )
     if not product.files:
-        raise InputError("wrote no file", path=target.name, mend="Raise an InputError for a model that the target does not support")
+        raise InputError(
+            "wrote no file",
+            path=target.name,
+            mend="Raise an InputError for a model that the target does not support",
+        )
     for name, content in product.files.items():
-        if not isinstance(name, str) or not (is_plain(name) and name.isprintable()) or name == SUMMARY:
+        if (
+            not isinstance(name, str)
+            or not (is_plain(name) and name.isprintable())
+            or name == SUMMARY
+        ):
             raise InputError(
                 "gives a file an invalid name",
                 path=target.name,
@@ -255,16 +338,33 @@ def checked_product(product: Product, target: Target) -> Product:
                 allowed=f"a plain file name without a folder, other than {SUMMARY}",
             )
         if not isinstance(content, (str, bytes)):
-            raise InputError(f"wrote no content for {name}", path=target.name, value=type(content).__name__, allowed="text or bytes")
-    if not isinstance(product.notes, tuple) or not all(isinstance(note, str) for note in product.notes):
+            raise InputError(
+                f"wrote no content for {name}",
+                path=target.name,
+                value=type(content).__name__,
+                allowed="text or bytes",
+            )
+    if not isinstance(product.notes, tuple) or not all(
+        isinstance(note, str) for note in product.notes
+    ):
         raise InputError(
-            "has notes that are not text", path=target.name, value=product.notes, mend='Write ("a note",), with a comma after the text'
+            "has notes that are not text",
+            path=target.name,
+            value=product.notes,
+            mend='Write ("a note",), with a comma after the text',
         )
     return product
 
 
 def law_for(
-    to: str | Target, variant: Variant, name: str, source: Source, *, tunable: bool = False, single: bool = False, accept_harm: bool = False
+    to: str | Target,
+    variant: Variant,
+    name: str,
+    source: Source,
+    *,
+    tunable: bool = False,
+    single: bool = False,
+    accept_harm: bool = False,
 ) -> Product:
     """Return the files of the control law of a variant for a target, with the options of a `Request`."""
     target = target_named(to)
@@ -277,21 +377,32 @@ def law_for(
         _refuse_harm(effect, target.name, has_memory=True)
     remarks = effect.lines() if effect else ()
     ahead = [name for name in law.inputs if name.endswith("_ahead")]
-    samples = f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
+    samples = (
+        f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
+    )
     notes = [f"feed the law {samples} of the desired motion: {', '.join(ahead)}"] if ahead else []
     notes += [single_note("effort")] if single else []
     if tunable and np.any(law.memory):
-        notes.append("the initial state of the compensator was computed with the exported parameters; new parameters do not change it")
+        notes.append(
+            "the initial state of the compensator was computed with the exported parameters; new parameters do not change it"
+        )
     assert target.write_law is not None
-    written = target.write_law(law, name, replace(source, remarks=remarks, model_hash=hash_of_law(law_of(variant))))
+    written = target.write_law(
+        law, name, replace(source, remarks=remarks, model_hash=hash_of_law(law_of(variant)))
+    )
     product = checked_product(written if isinstance(written, Product) else Product(written), target)
-    return replace(product, notes=tuple(dict.fromkeys((*remarks, *notes, *product.notes))), effect=effect)
+    return replace(
+        product, notes=tuple(dict.fromkeys((*remarks, *notes, *product.notes))), effect=effect
+    )
 
 
 def name_for(text: str) -> str:
     """Return a valid name for files, types and functions."""
     if not VALID_NAME.fullmatch(text) or text in RESERVED:
         raise InputError(
-            "cannot name a function", path="name", value=text, allowed="small letters, digits and _, a letter first, not a keyword of C"
+            "cannot name a function",
+            path="name",
+            value=text,
+            allowed="small letters, digits and _, a letter first, not a keyword of C",
         )
     return text

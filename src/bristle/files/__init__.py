@@ -5,13 +5,34 @@ from typing import TYPE_CHECKING
 from bristle.core.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.files.arguments import AXIS, EXPERIMENT, axes_for, log_and_axis, logs_and_axes, read_log
+    from bristle.files.arguments import (
+        AXIS,
+        EXPERIMENT,
+        axes_for,
+        log_and_axis,
+        logs_and_axes,
+        read_log,
+    )
     from bristle.files.arrays import read_arrays, write_arrays
     from bristle.files.axis import axis_text, read_axis
     from bristle.files.axis_form import CHANNELS, EMPTY, edited, form_of, with_columns_of_motion
-    from bristle.files.components import FILL_IN, check_keys, check_schema, key_of, name_of, number_at, table_at
+    from bristle.files.components import (
+        FILL_IN,
+        check_keys,
+        check_schema,
+        key_of,
+        name_of,
+        number_at,
+        table_at,
+    )
     from bristle.files.curves import describes_curves, read_curves
-    from bristle.files.experiment import Planned, experiment_from, planned_in, read_experiment, with_models
+    from bristle.files.experiment import (
+        Planned,
+        experiment_from,
+        planned_in,
+        read_experiment,
+        with_models,
+    )
     from bristle.files.experiment_text import LOOP, NextExperiment
     from bristle.files.growing import Growing, growing_folder, verified
     from bristle.files.inspection import Inspection

@@ -40,7 +40,12 @@ def log_and_axis(log: Any, axis: Any, size_limit: int = SIZE_LIMIT) -> tuple[Log
     if is_table(log):
         return Log.from_columns(log, axis=axis), axis
     read = partial(read_log, axis=axis, size_limit=size_limit)
-    return looked_at(instance(Log, "a log or a log file", 'Write read_log("axis.csv", axis)', read), log, "log", None), axis
+    return looked_at(
+        instance(Log, "a log or a log file", 'Write read_log("axis.csv", axis)', read),
+        log,
+        "log",
+        None,
+    ), axis
 
 
 def axes_for(axis: Any, count: int) -> list[Any]:
@@ -51,17 +56,24 @@ def axes_for(axis: Any, count: int) -> list[Any]:
     if len(described) != count:
         mend = "Give one axis file for all logs, or one axis file per log in the same order"
         message = f"{len(described)} axis files for {'1 log' if count == 1 else f'{count} logs'}"
-        raise InputError(message, path="axis", allowed=" or ".join(dict.fromkeys(("1", f"{count}"))), mend=mend)
+        raise InputError(
+            message, path="axis", allowed=" or ".join(dict.fromkeys(("1", f"{count}"))), mend=mend
+        )
     return described
 
 
-def logs_and_axes(log: Any, axis: Any, *, size_limit: int = SIZE_LIMIT) -> list[tuple[Log, Axis | None]]:
+def logs_and_axes(
+    log: Any, axis: Any, *, size_limit: int = SIZE_LIMIT
+) -> list[tuple[Log, Axis | None]]:
     """Return one or several logs, each with its axis: one axis for all logs, or one axis per log."""
     logs = list(log) if isinstance(log, (list, tuple)) else [log]
     if not logs:
         raise InputError("names no log", path="log", mend="Give at least one log")
     return without_short(
-        [partial(log_and_axis, log, of_log, size_limit) for log, of_log in zip(logs, axes_for(axis, len(logs)), strict=True)]
+        [
+            partial(log_and_axis, log, of_log, size_limit)
+            for log, of_log in zip(logs, axes_for(axis, len(logs)), strict=True)
+        ]
     )
 
 
@@ -75,9 +87,16 @@ def without_short(pairs: Iterable[Callable[[], tuple[Log, A]]]) -> list[tuple[Lo
             short.append(error)
     if len(short) == 1 and not usable:
         raise short[0]
-    facts = [f"{error.path} {error.message} ({error.value} instead of {error.allowed})" for error in short]
+    facts = [
+        f"{error.path} {error.message} ({error.value} instead of {error.allowed})"
+        for error in short
+    ]
     if not usable:
-        raise TooShortError(f"all {len(short)} logs are too short: {', '.join(facts)}", path="log", mend=short[0].mend)
+        raise TooShortError(
+            f"all {len(short)} logs are too short: {', '.join(facts)}",
+            path="log",
+            mend=short[0].mend,
+        )
     (first, axis), *further = usable
     for fact in facts:
         first = replace(first, notes=(*first.notes, f"bristle leaves out a log: {fact}"))
@@ -85,7 +104,12 @@ def without_short(pairs: Iterable[Callable[[], tuple[Log, A]]]) -> list[tuple[Lo
     return [(first, axis), *further]
 
 
-def read_log(path: Readable, axis: Axis | Readable | dict[str, Any] | None = None, *, size_limit: int | str = SIZE_LIMIT) -> Log:
+def read_log(
+    path: Readable,
+    axis: Axis | Readable | dict[str, Any] | None = None,
+    *,
+    size_limit: int | str = SIZE_LIMIT,
+) -> Log:
     """Return the log in a file, in SI units of the axis, on a uniform time grid.
 
     Parameters

@@ -16,7 +16,10 @@ WANTED_BY = "the columns of a Parquet file"
 
 def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -> str:
     """Write arrays of one length into a folder of results; return the name of the file."""
-    out, plain = io.BytesIO(), {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
+    out, plain = (
+        io.BytesIO(),
+        {name: np.asarray(values, dtype=float) for name, values in arrays.items()},
+    )
     try:
         pyarrow, parquet = library("pyarrow", WANTED_BY), library("pyarrow.parquet", WANTED_BY)
     except MissingExtraError:
@@ -26,8 +29,14 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
         columns = []
         for values in plain.values():  # one or two dimensions; avoids the slow import of pandas
             flat = np.ascontiguousarray(values).reshape(-1)
-            cells = pyarrow.Array.from_buffers(pyarrow.float64(), flat.size, [None, pyarrow.py_buffer(flat)])
-            columns.append(cells if values.ndim == 1 else pyarrow.FixedSizeListArray.from_arrays(cells, values.shape[1]))
+            cells = pyarrow.Array.from_buffers(
+                pyarrow.float64(), flat.size, [None, pyarrow.py_buffer(flat)]
+            )
+            columns.append(
+                cells
+                if values.ndim == 1
+                else pyarrow.FixedSizeListArray.from_arrays(cells, values.shape[1])
+            )
         parquet.write_table(pyarrow.Table.from_arrays(columns, list(plain)), out)
         name = f"{stem}.parquet"
     folder.write(name, out.getvalue())
@@ -42,7 +51,11 @@ def read_arrays(folder: Path, stem: str) -> dict[str, np.ndarray]:
     try:
         if parquet is not None:
             table: Any = parquet.read_table(path)
-            return {name: np.array(table[name].to_pylist(), dtype=float) for name in table.column_names}
+            return {
+                name: np.array(table[name].to_pylist(), dtype=float) for name in table.column_names
+            }
         return dict(np.load(path)) if path.is_file() else {}
     except Exception as error:  # noqa: BLE001  (libraries raise many kinds of errors for a broken file)
-        raise InputError(f"cannot be read ({error})", path=str(path), mend="Save the results again") from None
+        raise InputError(
+            f"cannot be read ({error})", path=str(path), mend="Save the results again"
+        ) from None

@@ -13,7 +13,9 @@ from bristle.files.components import open_in
 from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
-CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)  # the channels that a form for an axis file offers for a column
+CHANNELS = tuple(
+    name for name in COLUMNS if name not in RECORDED
+)  # the channels that a form for an axis file offers for a column
 EMPTY = 'schema = 1\nname = "axis"\n'  # the smallest axis file
 # Default channels of a log of the motion.
 OF_MOTION = {"time": "time", "position": "length", "reference": "length", "effort": "force"}
@@ -70,15 +72,23 @@ def form_of(axis_file: Content) -> dict[str, Any]:
     entries, columns = tables.get("columns"), {}
     for name, value in entries.items() if isinstance(entries, Mapping) else ():
         entry = long_form(value)  # the reader of the file refuses an invalid column
-        if isinstance(entry, Mapping) and isinstance(column := by_number(entry.get("column", "")), str):
+        if isinstance(entry, Mapping) and isinstance(
+            column := by_number(entry.get("column", "")), str
+        ):
             columns[name] = {**entry, "column": column}
     remarks = {}
     for name, table in tomlkit.parse(text).items():
         for key, item in table.items() if isinstance(table, Mapping) else ():
             if comment := getattr(getattr(item, "trivia", None), "comment", ""):
                 remarks[f"{name}.{key}"] = comment.lstrip("# ")
-    plain = {key: value for key, value in tables.items() if isinstance(value, (str, int, float, Mapping))}
-    return {"tables": plain | {"columns": columns}, "missing": list(open_in(tables)), "remarks": remarks}
+    plain = {
+        key: value for key, value in tables.items() if isinstance(value, (str, int, float, Mapping))
+    }
+    return {
+        "tables": plain | {"columns": columns},
+        "missing": list(open_in(tables)),
+        "remarks": remarks,
+    }
 
 
 def with_columns_of_motion(text: str) -> str:
@@ -86,6 +96,11 @@ def with_columns_of_motion(text: str) -> str:
     tables = read_toml(text.encode()).data
     if "columns" in tables:
         return text
-    kind = tables["kind"] if tables.get("kind") in KINDS else KINDS[0]  # the reader of the file refuses an invalid kind
+    kind = (
+        tables["kind"] if tables.get("kind") in KINDS else KINDS[0]
+    )  # the reader of the file refuses an invalid kind
     entries = {f"columns.{name}.column": name for name in OF_MOTION}
-    return edited(text, entries | {f"columns.{name}.unit": unit_of(of, kind) for name, of in OF_MOTION.items()})
+    return edited(
+        text,
+        entries | {f"columns.{name}.unit": unit_of(of, kind) for name, of in OF_MOTION.items()},
+    )

@@ -24,7 +24,9 @@ def key_of(name: str) -> str:
 def table_at(value: Any, path: str) -> dict[str, Any]:
     """Return a value of a file that must be a table."""
     if not isinstance(value, dict):
-        raise InputError("must be a table", path=path, value=value, mend=f"Write [{path}] on a separate line")
+        raise InputError(
+            "must be a table", path=path, value=value, mend=f"Write [{path}] on a separate line"
+        )
     return value
 
 
@@ -34,7 +36,9 @@ def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> 
     for key in table:
         if key not in names:
             full, allowed = f"{path}.{key}" if path else key, f"keys: {', '.join(names)}"
-            raise InputError("unknown key", path=full, allowed=allowed, mend=did_you_mean(key, names))
+            raise InputError(
+                "unknown key", path=full, allowed=allowed, mend=did_you_mean(key, names)
+            )
 
 
 def check_schema(data: Mapping[str, Any]) -> None:
@@ -42,9 +46,17 @@ def check_schema(data: Mapping[str, Any]) -> None:
     if "schema" not in data:
         raise InputError("is missing", path="schema", mend="Write schema = 1 on the first line")
     if type(data["schema"]) is not int or data["schema"] != 1:
-        mend = "Update bristle if a newer version wrote the file" if type(data["schema"]) is int else "Write schema = 1"
+        mend = (
+            "Update bristle if a newer version wrote the file"
+            if type(data["schema"]) is int
+            else "Write schema = 1"
+        )
         raise InputError(
-            "is a schema that this version of bristle cannot read", path="schema", value=data["schema"], allowed="1", mend=mend
+            "is a schema that this version of bristle cannot read",
+            path="schema",
+            value=data["schema"],
+            allowed="1",
+            mend=mend,
         )
 
 
@@ -57,10 +69,18 @@ def component_named(name: Any, registry: Mapping[str, Component], path: str) -> 
     """Return the component with this name."""
     if isinstance(name, str) and name in registry:
         return registry[name]
-    raise InputError("there is no such model", path=path, value=name, allowed=", ".join(registry), mend=did_you_mean(name, registry))
+    raise InputError(
+        "there is no such model",
+        path=path,
+        value=name,
+        allowed=", ".join(registry),
+        mend=did_you_mean(name, registry),
+    )
 
 
-def parameters_in(table: Mapping[str, Any], component: Component, path: str, *, beside: tuple[str, ...] = ()) -> dict[str, Any]:
+def parameters_in(
+    table: Mapping[str, Any], component: Component, path: str, *, beside: tuple[str, ...] = ()
+) -> dict[str, Any]:
     """Return the parameters of a table by their names in code."""
     names = {key_of(name): name for name in component.variables}
     check_keys(table, (*beside, *names), path)
@@ -83,10 +103,16 @@ def model_from(
     return make_model(component, values, kind=kind, validate=True, path=path)
 
 
-def _component_in(table: Any, registry: Mapping[str, Component], path: str, default: str = "", find: Any = None) -> Any:
+def _component_in(
+    table: Any, registry: Mapping[str, Component], path: str, default: str = "", find: Any = None
+) -> Any:
     named = table_at(table, path).get("model", default)
     if named == "" and "model" not in table:
-        mend = "Name your own law in an experiment file" if "file" in table else f'Write model = "..." under [{path}]'
+        mend = (
+            "Name your own law in an experiment file"
+            if "file" in table
+            else f'Write model = "..." under [{path}]'
+        )
         raise InputError("names no model", path=path, allowed=", ".join(registry), mend=mend)
     if find is not None and isinstance(named, str) and "+" in named:
         return find(named, table, f"{path}.model")
@@ -116,7 +142,12 @@ def refuse_open(tables: Mapping[str, Any]) -> None:
     """Refuse a file with a value that is not filled in."""
     if keys := list(open_in(tables)):
         more = f" Also fill in {', '.join(keys[1:])}" if len(keys) > 1 else ""
-        raise InputError("is not filled in", path=keys[0], value=FILL_IN, mend=f"The comment on this line explains the value.{more}")
+        raise InputError(
+            "is not filled in",
+            path=keys[0],
+            value=FILL_IN,
+            mend=f"The comment on this line explains the value.{more}",
+        )
 
 
 def numbers_in(
@@ -131,7 +162,11 @@ def numbers_in(
     """Return the given quantities of a table in SI units; those in `needs` are required, and some are whole numbers."""
     for name in needs:
         if name not in table:
-            raise InputError(f"needs {name}", path=path, mend=f"Write {name} ({variables[name].description}) under [{path}]")
+            raise InputError(
+                f"needs {name}",
+                path=path,
+                mend=f"Write {name} ({variables[name].description}) under [{path}]",
+            )
     values: dict[str, Any] = {}
     for name, variable in variables.items():
         if (key := key_of(name)) in table:
@@ -143,7 +178,14 @@ def numbers_in(
     return values
 
 
-def choice_at(table: Mapping[str, Any], key: str, choices: Sequence[str], path: str, fault: str, usual: str | None = None) -> str:
+def choice_at(
+    table: Mapping[str, Any],
+    key: str,
+    choices: Sequence[str],
+    path: str,
+    fault: str,
+    usual: str | None = None,
+) -> str:
     """Return the choice at a key of a table; if it is missing, the usual choice, or else the first."""
     value = table.get(key, usual or choices[0])
     if value not in choices:
@@ -161,19 +203,32 @@ def kind_at(value: Any, path: str, kinds: Sequence[Kind] = KINDS) -> Kind:
 INTEGRAL_TIME = "T_n"
 
 
-def controller_from(table: Any, *, kind: Kind, axis: Axis | None = None, path: str, own: Controller | None = None) -> Model:
+def controller_from(
+    table: Any, *, kind: Kind, axis: Axis | None = None, path: str, own: Controller | None = None
+) -> Model:
     """Return the control law of a table; gains may be in units of the drive, such as ``k_v = "243.45 V*s/m"``, or of the motor."""
     entries, component = table_at(table, path), own or _component_in(table, CONTROLLERS, path)
     by_time = (INTEGRAL_TIME,) if {"k_v", "k_i"} <= set(component.variables) else ()
-    values = parameters_in(entries, component, path, beside=("model" if own is None else "file", *by_time))
+    values = parameters_in(
+        entries, component, path, beside=("model" if own is None else "file", *by_time)
+    )
     for name, value in values.items():
-        values[name] = in_effort(value, component.variables[name].quantity, kind, axis, f"{path}.{name}")
+        values[name] = in_effort(
+            value, component.variables[name].quantity, kind, axis, f"{path}.{name}"
+        )
     if by_time and INTEGRAL_TIME in entries:
         place, raw = f"{path}.{INTEGRAL_TIME}", entries[INTEGRAL_TIME]
         if "k_i" in values:
-            raise InputError("sets the integral gain, but k_i sets it too", path=place, value=raw, mend="Keep only one")
+            raise InputError(
+                "sets the integral gain, but k_i sets it too",
+                path=place,
+                value=raw,
+                mend="Keep only one",
+            )
         if "k_v" not in values:
-            raise InputError("needs the velocity gain", path=place, value=raw, mend=f"Write k_v under [{path}]")
+            raise InputError(
+                "needs the velocity gain", path=place, value=raw, mend=f"Write k_v under [{path}]"
+            )
         time = number_at(raw, Variable("time", "integral time", min=0.0), kind, place)
         gain = units.quantity(values["k_v"], component.variables["k_v"], kind, path=f"{path}.k_v")
         values["k_i"] = gain / time if time else 0.0  # a time of 0 switches the integral off
@@ -192,12 +247,20 @@ def in_effort(value: Any, quantity: str, kind: Kind, axis: Axis | None, path: st
     forces, lengths = [(unit_of("force", kind), 1.0)], [(unit_of("length", kind), 1.0)]
     for counted, channel in ((forces, "effort"), (lengths, "position")):
         if axis is not None and (column := axis.columns.get(channel)) is not None:
-            counted.append((column.base, abs(column.scale)))  # a negative scale reflects the wiring; a gain has no sign
-    if axis is not None and axis.arm is not None and kind == "translational":  # N*m and rad are the units of a rotational axis
+            counted.append(
+                (column.base, abs(column.scale))
+            )  # a negative scale reflects the wiring; a gain has no sign
+    if (
+        axis is not None and axis.arm is not None and kind == "translational"
+    ):  # N*m and rad are the units of a rotational axis
         forces.append(("N*m", 1.0 / axis.arm))
         lengths.append(("rad", axis.arm))
     for (force, effort), (length, position) in product(forces, lengths):
         unit = unit_of(expanded, kind, force=force, length=length)
         if units.compatible(own_unit, unit, path=path):
-            return units.convert(value, unit, path=path) * effort ** powers["force"] * position ** powers.get("length", 0.0)
+            return (
+                units.convert(value, unit, path=path)
+                * effort ** powers["force"]
+                * position ** powers.get("length", 0.0)
+            )
     return value

@@ -55,7 +55,11 @@ def describes_curves(path: Readable | dict[str, Any]) -> bool:
     """Return whether an axis file names the input and output of a hysteresis instead of the channels of an axis."""
     data = read_toml(path).data
     columns = data.get("columns")
-    named = isinstance(columns, dict) and bool({"input", "output"} & set(columns)) and "position" not in columns
+    named = (
+        isinstance(columns, dict)
+        and bool({"input", "output"} & set(columns))
+        and "position" not in columns
+    )
     return named or data.get("kind") in ("magnetic", "piezo")
 
 
@@ -63,7 +67,9 @@ def read_curve_columns(path: HysteresisFile | Readable | dict[str, Any]) -> Hyst
     """Return the description of the curves in a file."""
     if isinstance(path, HysteresisFile):
         return path
-    data, source, _ = read_toml(path, path="axis", what="a file that names the columns of the curves")
+    data, source, _ = read_toml(
+        path, path="axis", what="a file that names the columns of the curves"
+    )
     with located(source):
         check_schema(data)
         file = validated(HysteresisFile, data)
@@ -73,7 +79,12 @@ def read_curve_columns(path: HysteresisFile | Readable | dict[str, Any]) -> Hyst
         return file
 
 
-def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any], *, size_limit: int | str = SIZE_LIMIT) -> Curves:
+def read_curves(
+    path: Readable,
+    axis: HysteresisFile | Readable | dict[str, Any],
+    *,
+    size_limit: int | str = SIZE_LIMIT,
+) -> Curves:
     """Return recorded hysteresis: curves of input and output in SI units.
 
     Parameters
@@ -101,37 +112,72 @@ def read_curves(path: Readable, axis: HysteresisFile | Readable | dict[str, Any]
             + (", ".join(table.tables[:5]) or "one table only")
             + (" and more" if len(table.tables) > 5 else "")
         )
-        raise InputError("does not match any table of the log", path="log.tables", value=tables, allowed=allowed)
+        raise InputError(
+            "does not match any table of the log", path="log.tables", value=tables, allowed=allowed
+        )
     for part in [f"{name}/" for name in names] if tables else [""]:
         u = _signal(table, part, columns.input, "input", "length", file.kind)
         f = _signal(table, part, columns.output, "output", "force", file.kind)
         number = _column(table, part, columns.curve, "curve") if columns.curve else np.zeros(u.size)
         if u.size != f.size:
-            raise InputError(f"has {u.size} samples of the input but {f.size} of the output", path=place)
+            raise InputError(
+                f"has {u.size} samples of the input but {f.size} of the output", path=place
+            )
         if number.size != u.size:
-            raise InputError(f"has {number.size} samples, but the input has {u.size}", path=f"{place}: curve")
+            raise InputError(
+                f"has {number.size} samples, but the input has {u.size}", path=f"{place}: curve"
+            )
         starts = np.flatnonzero(np.diff(number)) + 1
-        candidates += [Curve(*pair) for pair in zip(np.split(u, starts), np.split(f, starts), strict=True)]
+        candidates += [
+            Curve(*pair) for pair in zip(np.split(u, starts), np.split(f, starts), strict=True)
+        ]
     chosen = [curve for curve in candidates if curve.u.size >= shortest]
     if not chosen:
         allowed = f"at least {shortest} samples per curve"
-        raise InputError("has only curves with too few samples", path=place, value=f"{len(candidates)} curves", allowed=allowed)
+        raise InputError(
+            "has only curves with too few samples",
+            path=place,
+            value=f"{len(candidates)} curves",
+            allowed=allowed,
+        )
     if len(chosen) < len(candidates):
-        notes.append(f"bristle ignores {len(candidates) - len(chosen)} curves with fewer than {shortest} samples")
+        notes.append(
+            f"bristle ignores {len(candidates) - len(chosen)} curves with fewer than {shortest} samples"
+        )
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
         message = "is constant, so it cannot be the input"
-        raise InputError(message, path=f"{place}: {columns.input.column}", mend="Name the column of the input")
-    return Curves(tuple(chosen), file.curves.start, file.kind, table.source, table.origin, tuple(notes), file.name)
+        raise InputError(
+            message, path=f"{place}: {columns.input.column}", mend="Name the column of the input"
+        )
+    return Curves(
+        tuple(chosen),
+        file.curves.start,
+        file.kind,
+        table.source,
+        table.origin,
+        tuple(notes),
+        file.name,
+    )
 
 
-def _signal(table: Table, part: str, column: SignalEntry, key: str, quantity: str, kind: Kind) -> np.ndarray:
+def _signal(
+    table: Table, part: str, column: SignalEntry, key: str, quantity: str, kind: Kind
+) -> np.ndarray:
     values = _column(table, part, column.column, key)
     place = f"{table.source}: column {part}{column.column}"
     unit = column.unit or table.units.get(table.name_of(part + column.column) or "", "")
-    values = column.sign * (units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0) * values
+    values = (
+        column.sign
+        * (units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0)
+        * values
+    )
     bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
     if bad.size:
-        message = "is not a valid measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
+        message = (
+            "is not a valid measurement"
+            if np.isfinite(values[bad[0]])
+            else "is not a finite number"
+        )
         mend = "End the curve before this sample, or correct the sample"
         raise InputError(message, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend=mend)
     return values

@@ -63,13 +63,17 @@ class Planned:
             raise InputError("is damaged or was changed", path=str(self.folder / NOTE), mend=mend)
         if MODEL in changed:
             mend = f'To use the changed model, rename this file and name it with file = "...". Otherwise, remove {self.folder}'
-            raise InputError("was changed after its identification", path=str(self.folder / MODEL), mend=mend)
+            raise InputError(
+                "was changed after its identification", path=str(self.folder / MODEL), mend=mend
+            )
         return MODEL in names and DEPENDS_ON not in changed and f'"{self.digest}"' in text
 
     @property
     def note(self) -> tuple[str, str]:
         """Name and text of the file that lists the inputs of the model."""
-        return DEPENDS_ON, json.dumps({"identify": self.name, "digest": self.digest}, indent=2) + "\n"
+        return DEPENDS_ON, json.dumps(
+            {"identify": self.name, "digest": self.digest}, indent=2
+        ) + "\n"
 
 
 def planned_in(data: Mapping[str, Any], source: Path, sources: Sources) -> dict[str, Planned]:
@@ -84,22 +88,34 @@ def with_models(data: Mapping[str, Any], source: Path, sources: Sources) -> dict
     for name in dict.fromkeys(name for _, name in _uses(data)):
         if name in planned and not planned[name].is_current:
             is_stale = planned[name].folder.exists()
-            reason = "was identified from other inputs than those that this file now states" if is_stale else "is not identified yet"
+            reason = (
+                "was identified from other inputs than those that this file now states"
+                if is_stale
+                else "is not identified yet"
+            )
             raise InputError(reason, path=f"identify.{name}", mend=MEND)
     learning = {model.excited.name for model in planned.values() if model.excited is not None}
     judged = {key: value for key, value in data.items() if key != "identify"}
     if "compare" in judged:
-        judged["compare"] = {name: table for name, table in table_at(judged["compare"], "compare").items() if name not in learning}
+        judged["compare"] = {
+            name: table
+            for name, table in table_at(judged["compare"], "compare").items()
+            if name not in learning
+        }
     return _replaced(judged, planned, "")
 
 
-def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sources: Sources) -> Planned:
+def _planned(
+    name: str, table: Any, data: Mapping[str, Any], source: Path, sources: Sources
+) -> Planned:
     from bristle import __version__
 
     path = f"identify.{name}"
     check_keys(table_at(table, path), ("log", "excite", "axis", *OPTIONS), path)
     if not name.isidentifier():
-        raise InputError("cannot be the name of a folder", path=path, allowed="letters, digits and _")
+        raise InputError(
+            "cannot be the name of a folder", path=path, allowed="letters, digits and _"
+        )
     if ("log" in table) == ("excite" in table):
         mend = 'Write log = "log.csv", or excite = "NAME" to simulate the loop [compare.NAME]'
         raise InputError("needs a log or a simulated loop for the fit", path=path, mend=mend)
@@ -116,18 +132,39 @@ def _planned(name: str, table: Any, data: Mapping[str, Any], source: Path, sourc
     if "excite" in table:
         tables, excited, read = _excited(str(table["excite"]), data, f"{path}.excite", sources)
         origins += read
-    facts = {"identify": table, "rig": tables, "files": sorted(origin.checksum for origin in origins), "bristle": __version__}
+    facts = {
+        "identify": table,
+        "rig": tables,
+        "files": sorted(origin.checksum for origin in origins),
+        "bristle": __version__,
+    }
     digest = hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
     folder = source.parent.absolute() / f"{source.stem}_identified" / name
-    return Planned(name, folder, digest, logs, axis, excited, {key: table[key] for key in OPTIONS if key in table})
+    return Planned(
+        name,
+        folder,
+        digest,
+        logs,
+        axis,
+        excited,
+        {key: table[key] for key in OPTIONS if key in table},
+    )
 
 
-def _excited(name: str, data: Mapping[str, Any], path: str, sources: Sources) -> tuple[dict[str, Any], Variant, list[Origin]]:
+def _excited(
+    name: str, data: Mapping[str, Any], path: str, sources: Sources
+) -> tuple[dict[str, Any], Variant, list[Origin]]:
     """Return the tables of the excited loop, the loop, and the files that the tables name."""
     variants = table_at(data.get("compare", {}), "compare")
     if name not in variants:
         mend = did_you_mean(name, variants) or f"Describe that loop under [compare.{name}]"
-        raise InputError("is not a variant in this file", path=path, value=name, allowed=", ".join(variants), mend=mend)
+        raise InputError(
+            "is not a variant in this file",
+            path=path,
+            value=name,
+            allowed=", ".join(variants),
+            mend=mend,
+        )
     base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
     override = table_at(variants[name], f"compare.{name}")
     tables = merged(base, override)
@@ -153,22 +190,41 @@ def _uses(level: Any, place: str = "") -> Iterator[tuple[str, str]]:
 def _replaced(level: Any, planned: Mapping[str, Planned], place: str) -> Any:
     if not isinstance(level, Mapping):
         return level
-    inner = {key: _replaced(value, planned, f"{place}.{key}" if place else str(key)) for key, value in level.items()}
+    inner = {
+        key: _replaced(value, planned, f"{place}.{key}" if place else str(key))
+        for key, value in level.items()
+    }
     if not isinstance(level.get(IDENTIFIED), str):  # a variant may be called so
         return inner
     name = inner.pop(IDENTIFIED)
     if name not in planned:
         path, mend = f"{place}.{IDENTIFIED}", did_you_mean(name, planned)
-        raise InputError("is not a model under [identify] of this file", path=path, value=name, allowed=", ".join(planned), mend=mend)
+        raise InputError(
+            "is not a model under [identify] of this file",
+            path=path,
+            value=name,
+            allowed=", ".join(planned),
+            mend=mend,
+        )
     return {"file": str(planned[name].folder / MODEL), **inner}
 
 
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
 # Tables of an experiment on a contact, and required tables of a loop: both kinds of files may be in one folder.
-OF_CONTACTS = {"contact", "operator", "path", "torque", "measurement", "transition_branches", "bench"}
+OF_CONTACTS = {
+    "contact",
+    "operator",
+    "path",
+    "torque",
+    "measurement",
+    "transition_branches",
+    "bench",
+}
 
 
-def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Experiment:
+def read_experiment(
+    path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT
+) -> Experiment:
     """Return the experiment described by a file.
 
     The file without changes is the variant ``base``. Each table ``[compare.<name>]`` adds a variant with changed
@@ -194,7 +250,11 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
     sources = Sources(source.parent, allow_code, size_of(size_limit))
     with located(source):
         experiment = experiment_from(with_models(data, source, sources), source, sources)
-    return replace(experiment, origins=({"experiment": (content.origin,)} if content is not None else {}) | sources.origins)
+    return replace(
+        experiment,
+        origins=({"experiment": (content.origin,)} if content is not None else {})
+        | sources.origins,
+    )
 
 
 def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Experiment:
@@ -202,7 +262,9 @@ def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Exp
     if OF_CONTACTS & data.keys() and not {"controller", "reference", "run"} & data.keys():
         named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
         command = f"bristle paper --from {shlex.quote(str(source.parent))} --figure {named[1] if named else 'N'}"
-        raise InputError("is an experiment on a contact, not on a loop", mend=f"Run it with {command}")
+        raise InputError(
+            "is an experiment on a contact, not on a loop", mend=f"Run it with {command}"
+        )
     refuse_open(data)
     check_keys(data, KEYS, "")
     check_schema(data)
@@ -210,9 +272,17 @@ def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Exp
     base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
     as_it_stands = variant_from("base", Tables(base), sources)
     overrides = table_at(data.get("compare", {}), "compare")
-    variants = [as_it_stands] if all(override and label != "base" for label, override in overrides.items()) else []
+    variants = (
+        [as_it_stands]
+        if all(override and label != "base" for label, override in overrides.items())
+        else []
+    )
     for label, override in overrides.items():
         path = f"compare.{label}"
         check_keys(table_at(override, path), SECTIONS, path)
-        variants.append(variant_from(label, Tables(merged(base, override), override, path), sources))
-    return Experiment(name=name, kind=as_it_stands.plant.kind, variants=tuple(variants), source=source)
+        variants.append(
+            variant_from(label, Tables(merged(base, override), override, path), sources)
+        )
+    return Experiment(
+        name=name, kind=as_it_stands.plant.kind, variants=tuple(variants), source=source
+    )

@@ -28,7 +28,9 @@ class Folder:
 
     def __enter__(self) -> Folder:
         if os.stat in os.supports_dir_fd and hasattr(os, "O_DIRECTORY"):
-            location, above = (self.path, None) if self._above is None else (self.path.name, self._above._opened)
+            location, above = (
+                (self.path, None) if self._above is None else (self.path.name, self._above._opened)
+            )
             self._opened = os.open(location, os.O_RDONLY | os.O_DIRECTORY | _NO_LINKS, dir_fd=above)
         elif not stat.S_ISDIR(os.lstat(self.path).st_mode):
             raise OSError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(self.path))
@@ -56,7 +58,12 @@ class Folder:
     def open(self, name: str, flags: int = os.O_RDONLY) -> int:
         """Open a file without following a link."""
         with self._holder(name) as (holder, last):
-            return os.open(holder._at(last), flags | _NO_LINKS | getattr(os, "O_BINARY", 0), 0o666, dir_fd=holder._opened)
+            return os.open(
+                holder._at(last),
+                flags | _NO_LINKS | getattr(os, "O_BINARY", 0),
+                0o666,
+                dir_fd=holder._opened,
+            )
 
     def size(self, name: str) -> int:
         """Return the size of a file [byte]."""
@@ -104,7 +111,9 @@ class Folder:
         """Rename a file in the same folder and replace the file that has this name."""
         with self._holder(old) as (holder, last):
             at = holder._opened
-            os.replace(holder._at(last), holder._at(new.rpartition("/")[2]), src_dir_fd=at, dst_dir_fd=at)
+            os.replace(
+                holder._at(last), holder._at(new.rpartition("/")[2]), src_dir_fd=at, dst_dir_fd=at
+            )
 
     def remove(self, name: str) -> None:
         """Remove a file."""
@@ -165,24 +174,36 @@ def folder_wanted(out: str | os.PathLike[str]) -> Path:
     """Return the folder to be written; if the path is a link, return its target."""
     text = os.fspath(out)
     if "\0" in text:
-        raise InputError("contains a NUL character", path="--out", value=text, mend="Name a new folder")
+        raise InputError(
+            "contains a NUL character", path="--out", value=text, mend="Name a new folder"
+        )
     try:
         path = Path(text)
         ends = path.name not in ("", "..") and not path.is_symlink()
         plain = path.parent.resolve() / path.name if ends else path.resolve()
         if plain.name == "" or plain == plain.parent:
-            raise InputError("is the root of a file system", path=text, mend="Name a new folder in it")
+            raise InputError(
+                "is the root of a file system", path=text, mend="Name a new folder in it"
+            )
         if not plain.parent.is_dir():
-            raise InputError("its parent folder does not exist", path=str(plain), mend=f"Make {plain.parent} first")
+            raise InputError(
+                "its parent folder does not exist",
+                path=str(plain),
+                mend=f"Make {plain.parent} first",
+            )
     except (OSError, RuntimeError) as error:
         reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InputError(f"cannot be written: {reason}", path=text, mend="Name a folder in another place") from None
+        raise InputError(
+            f"cannot be written: {reason}", path=text, mend="Name a folder in another place"
+        ) from None
     return Path(extended(str(plain))) if os.name == "nt" else plain
 
 
 def extended(path: str) -> str:
     """Return the path of a folder with the prefix that Windows needs for long paths; a short path is unchanged."""
-    if len(path) < 200 or path.startswith(_AS_IT_IS):  # for the folder only; Windows accepts 260 characters with the name of a file
+    if len(path) < 200 or path.startswith(
+        _AS_IT_IS
+    ):  # for the folder only; Windows accepts 260 characters with the name of a file
         return path
     return f"{_AS_IT_IS}UNC\\{path[2:]}" if path.startswith("\\\\") else _AS_IT_IS + path
 
@@ -201,6 +222,11 @@ def _rename(old: Path, new: Path, flag: int) -> bool:
     if not failed:
         return True
     code = ctypes.get_errno()
-    if code in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP):  # not supported by the system
+    if code in (
+        errno.ENOSYS,
+        errno.EINVAL,
+        errno.ENOTSUP,
+        errno.EOPNOTSUPP,
+    ):  # not supported by the system
         return False
     raise OSError(code, os.strerror(code), str(old), None, str(new))

@@ -29,7 +29,9 @@ class Growing:
 
     def __init__(self, folder: Folder, opened: int, note: Note | None) -> None:
         self.path, self._folder, self._opened = folder.path, folder, opened
-        self._sums: dict[str, set[str]] = {name: set(sums) for name, sums in (note.sums if note else {}).items()}
+        self._sums: dict[str, set[str]] = {
+            name: set(sums) for name, sums in (note.sums if note else {}).items()
+        }
         self._writing = threading.Lock()
 
     def __truediv__(self, name: str) -> Path:
@@ -39,11 +41,15 @@ class Growing:
     @property
     def names(self) -> list[str]:
         """Names of the written files that still exist."""
-        return [name for name, sums in self._sums.items() if any(sums) and self._folder.is_file(name)]
+        return [
+            name for name, sums in self._sums.items() if any(sums) and self._folder.is_file(name)
+        ]
 
     def has_held(self, name: str, content: str) -> bool:
         """Return whether a file was written with exactly this content."""
-        return hashlib.sha256(content.encode("utf-8", "backslashreplace")).hexdigest() in self._sums.get(name, ())
+        return hashlib.sha256(
+            content.encode("utf-8", "backslashreplace")
+        ).hexdigest() in self._sums.get(name, ())
 
     def is_whole(self, name: str) -> bool:
         """Return whether a file exists with the written content."""
@@ -61,18 +67,29 @@ class Growing:
         """Write a file; it appears complete under its name and replaces an earlier version."""
         if not owned.is_own_name(name):
             raise ValueError(f"{name!r} is not the name of a file")
-        data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+        data = (
+            content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+        )
         with self._writing:
             try:
                 self._place_file(name, data)
             except OSError as error:
                 if error.errno in (errno.ENOTDIR, errno.ELOOP):
                     place = str((self.path / name).parent)
-                    raise InputError("is a link or a file, not a folder", path=place, mend="Move it to another place") from error
+                    raise InputError(
+                        "is a link or a file, not a folder",
+                        path=place,
+                        mend="Move it to another place",
+                    ) from error
                 if error.errno not in _FULL:
                     raise
-                reason, mend = os.strerror(error.errno or 0).lower(), "Make room on the disk and repeat the command. Existing files stay"
-                raise InputError(f"cannot be written: {reason}", path=str(self.path / name), mend=mend) from error
+                reason, mend = (
+                    os.strerror(error.errno or 0).lower(),
+                    "Make room on the disk and repeat the command. Existing files stay",
+                )
+                raise InputError(
+                    f"cannot be written: {reason}", path=str(self.path / name), mend=mend
+                ) from error
         return self.path / name
 
     def _place_file(self, name: str, data: bytes) -> None:
@@ -82,11 +99,15 @@ class Growing:
         present = self._folder.is_there(name)
         if present and not self.is_whole(name):
             mend = "Move it to another place, because bristle would replace it"
-            raise InputError("was changed, or was not written by bristle", path=str(self.path / name), mend=mend)
+            raise InputError(
+                "was changed, or was not written by bristle", path=str(self.path / name), mend=mend
+            )
         partial = f"{holder}/" * bool(holder) + f"bristle-{secrets.token_hex(16)}.partial"
         owned.write_line(self._opened, {"file": partial})
         try:
-            with os.fdopen(self._folder.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb") as file:
+            with os.fdopen(
+                self._folder.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL), "wb"
+            ) as file:
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
@@ -125,7 +146,11 @@ class Growing:
                 aside = f"{name}{DAMAGED}-{count}"
             self._folder.rename(name, aside)
             what = "is damaged, or was written by somebody else: bristle keeps it as"
-            warnings.warn(f"{self.path / name} {what} {aside}, and writes the file again", InputWarning, stacklevel=2)
+            warnings.warn(
+                f"{self.path / name} {what} {aside}, and writes the file again",
+                InputWarning,
+                stacklevel=2,
+            )
 
 
 @contextmanager
@@ -145,14 +170,24 @@ def growing_folder(
             os.mkdir(path)
         with Folder(path) as folder:
             note = owned.note_in(folder)
-            opened = _new_note_in(folder, path, kind) if note is None else folder.open(NOTE, os.O_RDWR | os.O_APPEND)
+            opened = (
+                _new_note_in(folder, path, kind)
+                if note is None
+                else folder.open(NOTE, os.O_RDWR | os.O_APPEND)
+            )
             try:
                 try:
                     owned.lock(opened)
                 except BlockingIOError:
-                    holder = f" (process {note.process})" if note is not None and note.process else ""
+                    holder = (
+                        f" (process {note.process})" if note is not None and note.process else ""
+                    )
                     mend = "Wait for its end, or name another folder"
-                    raise InputError(f"another process{holder} is writing to this folder", path=str(path), mend=mend) from None
+                    raise InputError(
+                        f"another process{holder} is writing to this folder",
+                        path=str(path),
+                        mend=mend,
+                    ) from None
                 damaged = _looked_through(folder, note, path, kind, made_anew, used) if note else []
                 owned.complete(opened)
                 owned.write_line(opened, {"process": str(os.getpid())})
@@ -165,9 +200,14 @@ def growing_folder(
             finally:
                 os.close(opened)
     except OSError as error:
-        if isinstance(error.filename, (str, os.PathLike)) and not str(error.filename).startswith(str(path)):
+        if isinstance(error.filename, (str, os.PathLike)) and not str(error.filename).startswith(
+            str(path)
+        ):
             raise
-        reason, mend = (error.strerror or str(error)).lower(), "Name another folder, or repeat the command"
+        reason, mend = (
+            (error.strerror or str(error)).lower(),
+            "Name another folder, or repeat the command",
+        )
         raise InputError(f"cannot be written: {reason}", path=str(path), mend=mend) from error
 
 
@@ -177,7 +217,11 @@ def _new_note_in(folder: Folder, path: Path, kind: str) -> int:
         folder.remove(NOTE)  # of a process that was killed before it wrote a line
     if present := folder.names():
         present = [inside for name in present for inside in _opened(folder, name)] or present
-        raise InputError(f"is not a folder of a {kind}, but contains {owned.listed(present)}", path=str(path), mend="Name another folder")
+        raise InputError(
+            f"is not a folder of a {kind}, but contains {owned.listed(present)}",
+            path=str(path),
+            mend="Name another folder",
+        )
     return owned.new_note(path, secrets.token_hex(16), path.name, kind)
 
 
@@ -187,10 +231,18 @@ def verified(path: Path, names: list[str]) -> None:
         note = owned.note_in(folder)
         if folder.is_there(NOTE) and not (note and note.is_intact):
             raise InputError(DAMAGED_NOTE, path=str(path / NOTE), mend=MEND_NOTE)
-        damaged = [name for name in names if folder.checksum(name) not in note.sums.get(name, ())] if note is not None else []
+        damaged = (
+            [name for name in names if folder.checksum(name) not in note.sums.get(name, ())]
+            if note is not None
+            else []
+        )
     if damaged:
         mend = "Repeat the command that wrote the folder. It repeats the damaged runs and keeps the damaged files under new names"
-        raise InputError(f"contains files that are damaged or were not written here: {owned.listed(damaged)}", path=str(path), mend=mend)
+        raise InputError(
+            f"contains files that are damaged or were not written here: {owned.listed(damaged)}",
+            path=str(path),
+            mend=mend,
+        )
 
 
 DAMAGED_NOTE = "is damaged or was changed, so bristle no longer knows which files it wrote"
@@ -198,7 +250,12 @@ MEND_NOTE = "Undo the change to this file. Or name another folder, into which th
 
 
 def _looked_through(
-    folder: Folder, note: Note, path: Path, kind: str, made_anew: Callable[[str], bool], used: Callable[[str], bool]
+    folder: Folder,
+    note: Note,
+    path: Path,
+    kind: str,
+    made_anew: Callable[[str], bool],
+    used: Callable[[str], bool],
 ) -> list[str]:
     """Return the damaged files to write again; refuse files that the user made or changed."""
     if note.kind != kind:
@@ -208,14 +265,26 @@ def _looked_through(
     if NOTE in changed:
         raise InputError(DAMAGED_NOTE, path=str(path / NOTE), mend=MEND_NOTE)
     foreign = [inside for name in foreign for inside in _opened(folder, name)]
-    foreign = [name for name in foreign if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)]
+    foreign = [
+        name
+        for name in foreign
+        if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)
+    ]
     if foreign:
         mend = "Move these files to another place, because the command would replace or read them"
-        raise InputError(f"contains files that bristle did not write: {owned.listed(foreign)}", path=str(path), mend=mend)
-    changed = [name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]]  # others are unfinished
+        raise InputError(
+            f"contains files that bristle did not write: {owned.listed(foreign)}",
+            path=str(path),
+            mend=mend,
+        )
+    changed = [
+        name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]
+    ]  # others are unfinished
     if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
         mend = "Move these files to another place, because the command would replace them"
-        raise InputError(f"contains files that were changed: {owned.listed(altered)}", path=str(path), mend=mend)
+        raise InputError(
+            f"contains files that were changed: {owned.listed(altered)}", path=str(path), mend=mend
+        )
     return changed
 
 

@@ -40,7 +40,11 @@ class Inspection:
         table = (
             proposal.table
             if proposal
-            else with_known(read_table(content, axis and axis.table, size_limit=size_limit), axis, size_limit=size_limit)
+            else with_known(
+                read_table(content, axis and axis.table, size_limit=size_limit),
+                axis,
+                size_limit=size_limit,
+            )
         )
         if proposal is not None and proposal.joints > 1:
             summary = summary_of_columns(table)

@@ -11,7 +11,11 @@ from bristle.files.axis import read_axis
 from bristle.files.components import table_at
 from bristle.files.toml import as_toml, read_toml
 
-JOINT, NUMBER, INDEX = "joint", "{joint}", "{joint0}"  # table of a joint, and the texts that stand for its number from 1 and from 0
+JOINT, NUMBER, INDEX = (
+    "joint",
+    "{joint}",
+    "{joint0}",
+)  # table of a joint, and the texts that stand for its number from 1 and from 0
 
 
 def joints_in(content: Content) -> dict[str, dict[str, Any]]:
@@ -20,17 +24,30 @@ def joints_in(content: Content) -> dict[str, dict[str, Any]]:
     joints, described = common.pop(JOINT, []), dict[str, dict[str, Any]]()
     base: int | None = None
     if not isinstance(joints, list):
-        raise InputError("must be a list of tables", path=JOINT, value=joints, mend=f"Write [[{JOINT}]]")
+        raise InputError(
+            "must be a list of tables", path=JOINT, value=joints, mend=f"Write [[{JOINT}]]"
+        )
     for number, entry in enumerate(joints, start=1):
         own = dict(table_at(entry, f"{JOINT}[{number - 1}]"))
         name = own.setdefault("name", f"joint_{number}")
-        if not isinstance(name, str) or name in described or not name.replace("-", "_").isidentifier():
+        if (
+            not isinstance(name, str)
+            or name in described
+            or not name.replace("-", "_").isidentifier()
+        ):
             message = "must be a word that no other joint has"
-            raise InputError(message, path=f"{JOINT}[{number - 1}].name", value=name, mend="Write a word of letters, digits and _")
+            raise InputError(
+                message,
+                path=f"{JOINT}[{number - 1}].name",
+                value=name,
+                mend="Write a word of letters, digits and _",
+            )
         merged = _merged(common, own)
         base = _base_of_names(merged, name, number, base)
         described[name] = _numbered(merged, number)
-        for known in described[name].get("known", []):  # the file of a joint may be written to another folder
+        for known in described[name].get(
+            "known", []
+        ):  # the file of a joint may be written to another folder
             if isinstance(known, dict) and isinstance(known.get("file"), str):
                 known["file"] = str(content.source.absolute().parent / known["file"])
     return described
@@ -38,7 +55,10 @@ def joints_in(content: Content) -> dict[str, dict[str, Any]]:
 
 def axes_in(content: Content) -> dict[str, Axis]:
     """Return the axes of the joints that a file describes, by name; empty for a file of one axis."""
-    return {name: read_axis(Content(content.source, as_toml(table).encode())) for name, table in joints_in(content).items()}
+    return {
+        name: read_axis(Content(content.source, as_toml(table).encode()))
+        for name, table in joints_in(content).items()
+    }
 
 
 def _merged(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
@@ -46,11 +66,17 @@ def _merged(common: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]
     merged = dict(common)
     for key, entry in own.items():
         before = merged.get(key)
-        merged[key] = _merged(before, entry) if isinstance(before, dict) and isinstance(entry, dict) else entry
+        merged[key] = (
+            _merged(before, entry)
+            if isinstance(before, dict) and isinstance(entry, dict)
+            else entry
+        )
     return merged
 
 
-def _base_of_names(table: Mapping[str, Any], name: str, number: int, base: int | None) -> int | None:
+def _base_of_names(
+    table: Mapping[str, Any], name: str, number: int, base: int | None
+) -> int | None:
     """Return the number from which the names of joints count; refuse a table that could take the columns of another joint."""
     text, path = as_toml(table), f"{JOINT}[{number - 1}].name"
     if f"[{NUMBER}]" in text:
@@ -75,4 +101,8 @@ def _numbered(entry: Any, number: int) -> Any:
         return [_numbered(value, number) for value in entry]
     if not isinstance(entry, str):
         return entry
-    return entry.replace(NUMBER, str(number)).replace(INDEX, str(number - 1)).replace("{joint1}", str(number))
+    return (
+        entry.replace(NUMBER, str(number))
+        .replace(INDEX, str(number - 1))
+        .replace("{joint1}", str(number))
+    )

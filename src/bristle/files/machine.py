@@ -100,28 +100,61 @@ def read_machine(path: Readable) -> MachineFile:
         for name, line in NEEDED.items():
             if getattr(axis, name) is None:
                 reason = f"is needed: without it, a run has no limit for {name.removesuffix('_limit').replace('_', ' ')}"
-                raise InputError(reason, path=f"{entry.axis}: limits", mend=f"Write {line} under [limits] of {entry.axis}")
+                raise InputError(
+                    reason,
+                    path=f"{entry.axis}: limits",
+                    mend=f"Write {line} under [limits] of {entry.axis}",
+                )
         if axis.effort_limit is None:
-            raise InputError("is needed", path=f"{entry.axis}: effort.limit", mend='Write limit = "400 N" under [effort] of the axis file')
+            raise InputError(
+                "is needed",
+                path=f"{entry.axis}: effort.limit",
+                mend='Write limit = "400 N" under [effort] of the axis file',
+            )
         for channel in ("position", "reference", "effort"):
             if channel not in axis.columns:
-                raise InputError("is needed for the records of a run", path=f"{entry.axis}: columns.{channel}")
+                raise InputError(
+                    "is needed for the records of a run", path=f"{entry.axis}: columns.{channel}"
+                )
         cycle, sample_time = _cycle(source.parent / entry.motion.file, axis)
     settings = {**entry.settings, "sample_time": sample_time}
-    return MachineFile(source, content, entry.name, entry.machine, settings, axis, cycle, entry.motion.cycles, entry.effort_ratio)
+    return MachineFile(
+        source,
+        content,
+        entry.name,
+        entry.machine,
+        settings,
+        axis,
+        cycle,
+        entry.motion.cycles,
+        entry.effort_ratio,
+    )
 
 
 def _cycle(path: Path, axis: Axis) -> tuple[np.ndarray, float]:
     """Return one cycle of a motion without its last sample, which is the first of the next cycle, and its sample time."""
     log = read_log(path, axis_of_motion(path, axis) or axis)
-    position = np.asarray(log.reference.values if log.reference is not None else log.position.values)
+    position = np.asarray(
+        log.reference.values if log.reference is not None else log.position.values
+    )
     step = float(np.max(np.abs(np.diff(position))))
     gap = abs(float(position[-1] - position[0]))
     if gap > step:
         mend = "End the motion at its first position, so that cycles can follow each other"
-        raise InputError("does not end where it starts", path="motion.file", value=f"{gap:g}", allowed=f"up to {step:g}, in SI", mend=mend)
+        raise InputError(
+            "does not end where it starts",
+            path="motion.file",
+            value=f"{gap:g}",
+            allowed=f"up to {step:g}, in SI",
+            mend=mend,
+        )
     assert axis.stroke is not None
     if position.min() < axis.stroke[0] or position.max() > axis.stroke[1]:
-        value, allowed = f"{position.min():g} to {position.max():g}", f"{axis.stroke[0]:g} to {axis.stroke[1]:g}, in SI"
-        raise InputError("leaves the stroke of the axis", path="motion.file", value=value, allowed=allowed)
+        value, allowed = (
+            f"{position.min():g} to {position.max():g}",
+            f"{axis.stroke[0]:g} to {axis.stroke[1]:g}, in SI",
+        )
+        raise InputError(
+            "leaves the stroke of the axis", path="motion.file", value=value, allowed=allowed
+        )
     return position[:-1] if gap < 0.5 * step else position, log.sample_time

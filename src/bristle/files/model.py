@@ -18,30 +18,64 @@ from bristle.core.experiment import COUPLING
 from bristle.core.slot import Slot
 from bristle.core.values import Converter
 from bristle.core.variable import KINDS, Kind, Variable
-from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, numbers_in, parameters_in, table_at
+from bristle.files.components import (
+    check_keys,
+    check_schema,
+    key_of,
+    kind_at,
+    model_from,
+    numbers_in,
+    parameters_in,
+    table_at,
+)
 from bristle.files.operator import OperatorRead, described, operator_beside, with_operator
 from bristle.files.permission import CodeRead, code_named
 from bristle.files.single import write_whole
 from bristle.files.toml import Said, as_toml, read_toml
-from bristle.models.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, find, with_slots
+from bristle.models.friction import (
+    CHANNEL_SLOTS,
+    MODELS,
+    base_of,
+    channel_slots_of,
+    find,
+    with_slots,
+)
 from bristle.models.plants import PLANTS, find as find_plant
 
 # Key of the provenance: the `digest` of the friction in the simulation that made the log.
 FITTED_TO = "fitted to"
 
-KEYS = ("schema", "kind", "provenance", "treatment", "coupling", "plant", "friction", "uncertainty", "bands")
+KEYS = (
+    "schema",
+    "kind",
+    "provenance",
+    "treatment",
+    "coupling",
+    "plant",
+    "friction",
+    "uncertainty",
+    "bands",
+)
 # Data of the identification of a model, such as cut-off, delay and lag, each with its description.
 TREATMENT = {
-    "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
+    "cutoff": Variable(
+        "frequency", "cut-off of the zero-phase filter of the identification", min=1e-9
+    ),
     "decimation": Variable("1", "samples per row of the identification", min=1.0),
     "velocity_max": Variable("length/time", "largest speed in the fit of the model", min=0.0),
     "delay": Variable("time", "delay of the effort relative to the position in the log"),
-    "smoothing": Variable("time", "time constant of an additional filter of the effort relative to the position"),
+    "smoothing": Variable(
+        "time", "time constant of an additional filter of the effort relative to the position"
+    ),
     "position_smoothing": Variable("time", "time constant of a filter of the position", min=0.0),
     "slow": Variable("frequency", "cut-off of the instruments of the recorded channels", min=0.0),
     "lag": Variable("time", "time constant with which the drive follows its controller", min=0.0),
-    "stiffness": Variable("force/length", "stiffness of the position loop that made the log", min=0.0),
-    "stiffness_half_width": Variable("force/length", "half-width of the 95 % interval of this stiffness", min=0.0),
+    "stiffness": Variable(
+        "force/length", "stiffness of the position loop that made the log", min=0.0
+    ),
+    "stiffness_half_width": Variable(
+        "force/length", "half-width of the 95 % interval of this stiffness", min=0.0
+    ),
 }
 
 NUMBERS = {
@@ -50,8 +84,12 @@ NUMBERS = {
     "unexplained": Variable("force", "residual beyond noise, encoder and scatter", min=0.0),
     "lasting": Variable("time", "correlation time of the unexplained force", min=0.0),
     "inflation": Variable("1", "factor calibrated on held-out blocks", min=0.0),
-    "left_in_closed_loop": Variable("length", "remaining error of the position in a closed-loop simulation", min=0.0),
-    "left_in_open_loop": Variable("length", "remaining error of the position in an open-loop simulation", min=0.0),
+    "left_in_closed_loop": Variable(
+        "length", "remaining error of the position in a closed-loop simulation", min=0.0
+    ),
+    "left_in_open_loop": Variable(
+        "length", "remaining error of the position in an open-loop simulation", min=0.0
+    ),
 }
 
 
@@ -146,15 +184,24 @@ def write_model(
         If the friction model is neither part of bristle nor read from a file.
     """
     target = Path(path)
-    tables: dict[str, Any] = {"schema": 1, "kind": friction.kind, "provenance": provenance or {}, "treatment": {}}
+    tables: dict[str, Any] = {
+        "schema": 1,
+        "kind": friction.kind,
+        "provenance": provenance or {},
+        "treatment": {},
+    }
     for name, variable in TREATMENT.items():
         if name in (treatment or {}):
             is_count, value = name == "decimation", (treatment or {})[name]
             unit = "" if is_count else f"{variable.unit(friction.kind)}: "
-            tables["treatment"][name] = Said(int(value) if is_count else float(value), f"{unit}{variable.description}")
+            tables["treatment"][name] = Said(
+                int(value) if is_count else float(value), f"{unit}{variable.description}"
+            )
     if treatment and COUPLING.keys() <= treatment.keys():
         tables["coupling"] = {
-            name: Said(float(treatment[name]), f"{variable.unit(friction.kind)}: {variable.description}")
+            name: Said(
+                float(treatment[name]), f"{variable.unit(friction.kind)}: {variable.description}"
+            )
             for name, variable in COUPLING.items()
         }
     if plant is not None:
@@ -165,13 +212,25 @@ def write_model(
     tables["uncertainty"] = {}
     for estimate in estimates:
         if estimate.std is not None or estimate.status != "identified":
-            entry = {"std": estimate.std, "robust_std": estimate.robust_std, "status": estimate.status}
+            entry = {
+                "std": estimate.std,
+                "robust_std": estimate.robust_std,
+                "status": estimate.status,
+            }
             entry |= {"note": (notes or {}).get(estimate.name), "interval": estimate.interval}
-            tables["uncertainty"][key_of(estimate.name)] = {key: value for key, value in entry.items() if value}
+            tables["uncertainty"][key_of(estimate.name)] = {
+                key: value for key, value in entry.items() if value
+            }
     if bands is not None:
-        numbers = {name: Said(float(getattr(bands, name)), said.description) for name, said in NUMBERS.items()}
+        numbers = {
+            name: Said(float(getattr(bands, name)), said.description)
+            for name, said in NUMBERS.items()
+        }
         # The parameter sets for the bands, in seven digits.
-        draws = {key_of(name): _short(np.asarray(values)[:40].tolist()) for name, values in bands.draws.items()}
+        draws = {
+            key_of(name): _short(np.asarray(values)[:40].tolist())
+            for name, values in bands.draws.items()
+        }
         tables["bands"] = numbers | {"draws": draws}
     write_whole(target, as_toml(tables))
 
@@ -184,7 +243,11 @@ def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
     """Return the entries that name the friction model in the file; copy user files to the folder."""
     base, *slots = friction.name.split("+")
     inner, over = base_of(friction.component), channel_slots_of(friction.component)
-    own = {slot.name: _beside(slot, slot.factor, folder) for slot in over if CHANNEL_SLOTS.get(slot.name) != slot}
+    own = {
+        slot.name: _beside(slot, slot.factor, folder)
+        for slot in over
+        if CHANNEL_SLOTS.get(slot.name) != slot
+    }
     slots = [own.get(slot, slot) for slot in slots]
     if MODELS.get(base) is inner:
         return {"model": "+".join([base, *slots])}
@@ -201,7 +264,11 @@ def _beside(described: FrictionModel | Slot, function: Callable[..., Any], folde
             code = content_of(inspect.getfile(function))
         except (InputError, TypeError, OSError):
             mend = "Save the model in a separate file and load it from there"
-            raise InputError("is not defined in a file, so a model file cannot refer to it", path=described.name, mend=mend) from None
+            raise InputError(
+                "is not defined in a file, so a model file cannot refer to it",
+                path=described.name,
+                mend=mend,
+            ) from None
     target = folder / code.source.name
     if not os.path.lexists(target):
         write_whole(target, code.data, new=True)
@@ -234,18 +301,35 @@ def read_model(path: Readable, *, related: bool = True, allow_code: bool = False
         check_schema(data)
         kind = kind_at(data.get("kind", KINDS[0]), "kind")
         if "friction" not in data:
-            raise InputError("is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"')
+            raise InputError(
+                "is missing",
+                path="friction",
+                mend='Write [friction] and, below it, model = "coulomb_viscous"',
+            )
         place: dict[str, Any] = {"kind": kind, "folder": source.parent, "path": "friction"}
         friction = friction_from(data["friction"], **place, related=related, allow_code=allow_code)
-        plant = model_from(data["plant"], PLANTS, kind=kind, path="plant", find=find_plant) if "plant" in data else None
+        plant = (
+            model_from(data["plant"], PLANTS, kind=kind, path="plant", find=find_plant)
+            if "plant" in data
+            else None
+        )
         parameters = set(friction.values) | set(plant.values if plant else ()) | {"s", "lag"}
-        info: dict[str, Any] = {name: table_at(data.get(name, {}), name) for name in ("uncertainty", "provenance", "treatment")}
+        info: dict[str, Any] = {
+            name: table_at(data.get(name, {}), name)
+            for name in ("uncertainty", "provenance", "treatment")
+        }
         check_keys(info["uncertainty"], [key_of(name) for name in parameters], "uncertainty")
         check_keys(info["treatment"], TREATMENT, "treatment")
         coupling = table_at(data["coupling"], "coupling") if "coupling" in data else None
-        info["coupling"] = coupling and numbers_in(coupling, COUPLING, kind, "coupling", needs=COUPLING)
-        info["treatment"] = numbers_in(info["treatment"], TREATMENT, kind, "treatment", integers=("decimation",))
-        return ModelFile(plant, friction, info | {"bands": _bands_at(data.get("bands"), parameters, kind)})
+        info["coupling"] = coupling and numbers_in(
+            coupling, COUPLING, kind, "coupling", needs=COUPLING
+        )
+        info["treatment"] = numbers_in(
+            info["treatment"], TREATMENT, kind, "treatment", integers=("decimation",)
+        )
+        return ModelFile(
+            plant, friction, info | {"bands": _bands_at(data.get("bands"), parameters, kind)}
+        )
 
 
 def friction_from(
@@ -260,7 +344,9 @@ def friction_from(
     read_code: CodeRead | None = None,
 ) -> Model:
     """Return the friction model of a table, by name or from a user file."""
-    entries = with_operator(table_at(table, path), kind, path, read_operator or operator_beside(folder))
+    entries = with_operator(
+        table_at(table, path), kind, path, read_operator or operator_beside(folder)
+    )
     read_code = read_code or partial(code_named, folder=folder, allow_code=allow_code)
     beside = ("file", "slots") if "file" in entries else ("model",)
     component = _component_of(entries, path, read_code)
@@ -281,7 +367,9 @@ def _component_of(table: Mapping[str, Any], path: str, read_code: CodeRead) -> F
     named, place = table.get("model"), f"{path}.model"
     if not isinstance(named, str):
         mend = f'Write model = "coulomb_viscous" under [{path}]'
-        raise InputError("names no model", path=place, value=named, allowed=", ".join(MODELS), mend=mend)
+        raise InputError(
+            "names no model", path=place, value=named, allowed=", ".join(MODELS), mend=mend
+        )
     base, *slots = named.split("+")
     if not any(slot.endswith(".py") for slot in slots):
         return find(named, place)
@@ -296,11 +384,20 @@ def _bands_at(value: Any, parameters: Collection[str], kind: Kind) -> dict[str, 
     check_keys(table, (*NUMBERS, "draws"), "bands")
     if missing := [name for name in NUMBERS if name not in table]:
         mend = "Identify again, or remove [bands] to predict without bands"
-        raise InputError("is missing: an earlier version of bristle wrote the file", path=f"bands.{missing[0]}", mend=mend)
+        raise InputError(
+            "is missing: an earlier version of bristle wrote the file",
+            path=f"bands.{missing[0]}",
+            mend=mend,
+        )
     draws = table_at(table.get("draws", {}), "bands.draws")
     check_keys(draws, names, "bands.draws")
     rows = array(ndim=2, least=1, single=True)
-    drawn = {names[key]: np.atleast_1d(rows(draw, f"bands.draws.{key}", kind)) for key, draw in draws.items()}
+    drawn = {
+        names[key]: np.atleast_1d(rows(draw, f"bands.draws.{key}", kind))
+        for key, draw in draws.items()
+    }
     if len(set(map(len, drawn.values()))) > 1:
-        raise InputError("must have the same number of values for each parameter", path="bands.draws")
+        raise InputError(
+            "must have the same number of values for each parameter", path="bands.draws"
+        )
     return numbers_in(table, NUMBERS, kind, "bands") | {"draws": drawn}

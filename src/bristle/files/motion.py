@@ -16,7 +16,12 @@ from bristle.files.single import write_whole
 from bristle.logs.readers import read_table
 from bristle.logs.table import NONE, split_unit
 
-QUANTITIES = {"time": "time", "position": "length", "velocity": "length/time", "acceleration": "length/time^2"}
+QUANTITIES = {
+    "time": "time",
+    "position": "length",
+    "velocity": "length/time",
+    "acceleration": "length/time^2",
+}
 RECORDED = {"time": "time", "position": "length", "effort": "force", "reference": "length"}
 PER = {"velocity": "/s", "acceleration": "/s^2"}
 
@@ -38,7 +43,10 @@ def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
     for name, quantity in QUANTITIES.items():
         own = position if name == "position" else axis.columns.get(name)
         if own is None and name in PER and position is not None:
-            heads[name] = (f"{name} [{position.unit or position.base}{PER[name]}]", _head(position, "", "")[1])
+            heads[name] = (
+                f"{name} [{position.unit or position.base}{PER[name]}]",
+                _head(position, "", "")[1],
+            )
         else:
             heads[name] = _head(own, name, unit_of(quantity, axis.kind))
     return heads
@@ -53,20 +61,35 @@ def _head(column: Column | None, name: str, unit: str) -> tuple[str, float]:
     return f"{split_unit(column.name)[0]} [{unit}]", scale
 
 
-def write_motion(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
+def write_motion(
+    path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]
+) -> None:
     """Write a motion as CSV."""
     write_whole(path, _text(motion_columns(axis), signals))
 
 
 def log_text(axis: Axis, signals: Mapping[str, np.ndarray]) -> str:
     """Return a log of the drive as CSV that can be read with the same axis."""
-    heads = {name: _head(axis.columns.get(name), name, unit_of(quantity, axis.kind)) for name, quantity in RECORDED.items()}
+    heads = {
+        name: _head(axis.columns.get(name), name, unit_of(quantity, axis.kind))
+        for name, quantity in RECORDED.items()
+    }
     return _text({name: head for name, head in heads.items() if name in signals}, signals)
 
 
 def _text(columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]) -> str:
-    table, out = np.column_stack([signals[name] / scale for name, (_, scale) in columns.items()]), io.StringIO()
-    np.savetxt(out, table, fmt="%.12g", delimiter=",", header=",".join(head for head, _ in columns.values()), comments="")
+    table, out = (
+        np.column_stack([signals[name] / scale for name, (_, scale) in columns.items()]),
+        io.StringIO(),
+    )
+    np.savetxt(
+        out,
+        table,
+        fmt="%.12g",
+        delimiter=",",
+        header=",".join(head for head, _ in columns.values()),
+        comments="",
+    )
     return out.getvalue()
 
 
@@ -78,10 +101,19 @@ def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
         return None
     columns = {
         name: replace(axis.columns[own], optional=False)
-        for name, own in (("time", "time"), ("position", "reference" if "reference" in axis.columns else "position"))
+        for name, own in (
+            ("time", "time"),
+            ("position", "reference" if "reference" in axis.columns else "position"),
+        )
         if own in axis.columns
     }
-    return Axis(name=axis.name, kind=axis.kind, columns=columns, table=axis.table, sample_time=axis.sample_time)
+    return Axis(
+        name=axis.name,
+        kind=axis.kind,
+        columns=columns,
+        table=axis.table,
+        sample_time=axis.sample_time,
+    )
 
 
 NC = {"translational": ("X", "mm", "G21 (mm)"), "rotational": ("A", "deg", "(degrees)")}
@@ -90,7 +122,9 @@ NC = {"translational": ("X", "mm", "G21 (mm)"), "rotational": ("A", "deg", "(deg
 
 def moves_table(moves: Sequence[Move], axis: Axis) -> str:
     """Return the moves as CSV, in the units of the axis file."""
-    heads, scales = zip(*(head for name, head in motion_columns(axis).items() if name != "time"), strict=True)
+    heads, scales = zip(
+        *(head for name, head in motion_columns(axis).items() if name != "time"), strict=True
+    )
     lines, (position, velocity, acceleration) = [",".join(["purpose", "dwell [s]", *heads])], scales
     lines += [
         f"{move.purpose},{move.dwell:.6g},{move.target / position:.9g},{move.velocity / abs(velocity):.6g},"

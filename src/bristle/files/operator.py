@@ -10,7 +10,15 @@ from bristle.core.contracts import Model
 from bristle.core.edge import amount, guarded, model
 from bristle.core.errors import InputError, located
 from bristle.core.variable import KINDS, Kind, Variable
-from bristle.files.components import check_keys, check_schema, key_of, kind_at, model_from, number_at, table_at
+from bristle.files.components import (
+    check_keys,
+    check_schema,
+    key_of,
+    kind_at,
+    model_from,
+    number_at,
+    table_at,
+)
 from bristle.files.single import write_whole
 from bristle.files.toml import TOML_LIMIT, Said, as_toml, read_toml
 from bristle.models.friction import MODELS
@@ -29,7 +37,11 @@ class OperatorFile(NamedTuple):
 
 @guarded(operator=model("hysteresis"), offset=amount(OFFSET))
 def write_operator(
-    path: str | os.PathLike[str], operator: Model, offset: float = 0.0, *, provenance: Mapping[str, str] | None = None
+    path: str | os.PathLike[str],
+    operator: Model,
+    offset: float = 0.0,
+    *,
+    provenance: Mapping[str, str] | None = None,
 ) -> None:
     """Write a model file of an operator; numbers are read back exactly."""
     tables = {
@@ -43,7 +55,10 @@ def write_operator(
 def described(model: Model) -> dict[str, Any]:
     """Return the table of a model: its name, and its values with unit and meaning."""
     variables = model.component.variables
-    return {"model": model.name} | {key_of(name): Said(value, _said_of(variables[name], model)) for name, value in model.values.items()}
+    return {"model": model.name} | {
+        key_of(name): Said(value, _said_of(variables[name], model))
+        for name, value in model.values.items()
+    }
 
 
 def _said_of(variable: Variable, model: Model) -> str:
@@ -85,7 +100,9 @@ def operator_beside(folder: Path) -> OperatorRead:
     return read
 
 
-def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: OperatorRead) -> dict[str, Any]:
+def with_operator(
+    entries: dict[str, Any], kind: Kind, path: str, read: OperatorRead
+) -> dict[str, Any]:
     """Return the keys of a friction model, with the file of its kernel replaced by the operator."""
     kernel, at = entries.get("kernel"), f"{path}.kernel"
     if isinstance(kernel, dict) and "file" not in kernel:
@@ -97,7 +114,11 @@ def with_operator(entries: dict[str, Any], kind: Kind, path: str, read: Operator
         described = read(kernel, at)
     else:
         return entries
-    return ({"offset": described.offset} if described.offset else {}) | entries | {"kernel": described.operator}
+    return (
+        ({"offset": described.offset} if described.offset else {})
+        | entries
+        | {"kernel": described.operator}
+    )
 
 
 def contact_over(described: OperatorFile) -> dict[str, Any]:

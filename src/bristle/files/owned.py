@@ -57,7 +57,12 @@ def new_note(folder: Path, token: str, target: str, kind: str = "") -> int:
     try:
         # Locked while it is still empty: a readable note without a lock belongs to a dead process.
         lock(opened)
-        head = {"bristle": version("bristle"), "folder": token, "target": target, "began": str(time.time_ns())}
+        head = {
+            "bristle": version("bristle"),
+            "folder": token,
+            "target": target,
+            "began": str(time.time_ns()),
+        }
         write_line(opened, head | ({"kind": kind} if kind else {}))
     except BaseException:
         os.close(opened)
@@ -135,7 +140,9 @@ def note_in(folder: Folder) -> Note | None:
 def _note_of(text: bytes) -> Note | None:
     (head, *lines), is_intact = _objects_in(text)
     token, target, began = (head.get(key) for key in ("folder", "target", "began"))
-    if "bristle" not in head or not (isinstance(token, str) and isinstance(target, str) and isinstance(began, str)):
+    if "bristle" not in head or not (
+        isinstance(token, str) and isinstance(target, str) and isinstance(began, str)
+    ):
         return None
     if not re.fullmatch(r"\d{1,20}", began):
         return None
@@ -156,7 +163,16 @@ def _note_of(text: bytes) -> Note | None:
         partial = name if UNFINISHED.fullmatch(name) and not checksum else ""
     held = {name: frozenset(all_sums - {""}) for name, all_sums in sums.items()}
     kind = head.get("kind", "")
-    return Note(token, target, int(began), files, held, kind if isinstance(kind, str) else "", **beside, is_intact=is_intact)
+    return Note(
+        token,
+        target,
+        int(began),
+        files,
+        held,
+        kind if isinstance(kind, str) else "",
+        **beside,
+        is_intact=is_intact,
+    )
 
 
 def _objects_in(text: bytes) -> tuple[list[dict[str, object]], bool]:
@@ -224,7 +240,11 @@ def strangers_in(folder: Folder, note: Note) -> tuple[list[str], list[str]]:
     present = list(_names_in(folder, note.folders))
     foreign = [name for name in present if name not in note.files]
     own = [name for name in present if name in note.files]
-    changed = [name for name in own if not folder.is_file(name) or folder.checksum(name) not in note.sums[name]]
+    changed = [
+        name
+        for name in own
+        if not folder.is_file(name) or folder.checksum(name) not in note.sums[name]
+    ]
     return foreign, changed
 
 
@@ -236,7 +256,9 @@ def _names_in(folder: Folder, opened: list[str]) -> Iterator[str]:
         try:
             inside = folder.below(name) if name in opened else None
             with inside or contextlib.nullcontext():
-                yield from [name] if inside is None else [f"{name}/{child}" for child in inside.names()]
+                yield from (
+                    [name] if inside is None else [f"{name}/{child}" for child in inside.names()]
+                )
         except OSError:  # replaced by a file or a link
             yield name
 
@@ -250,7 +272,9 @@ def remove_own(path: Path, *, half_written: bool = False) -> bool:
                 return False
             for name, checksum in note.files.items():
                 with contextlib.suppress(OSError):
-                    is_own = folder.is_file(name) and (folder.checksum(name) in note.sums[name] if checksum else half_written)
+                    is_own = folder.is_file(name) and (
+                        folder.checksum(name) in note.sums[name] if checksum else half_written
+                    )
                     if is_own:
                         folder.remove(name)
             for name in note.folders:

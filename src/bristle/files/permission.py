@@ -36,9 +36,18 @@ def code_at(path: Readable) -> Content:
     source = content.source
     if not source.name.endswith(".py") and str(source) not in NAMELESS:
         mend = f"If it contains Python code, rename it to {source.stem.removesuffix('.py')}.py"
-        mend = f'Read a model file with bristle.read_model("{source.name}")' if source.suffix == ".toml" else mend
-        message, value = "is not a Python file, so bristle does not run it", source.suffix or source.name
-        raise InputError(message, path=str(source), value=value, allowed="a name that ends with .py", mend=mend)
+        mend = (
+            f'Read a model file with bristle.read_model("{source.name}")'
+            if source.suffix == ".toml"
+            else mend
+        )
+        message, value = (
+            "is not a Python file, so bristle does not run it",
+            source.suffix or source.name,
+        )
+        raise InputError(
+            message, path=str(source), value=value, allowed="a name that ends with .py", mend=mend
+        )
     return content
 
 
@@ -51,13 +60,26 @@ def code_named(file: str, path: str, *, folder: Path, allow_code: bool) -> Conte
     except (OSError, ValueError, RuntimeError):
         inside = True  # reading it raises the right error
     if not inside:
-        message, beside = "names code in another folder, so bristle does not run it", "a file in this folder or below"
-        raise InputError(message, path=path, value=file, allowed=beside, mend="Copy the code to the folder of the file that names it")
+        message, beside = (
+            "names code in another folder, so bristle does not run it",
+            "a file in this folder or below",
+        )
+        raise InputError(
+            message,
+            path=path,
+            value=file,
+            allowed=beside,
+            mend="Copy the code to the folder of the file that names it",
+        )
     content = content_of(source, limit=CODE_LIMIT, path=path)
     description = f"{content.source.name} (SHA-256 {content.checksum})"
     if not allowed and not is_allowed(content.checksum):
         mend = "Read the code. Then add --allow-code (allow_code=True in Python) for this run, or allow this content permanently"
-        raise InputError(f"names code that needs permission to run: {description}", path=path, mend=f"{mend}: bristle check {source}")
+        raise InputError(
+            f"names code that needs permission to run: {description}",
+            path=path,
+            mend=f"{mend}: bristle check {source}",
+        )
     warnings.warn(f"{path}: the code in {description} is run", InputWarning, stacklevel=2)
     return content
 
@@ -77,10 +99,16 @@ def allow(content: Content) -> None:
     record = None
     try:
         record = state_folder("allowed-code") / content.checksum
-        record.write_text(f"{content.source.name}\n{time.strftime('%Y-%m-%d')}\n", encoding="utf-8", errors="replace")
+        record.write_text(
+            f"{content.source.name}\n{time.strftime('%Y-%m-%d')}\n",
+            encoding="utf-8",
+            errors="replace",
+        )
     except OSError as error:
         if record is not None:  # an incomplete record on a full disk would also allow it
             with suppress(OSError):
                 record.unlink()
-        remark = f"{content.source.name}: cannot save the permission to run its code ({error.strerror})"
+        remark = (
+            f"{content.source.name}: cannot save the permission to run its code ({error.strerror})"
+        )
         warnings.warn(remark, InputWarning, stacklevel=2)

@@ -18,7 +18,15 @@ from bristle.files.toml import quoted
 from bristle.logs import checked
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import clear_step
-from bristle.logs.nameless import REVERSED, Proposed, is_nameless, joint_count, numbered_roles, proposed_roles, roles_of_joint
+from bristle.logs.nameless import (
+    REVERSED,
+    Proposed,
+    is_nameless,
+    joint_count,
+    numbered_roles,
+    proposed_roles,
+    roles_of_joint,
+)
 from bristle.logs.readers import read_table
 from bristle.logs.roles import Roles, facts_of_speeds, pulls_as_a_link, roles_of
 from bristle.logs.stamped_text import amount_in, stated_periods
@@ -34,7 +42,8 @@ HINTS = {
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
     "rated": '"%" or "‰" of rated, with rated = "2.4 N*m" under [effort]; or N, N*m, A or V',
     "effort.rated": f'effort at 100 %, such as "120 N" (or "2.4 N*m", {_SCREW})',
-    "effort.constant": 'force or torque per {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", ' + f"{_SCREW})",
+    "effort.constant": 'force or torque per {drive}, such as "61.2 N/{drive}" (or "0.12 N*m/{drive}", '
+    + f"{_SCREW})",
     "transmission.gear_ratio": "turns of the motor per turn of the axis, without quotes: 1 for a direct drive, 60 for a worm of 60:1. "
     'With a gear, add side = "load" or side = "motor" to each column of an angle',
     "transmission.lead": 'travel of the load per turn of the motor, such as "10 mm"; or per turn of the screw, with '
@@ -68,10 +77,15 @@ def missing_of(tables: Mapping[str, Any]) -> list[str]:
 
 def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> str:
     """Return the tables as the text of an axis file with comments."""
-    lines, columns = [f"# Proposed by bristle from {table.origin.name or table.source.name} ({table.format})."], tables["columns"]
+    lines, columns = (
+        [f"# Proposed by bristle from {table.origin.name or table.source.name} ({table.format})."],
+        tables["columns"],
+    )
     missing = missing_of(tables)
     if missing:
-        lines.append(f"# Fill in the question marks ({', '.join(missing)}), then inspect the log with this file.")
+        lines.append(
+            f"# Fill in the question marks ({', '.join(missing)}), then inspect the log with this file."
+        )
     lines += ["schema = 1", f"name = {quoted(tables['name'])}"]
     if "kind" in tables:
         lines.append(f"kind = {quoted(tables['kind'])}")
@@ -80,18 +94,29 @@ def text_of(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -
         lines.append(f'# kind = "translational" or "rotational": the unit of the {motion} decides')
     lines += ["", "[columns]"]
     if table.stamps:
-        lines.append(f"# each column of this {table.format} file has its own time: do not name a time column")
+        lines.append(
+            f"# each column of this {table.format} file has its own time: do not name a time column"
+        )
     lines += [_column_line(channel, entry, roles) for channel, entry in columns.items()]
     for name in ("log", "effort", "transmission", "plant", "encoder", "timing"):
         if name in tables:
-            lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables, table.facts) for key, value in tables[name].items())]
+            lines += [
+                "",
+                f"[{name}]",
+                *(
+                    _line(f"{name}.{key}", value, tables, table.facts)
+                    for key, value in tables[name].items()
+                ),
+            ]
     position = columns.get("position")
     is_open = position is not None and "encoder" not in tables and position["unit"] != FILL_IN
     if position is not None and is_open and (step := clear_step(table.columns[position["column"]])):
         remark = "smallest step of the position, by the encoder or by the digits in the file"
         lines += ["", "# [encoder]", f'# resolution = "{step:.6g} {position["unit"]}"  # {remark}']
     if {"reference", "following_error"} & set(columns):  # the log has a reference
-        gain, integral = (unit_of(quantity, kind) for quantity in ("force*time/length", "force/length"))
+        gain, integral = (
+            unit_of(quantity, kind) for quantity in ("force*time/length", "force/length")
+        )
         lines += ["", CONTROLLER.format(gain=gain, integral=integral)]
     used = {entry["column"] for entry in columns.values()}
     left = [name for name in table.names if name not in used and name not in table.stamps.values()]
@@ -121,8 +146,12 @@ def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
         "second encoder, at the load" if channel == "load_position" else "",
         "in the unit of the position" if follows else UNIT_SOURCES.get(role.unit_source, ""),
         f"the file states the unknown unit {quoted(role.unknown)}" if role.unknown else "",
-        HINTS["rated" if role.unit_source == "rated" else f"columns.{channel}.unit"] if is_open and not follows else "",
-        "the recorded effort takes work out of the axis, so its sign is reversed" if entry.get("sign") == -1 else "",
+        HINTS["rated" if role.unit_source == "rated" else f"columns.{channel}.unit"]
+        if is_open and not follows
+        else "",
+        "the recorded effort takes work out of the axis, so its sign is reversed"
+        if entry.get("sign") == -1
+        else "",
     ]
     comment = "; ".join(filter(None, remarks))
     return f"{channel} = {{ {body} }}  # {comment}" if comment else f"{channel} = {{ {body} }}"
@@ -138,14 +167,29 @@ def _line(key: str, value: Any, tables: Mapping[str, Any], facts: Mapping[str, s
     hint = REMARKS.get(key, "")
     if value == FILL_IN:
         unit = tables["columns"].get("effort", {}).get("unit", "A")
-        drive = next((base for base in ("A", "V", "count") if unit != FILL_IN and units.compatible(unit, base)), "A")
+        drive = next(
+            (
+                base
+                for base in ("A", "V", "count")
+                if unit != FILL_IN and units.compatible(unit, base)
+            ),
+            "A",
+        )
         turning = HINTS_OF_TURNING if tables.get("kind") == KINDS[1] else {}
-        stated = [f"; the log states {line!r}" for line in stated_periods(facts, named=False) if key == "timing.sample_time"]
+        stated = [
+            f"; the log states {line!r}"
+            for line in stated_periods(facts, named=False)
+            if key == "timing.sample_time"
+        ]
         hint = "".join([f"  # {turning.get(key, HINTS[key]).format(drive=drive)}", *stated])
     return f"{key.rpartition('.')[2]} = {quoted(value)}{hint}"
 
 
-LIKE_POSITION = ("load_position", "reference", "following_error")  # channels in the unit of the position
+LIKE_POSITION = (
+    "load_position",
+    "reference",
+    "following_error",
+)  # channels in the unit of the position
 ORDER = ("time", "position", "load_position", "reference", "following_error", "velocity", "effort")
 # Header lines of some exports -> key in an axis file.
 FACTS = {
@@ -158,7 +202,11 @@ FACTS = {
 }
 
 
-SPOKEN_OF = {"effort.rated": ("N", "N*m"), "effort.constant": ("N/A", "N*m/A", "N/V", "N*m/V"), "transmission.lead": ("m",)}
+SPOKEN_OF = {
+    "effort.rated": ("N", "N*m"),
+    "effort.constant": ("N/A", "N*m/A", "N/V", "N*m/V"),
+    "transmission.lead": ("m",),
+}
 
 
 @dataclass(frozen=True)
@@ -229,14 +277,23 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     joints = joint_count(proposed)
     if joints:
         first, named = roles_of_joint(proposed, 1).channels, roles.channels if has_names else {}
-        channels = {channel: replace(named.get(channel, role), column=role.column) for channel, role in first.items()}
-        roles = replace(roles, channels=channels | {key: roles.channels[key] for key in {"time"} & set(roles.channels)})
+        channels = {
+            channel: replace(named.get(channel, role), column=role.column)
+            for channel, role in first.items()
+        }
+        roles = replace(
+            roles,
+            channels=channels
+            | {key: roles.channels[key] for key in {"time"} & set(roles.channels)},
+        )
     if not {"position", "velocity"} & set(roles.channels):
         message, mend = (
             "has no column that bristle recognises as the position",
             "Write an axis file that names the columns, and add --axis AXIS.toml",
         )
-        raise InputError(f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend)
+        raise InputError(
+            f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend
+        )
     transmission = facts_of_speeds(table, roles)
     if joints > 1:  # each joint has its own gear
         transmission = {}
@@ -249,14 +306,26 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
         f"bristle uses column {role.column} as the {channel.replace('_', ' ')} (reason: {role.reason})"
         for channel, role in roles.channels.items()
     ]
-    unknown = {channel: role.unknown for channel, role in roles.channels.items() if role.unknown and not role.unit}
+    unknown = {
+        channel: role.unknown
+        for channel, role in roles.channels.items()
+        if role.unknown and not role.unit
+    }
     notes += [
         f"the file states the unknown unit {text!r} for the {channel}: bristle cannot convert it to SI units"
         for channel, text in unknown.items()
     ]
     without_unit = {f"columns.{channel}.unit" for channel in unknown}
-    notes += [f"{key} is unknown: bristle assumes 1 in SI units" for key in missing if key not in without_unit]
-    notes += [f"column {transmission['second']} shows {key} = {value}" for key, value in transmission.items() if "." in key]
+    notes += [
+        f"{key} is unknown: bristle assumes 1 in SI units"
+        for key in missing
+        if key not in without_unit
+    ]
+    notes += [
+        f"column {transmission['second']} shows {key} = {value}"
+        for key, value in transmission.items()
+        if "." in key
+    ]
     if name is not None:
         notes.append(f"the file contains {count} tables: bristle uses {name!r}")
     if roles.rivals:
@@ -270,23 +339,33 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     return Proposal(text, missing, axis, table, tuple(notes), unknown, proposed)
 
 
-def _text_of_joints(text: str, tables: Mapping[str, Any], proposed: Sequence[Proposed], joints: int) -> str:
+def _text_of_joints(
+    text: str, tables: Mapping[str, Any], proposed: Sequence[Proposed], joints: int
+) -> str:
     """Return the text of an axis file with common units, and the columns of each joint."""
     first = roles_of_joint(proposed, 1).channels
     for channel in tables["columns"]:
         if channel != "time":
             stated = tables["columns"][channel].get("unit", FILL_IN)
-            hint = f"  # {HINTS.get(f'columns.{channel}.unit', HINTS['columns.position.unit'])}" if stated == FILL_IN else ""
+            hint = (
+                f"  # {HINTS.get(f'columns.{channel}.unit', HINTS['columns.position.unit'])}"
+                if stated == FILL_IN
+                else ""
+            )
             unit = f"{channel} = {{ unit = {quoted(stated)} }}{hint}"
             text = re.sub(rf"(?m)^{channel} = .*$", unit, text)
-    text = "".join(line for line in text.splitlines(keepends=True) if not line.startswith("# unused columns"))
+    text = "".join(
+        line for line in text.splitlines(keepends=True) if not line.startswith("# unused columns")
+    )
     lines = [text.rstrip("\n")]
     for joint in range(1, joints + 1):
         lines += ["", f"[[{JOINT}]]"]
         for channel, role in roles_of_joint(proposed, joint).channels.items():
             sign = ", sign = -1" if role.reason.endswith(REVERSED) else ""
             if channel in first and channel != "time":
-                lines.append(f"columns.{channel} = {{ column = {quoted(role.column)}{sign} }}  # {role.reason}")
+                lines.append(
+                    f"columns.{channel} = {{ column = {quoted(role.column)}{sign} }}  # {role.reason}"
+                )
     return "\n".join(lines) + "\n"
 
 
@@ -295,7 +374,9 @@ def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -
     axis = axis_from(_assumed(tables))
     try:
         log = record_of(table, axis) if "effort" in axis.columns else None
-        if log is not None and any(finding.code == "sign_reversed" for finding in checked(log, axis)):
+        if log is not None and any(
+            finding.code == "sign_reversed" for finding in checked(log, axis)
+        ):
             tables["columns"]["effort"]["sign"] = -1
             axis = axis_from(_assumed(tables))
     except InputError:
@@ -303,7 +384,11 @@ def _looked_at(table: Table, tables: dict[str, Any], missing: tuple[str, ...]) -
     # The effort of a rotational axis may depend on the angle like the gravity of a link; scaling does not change this shape.
     is_known = set(missing) <= {"columns.effort.unit", "effort.rated", "effort.constant"}
     effort = log.effort if log is not None and axis.kind == KINDS[1] and is_known else None
-    if log is not None and effort is not None and pulls_as_a_link(effort.values, log.position.values):
+    if (
+        log is not None
+        and effort is not None
+        and pulls_as_a_link(effort.values, log.position.values)
+    ):
         tables["plant"] = {"gravity": "link"}
         axis = axis_from(_assumed(tables))
     return axis
@@ -318,27 +403,47 @@ def _tables(table: Table, roles: Roles, **transmission: str | float) -> dict[str
         kind = MOVEMENTS.get(units.like(motion.unit, MOVEMENTS, per=per) or "")
     if kind is None and effort is not None and units.like(effort.unit, ("N",)):
         kind = KINDS[0]
-    named = {channel: role for channel in ORDER if (role := roles.channels.get(channel)) is not None}
-    columns: dict[str, dict[str, Any]] = {channel: {"column": role.column, "unit": role.unit or FILL_IN} for channel, role in named.items()}
+    named = {
+        channel: role for channel in ORDER if (role := roles.channels.get(channel)) is not None
+    }
+    columns: dict[str, dict[str, Any]] = {
+        channel: {"column": role.column, "unit": role.unit or FILL_IN}
+        for channel, role in named.items()
+    }
     tables: dict[str, Any] = {"schema": 1, "name": table.source.stem or "axis"}
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
-    facts: dict[str, Any] = dict(transmission)  # data of the drive, from a second speed and from the lines above the columns
+    facts: dict[str, Any] = dict(
+        transmission
+    )  # data of the drive, from a second speed and from the lines above the columns
     for name, text in table.facts.items():
         for key, pattern in FACTS.items():
-            amount = amount_in(name, text) if key not in facts and re.search(pattern, name.lower()) else None
+            amount = (
+                amount_in(name, text)
+                if key not in facts and re.search(pattern, name.lower())
+                else None
+            )
             if amount is not None and amount[0] != 0.0 and key == "encoder.counts_per_rev":
                 facts[key] = amount[0]
             elif (
-                amount is not None and amount[0] != 0.0 and amount[1] and units.is_unit(amount[1]) and units.like(amount[1], SPOKEN_OF[key])
+                amount is not None
+                and amount[0] != 0.0
+                and amount[1]
+                and units.is_unit(amount[1])
+                and units.like(amount[1], SPOKEN_OF[key])
             ):
                 facts[key] = f"{amount[0]:.12g} {amount[1]}"
     is_of_drive = effort is not None and effort.unit != "" and not units.like(effort.unit, EFFORTS)
-    if columns.get("velocity", {}).get("column") == facts.get("second", "") and (is_of_drive or kind == KINDS[0]):
+    if columns.get("velocity", {}).get("column") == facts.get("second", "") and (
+        is_of_drive or kind == KINDS[0]
+    ):
         del columns["velocity"]
     if position and "velocity" in columns:
         bases = ("m", "rad", "count")
-        moved = [units.like(columns["velocity"]["unit"].strip(FILL_IN), bases, per="/s"), units.like(position.unit, bases)]
+        moved = [
+            units.like(columns["velocity"]["unit"].strip(FILL_IN), bases, per="/s"),
+            units.like(position.unit, bases),
+        ]
         if moved[0] != moved[1] and ("count" in moved or "transmission.lead" not in facts):
             del columns["velocity"]  # of the motor, but its relation to the position is unknown
     if units.like(motion.unit, ("count", "count/s")):
@@ -353,8 +458,14 @@ def _tables(table: Table, roles: Roles, **transmission: str | float) -> dict[str
                 columns[channel] |= {key: facts[key] for key in {"side"} & set(facts)}
         elif "second" in facts:
             tables["transmission"] = {"lead": facts["transmission.lead"]}
-    if "time" not in columns and not table.stamps and (table.sample_time is None or any(map(is_time, table.names))):
-        tables["timing"] = {"sample_time": f"{table.sample_time:g} s" if table.sample_time else FILL_IN}
+    if (
+        "time" not in columns
+        and not table.stamps
+        and (table.sample_time is None or any(map(is_time, table.names)))
+    ):
+        tables["timing"] = {
+            "sample_time": f"{table.sample_time:g} s" if table.sample_time else FILL_IN
+        }
     # Position and effort are measured on both sides of a screw.
     if kind is not None and (turns := _turns(tables)) is not None and turns != (kind == KINDS[1]):
         tables["transmission"] = {"lead": facts.get("transmission.lead", FILL_IN)}
@@ -382,9 +493,19 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
         if entry.get("unit") == FILL_IN:
             entry["unit"] = unit_of(COLUMNS[name], kind)
     assumed = {**tables, "kind": kind, "columns": columns}
-    force, drive = unit_of("force", kind), units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated"))
-    unity = {"rated": f"1 {force}", "constant": f"1 {force}/{drive}", "resolution": f"1 {unit_of('length', kind)}", "gear_ratio": 1.0}
+    force, drive = (
+        unit_of("force", kind),
+        units.like(columns.get("effort", {}).get("unit"), ("A", "V", "count", "rated")),
+    )
+    unity = {
+        "rated": f"1 {force}",
+        "constant": f"1 {force}/{drive}",
+        "resolution": f"1 {unit_of('length', kind)}",
+        "gear_ratio": 1.0,
+    }
     unity |= {"sample_time": "1 s", "lead": "1 m"}
     for name in {"effort", "encoder", "timing", "transmission"} & set(tables):
-        assumed[name] = {key: unity[key] if value == FILL_IN else value for key, value in tables[name].items()}
+        assumed[name] = {
+            key: unity[key] if value == FILL_IN else value for key, value in tables[name].items()
+        }
     return assumed

@@ -63,7 +63,9 @@ class Results:
     def write(self, name: str, content: str | bytes) -> Path:
         """Write a file of the results, text in UTF-8 with LF line ends; characters that cannot be encoded are escaped."""
         path = self / name
-        path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace"))
+        path.write_bytes(
+            content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
+        )
         return path
 
     def sync(self) -> None:
@@ -76,7 +78,9 @@ class Results:
                 with os.fdopen(folder.open(name, os.O_RDWR), "rb") as file:
                     os.fsync(file.fileno())
         os.fsync(self._note)
-        for holder in sorted({(self.path / name).parent for name in self._names} | {self.path}, reverse=True):
+        for holder in sorted(
+            {(self.path / name).parent for name in self._names} | {self.path}, reverse=True
+        ):
             owned.sync_folder(holder)
 
     def close(self) -> None:
@@ -87,14 +91,20 @@ class Results:
 
 
 @contextmanager
-def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: Iterable[Readable | None] = ()) -> Iterator[Results]:
+def results_folder(
+    out: str | os.PathLike[str], *, force: bool = False, reads: Iterable[Readable | None] = ()
+) -> Iterator[Results]:
     """Yield a folder for results; it appears as `out` when the block ends without an error.
 
     Obstacles (`out` exists, no permission to write) are refused on entry, before any work.
     """
     target = folder_wanted(out)
     if not os.access(target.parent, os.W_OK | os.X_OK):
-        raise InputError("no permission to write there", path=str(target), mend="Name a folder where you can write")
+        raise InputError(
+            "no permission to write there",
+            path=str(target),
+            mend="Name a folder where you can write",
+        )
     for path, note, state in () if os.path.lexists(target) else _unfinished_in(target.parent):
         # Restore the name of results that a killed program had renamed in order to replace them.
         if path.suffix == ".replaced" and state == "dead" and note.target == target.name:
@@ -114,7 +124,9 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False, reads: I
             _abandon(results)
         if isinstance(error, OSError):
             prefixes = (str(target), *([str(results.path)] if results is not None else []))
-            concerns = isinstance(error.filename, (str, os.PathLike)) and os.fspath(error.filename).startswith(prefixes)
+            concerns = isinstance(error.filename, (str, os.PathLike)) and os.fspath(
+                error.filename
+            ).startswith(prefixes)
             if error.errno in _WRITING or concerns:
                 raise _unwritable(target, error) from error
         raise
@@ -142,7 +154,9 @@ def _check_free(target: Path, force: bool) -> None:
     except OSError as error:
         raise _unwritable(target, error) from None
     if stat.S_ISLNK(status.st_mode):
-        raise InputError(f"is a link to {os.readlink(target)}", path=str(target), mend="Name the folder itself")
+        raise InputError(
+            f"is a link to {os.readlink(target)}", path=str(target), mend="Name the folder itself"
+        )
     if not stat.S_ISDIR(status.st_mode):
         raise InputError("is a file, not a folder", path=str(target), mend="Name another folder")
     try:
@@ -150,13 +164,21 @@ def _check_free(target: Path, force: bool) -> None:
             _check_own(folder, target)
             used = read_in(target)
             for is_so, message, mend in (
-                (not force, "exists already", "Name another folder, or add --force to replace these results"),
+                (
+                    not force,
+                    "exists already",
+                    "Name another folder, or add --force to replace these results",
+                ),
                 (
                     used,
                     f"contains input files of this command: {owned.listed(used)}",
                     "Name another folder, because bristle would replace this folder",
                 ),
-                (target.is_mount(), "is a mount point and cannot be renamed", "Name a folder in it"),
+                (
+                    target.is_mount(),
+                    "is a mount point and cannot be renamed",
+                    "Name a folder in it",
+                ),
                 (not status.st_mode & stat.S_IWUSR, "is write-protected", "Name another folder"),
             ):
                 if is_so:
@@ -169,7 +191,10 @@ def _check_own(folder: Folder, target: Path) -> None:
     note, present = owned.note_in(folder), folder.names()
     rename, foreign, changed = "Name another folder", [], []
     if note is None and not present:
-        message, mend = "exists already, and bristle did not make it", "Name a new folder, or remove this empty folder"
+        message, mend = (
+            "exists already, and bristle did not make it",
+            "Name a new folder, or remove this empty folder",
+        )
     elif note is None and SUMMARY in present:
         message = f"contains results without the file {NOTE}, which lists the files of bristle (bristle 0.1 did not write it)"
         mend = f"{rename}, or remove by hand the files that you no longer need: {owned.listed(present)}"
@@ -182,7 +207,11 @@ def _check_own(folder: Folder, target: Path) -> None:
         foreign, changed = owned.strangers_in(folder, note)
         if not foreign and not changed:
             return
-        reason = "contains other files besides the results" if foreign else "contains files that were changed"
+        reason = (
+            "contains other files besides the results"
+            if foreign
+            else "contains files that were changed"
+        )
         message = f"{reason}: {owned.listed(foreign or changed)}"
         mend = "Name another folder. Or move these files to another place, because bristle would replace the whole folder"
     raise InputError(message, path=str(target), mend=mend)
@@ -221,7 +250,11 @@ def _abandon(results: Results) -> None:
         # If the limit of open files was reached, closing one may help.
         removed = removed or owned.remove_own(results.path, half_written=True)
     if not removed and os.path.lexists(results.path):
-        warnings.warn(f"bristle keeps {results.path}, because it contains other files or cannot be removed", InputWarning, stacklevel=2)
+        warnings.warn(
+            f"bristle keeps {results.path}, because it contains other files or cannot be removed",
+            InputWarning,
+            stacklevel=2,
+        )
 
 
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
@@ -233,9 +266,14 @@ def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
             note = owned.note_in(folder)
             if note is None:
                 if os.lstat(parent / name).st_mtime < time.time() - 60.0:  # [s]
-                    _remove_begun(parent / name)  # of a program killed before it wrote the note; otherwise empty
+                    _remove_begun(
+                        parent / name
+                    )  # of a program killed before it wrote the note; otherwise empty
                 continue
-            if match[1] in (note.token, note.aside):  # else a user folder: a copy, or a renamed folder
+            if match[1] in (
+                note.token,
+                note.aside,
+            ):  # else a user folder: a copy, or a renamed folder
                 yield parent / name, note, _state_of(folder)
 
 
@@ -261,7 +299,9 @@ def _refuse_two_at_once(own: Path, target: Path) -> None:
     }
     if own in writing and min(writing.values()) < writing[own]:
         raise InputError(
-            "another process is writing results to this folder", path=str(target), mend="Wait for its end, or name another folder"
+            "another process is writing results to this folder",
+            path=str(target),
+            mend="Wait for its end, or name another folder",
         )
 
 

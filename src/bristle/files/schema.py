@@ -32,10 +32,16 @@ Quantity = Annotated[Any, AfterValidator(_number_or_text)]
 
 def by_number(value: Any) -> Any:
     """Return the name of a column that is given by its number, from 1."""
-    return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
+    return (
+        f"column_{value}"
+        if isinstance(value, int) and not isinstance(value, bool) and value > 0
+        else value
+    )
 
 
-ColumnName = Annotated[str, BeforeValidator(by_number)]  # The name of a column, or its number, counted from 1
+ColumnName = Annotated[
+    str, BeforeValidator(by_number)
+]  # The name of a column, or its number, counted from 1
 
 
 # By the type of the error of the library, whose messages name its classes.
@@ -80,14 +86,18 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     if first["type"] == "extra_forbidden":
         keys, key = _keys(_table_at(schema, loc[:-1])), str(loc[-1])
         inner = {name: _table_in(field.annotation) for name, field in schema.model_fields.items()}
-        tables = [name for name, table in inner.items() if table is not None and key in _keys(table)]
+        tables = [
+            name for name, table in inner.items() if table is not None and key in _keys(table)
+        ]
         elsewhere = f"This key belongs under [{tables[0]}]" if len(tables) == 1 else ""
         mend = did_you_mean(key, keys) or elsewhere or more
         return InputError("unknown key", path=path, allowed=f"keys: {', '.join(keys)}", mend=mend)
     if first["type"] == "missing":
         return InputError("is missing", path=path, mend=MISSING.get(path, more))
     expected = EXPECTED.get(first["type"], "").format_map(first.get("ctx") or {})
-    expected = expected or first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+    expected = expected or first["msg"].removeprefix("Input should be ").removeprefix(
+        "Value error, "
+    )
     return InputError("is not valid", path=path, value=first["input"], allowed=expected, mend=more)
 
 
@@ -144,7 +154,11 @@ class ColumnEntry(SignalEntry):
 
 def long_form(value: Any) -> Any:
     """Accept the bare name of a column as a complete entry."""
-    return {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value
+    return (
+        {"column": value}
+        if isinstance(value, (str, int)) and not isinstance(value, bool)
+        else value
+    )
 
 
 Signal = Annotated[SignalEntry, BeforeValidator(long_form)]
@@ -189,7 +203,10 @@ class CoggingEntry(Strict):
     """Periodic part of the effort per turn of the motor or screw."""
 
     turn: Literal["motor", "screw"] = "motor"
-    harmonics: Annotated[list[Annotated[int, Field(ge=1, le=10_000)]], Field(max_length=200)] | Literal["identify"] = "identify"
+    harmonics: (
+        Annotated[list[Annotated[int, Field(ge=1, le=10_000)]], Field(max_length=200)]
+        | Literal["identify"]
+    ) = "identify"
 
 
 class EffortEntry(Strict):

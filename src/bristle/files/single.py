@@ -15,7 +15,10 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool
     file = Path(path)
     data = content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
     replaces = os.path.lexists(file) and not new
-    place, begun = file.with_name(f".{file.name}.{secrets.token_hex(8)}") if replaces else file, False
+    place, begun = (
+        file.with_name(f".{file.name}.{secrets.token_hex(8)}") if replaces else file,
+        False,
+    )
     try:
         opened = os.open(place, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _NO_LINKS, 0o666)
         begun = True

@@ -69,7 +69,9 @@ class Sources:
         """Return the log or the motion in a file."""
 
         def read(content: Content) -> Log:
-            return read_log(content, axis_of_motion(content, axis) or axis, size_limit=self.size_limit)
+            return read_log(
+                content, axis_of_motion(content, axis) or axis, size_limit=self.size_limit
+            )
 
         described_by = next((key[1] for key, value in self._read.items() if value is axis), None)
         return self._once("log", file, path, read, content_of_log, described_by)
@@ -79,7 +81,14 @@ class Sources:
         entries = table_at(table, path)
         described = self.identified(table, path)
         if described is None:
-            return None, friction_from(entries, kind=kind, folder=self.folder, path=path, read_operator=self.operator, read_code=self.code)
+            return None, friction_from(
+                entries,
+                kind=kind,
+                folder=self.folder,
+                path=path,
+                read_operator=self.operator,
+                read_code=self.code,
+            )
         if described.friction.kind != kind:
             message, mend = (
                 f"is the model of a {described.friction.kind} axis, but this axis is {kind}",
@@ -87,7 +96,9 @@ class Sources:
             )
             raise InputError(message, path=f"{path}.file", value=entries["file"], mend=mend)
         component = described.friction.component
-        values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
+        values = described.friction.values | parameters_in(
+            entries, component, path, beside=("file",)
+        )
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
     def identified(self, table: Any, path: str) -> ModelFile | None:
@@ -96,14 +107,20 @@ class Sources:
         is_file = isinstance(file, str) and file.endswith(".toml")
         return self.model(file, f"{path}.file") if is_file else None
 
-    def listed(self, family: Literal["plant", "hysteresis"], table: Any, kind: Kind, path: str) -> Model:
+    def listed(
+        self, family: Literal["plant", "hysteresis"], table: Any, kind: Kind, path: str
+    ) -> Model:
         """Return the plant or the operator that a table names, with its parameters."""
         return model_from(table, PLANTS if family == "plant" else OPERATORS, kind=kind, path=path)
 
     def own(self, table: Any, family: type[Own], path: str) -> Own | None:
         """Return the user component in the `file` of a table; None if the table has no `file`."""
         entries = table_at(table, path)
-        return component_in(entries, family, path=path, read_code=self.code) if "file" in entries else None
+        return (
+            component_in(entries, family, path=path, read_code=self.code)
+            if "file" in entries
+            else None
+        )
 
     def code(self, file: str, path: str) -> Content:
         """Return the code in a file that may run."""
@@ -127,7 +144,11 @@ class Sources:
         axis = self.axis(table["axis"], f"{path}.axis") if "axis" in table else axis
         source = self._file(file, place)
         # The loop of a log from an identification, or else a log.
-        is_loop = source.suffix == ".csv" and source.is_file() and kind_of_loop(content_of_log(source, limit=self.size_limit)) is not None
+        is_loop = (
+            source.suffix == ".csv"
+            and source.is_file()
+            and kind_of_loop(content_of_log(source, limit=self.size_limit)) is not None
+        )
         if is_loop:
             record = self.loop_record(file, place)
             values = {"position": record.reference, "sample_time": record.sample_time}
@@ -135,11 +156,15 @@ class Sources:
         log = self.log(file, axis, place)
         reference = log.position if log.effort is None else log.reference
         if reference is None:
-            mend = "Name the column of the reference under [columns] of the axis file: reference = ..."
+            mend = (
+                "Name the column of the reference under [columns] of the axis file: reference = ..."
+            )
             raise InputError("has no reference", path=place, value=file, mend=mend)
         if len(log.segments) > 1:
             message = f"has gaps, which split it into {len(log.segments)} parts"
-            raise InputError(message, path=place, value=file, mend="Record the reference again, without gaps")
+            raise InputError(
+                message, path=place, value=file, mend="Record the reference again, without gaps"
+            )
         values = {"position": reference.values, "sample_time": log.sample_time}
         return make_model(recorded, values, kind=log.kind, validate=True, path=path)
 
@@ -152,11 +177,21 @@ class Sources:
             raise InputError("must be the name of a file", path=path, value=file)
         return self.folder / file
 
-    def _once(self, role: str, file: Any, path: str, read: Callable[..., Any], opened: Any = content_of, axis: Any = None) -> Any:
+    def _once(
+        self,
+        role: str,
+        file: Any,
+        path: str,
+        read: Callable[..., Any],
+        opened: Any = content_of,
+        axis: Any = None,
+    ) -> Any:
         key = (role, self._file(file, path), axis)
         if key not in self._read:
             with located(path):
-                content = opened(key[1], limit=self.size_limit if opened is content_of_log else TOML_LIMIT)
+                content = opened(
+                    key[1], limit=self.size_limit if opened is content_of_log else TOML_LIMIT
+                )
                 self._read[key] = read(content)
             self._origins.setdefault("log" if role == "loop" else role, []).append(content.origin)
         return self._read[key]

@@ -41,7 +41,9 @@ def provenance(command: str, **files: Any) -> dict[str, str]:
     """Return the provenance of results; each of `files` is an `Origin`, an object with an origin, a list of these, or None."""
     record = {"bristle": version("bristle")}
     for kind, sources in files.items():
-        listed = () if sources is None else sources if isinstance(sources, (list, tuple)) else (sources,)
+        listed = (
+            () if sources is None else sources if isinstance(sources, (list, tuple)) else (sources,)
+        )
         for number, source in enumerate(listed, 1):
             key = kind if number == 1 else f"{kind}_{number}"
             origin = source if isinstance(source, Origin) else source.origin

@@ -51,7 +51,10 @@ class SourceText:
         with LOADING:
             module = sys.modules.get(name) or _executed(name, self.content)
             # Lets `inspect` find the executed text even if the file has changed.
-            filename, lines = str(module.__file__), importlib.util.decode_source(self.content.data).splitlines(keepends=True)
+            filename, lines = (
+                str(module.__file__),
+                importlib.util.decode_source(self.content.data).splitlines(keepends=True),
+            )
             linecache.cache[filename] = (len(self.content.data), None, lines, filename)
             return module
 
@@ -79,25 +82,52 @@ def load_code(path: Readable) -> FrictionModel:
     return load_component_file(path, FrictionModel)
 
 
-def declared_in(path: Readable, name: str, *families: type[Declared], title: str, mend: str) -> Declared:
+def declared_in(
+    path: Readable, name: str, *families: type[Declared], title: str, mend: str
+) -> Declared:
     """Return the object that a Python file defines under a name."""
     content = code_at(path)
     declared = getattr(SourceText(content).module(), name, None)
     if isinstance(declared, families):
         return declared
-    message = f"defines no {title}" if declared is None else f"{name} is not a {families[0].__name__}"
-    raise InputError(message, path=str(content.source), mend=mend, value=None if declared is None else type(declared).__name__)
+    message = (
+        f"defines no {title}" if declared is None else f"{name} is not a {families[0].__name__}"
+    )
+    raise InputError(
+        message,
+        path=str(content.source),
+        mend=mend,
+        value=None if declared is None else type(declared).__name__,
+    )
 
 
 def load_component_file(path: Readable, *families: type[Own]) -> Own:
     """Return the component that a Python file defines as ``MODEL``."""
     content, first = code_at(path), families[0]
-    model = declared_in(content, "MODEL", *families, title=WORDS[first], mend=f"End the file with MODEL = {_as_written(first)}")
+    model = declared_in(
+        content,
+        "MODEL",
+        *families,
+        title=WORDS[first],
+        mend=f"End the file with MODEL = {_as_written(first)}",
+    )
     family, source = type(model), content.source
     if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
-        allowed, mend = "text without a plus sign or comma", f'Write another name in {family.__name__}(name="...")'
-        raise InputError("has an invalid name for its model", path=str(source), value=model.name, allowed=allowed, mend=mend)
-    for described in (model.Parameters, model.State):  # the contract checks the rest of the description
+        allowed, mend = (
+            "text without a plus sign or comma",
+            f'Write another name in {family.__name__}(name="...")',
+        )
+        raise InputError(
+            "has an invalid name for its model",
+            path=str(source),
+            value=model.name,
+            allowed=allowed,
+            mend=mend,
+        )
+    for described in (
+        model.Parameters,
+        model.State,
+    ):  # the contract checks the rest of the description
         try:
             variables_of(described)
         except InputError as error:
@@ -109,19 +139,28 @@ def load_component_file(path: Readable, *families: type[Own]) -> Own:
 
 def _as_written(family: type[Documented]) -> str:
     """Return the call of a descriptor with its required arguments."""
-    needed = [field.name for field in fields(family) if field.default is MISSING and field.default_factory is MISSING]
+    needed = [
+        field.name
+        for field in fields(family)
+        if field.default is MISSING and field.default_factory is MISSING
+    ]
     free = ("name", "description", "channel")
     return f"{family.__name__}({', '.join(f'{name}=...' if name in free else f'{name}={name}' for name in needed)})"
 
 
-def component_in(table: Mapping[str, Any], family: type[Own], *, path: str, read_code: CodeRead) -> Own:
+def component_in(
+    table: Mapping[str, Any], family: type[Own], *, path: str, read_code: CodeRead
+) -> Own:
     """Return the user component that a table names, ``file = "my_law.py"``."""
     file, word = table["file"], WORDS[family].split()[-1]
     if "model" in table:
         raise InputError("has both a model and a file", path=path, mend="Remove one of these keys")
     if not isinstance(file, str) or not file.endswith(".py"):
         raise InputError(
-            f"is not a Python file with a {word}", path=f"{path}.file", value=file, allowed=f"a Python file, such as my_{word}.py"
+            f"is not a Python file with a {word}",
+            path=f"{path}.file",
+            value=file,
+            allowed=f"a Python file, such as my_{word}.py",
         )
     return load_component_file(read_code(file, f"{path}.file"), family)
 
@@ -149,9 +188,22 @@ def load_slot_file(path: Readable) -> Slot:
     if isinstance(getattr(SourceText(content).module(), "MODEL", None), FrictionModel):
         mend = f"It defines a friction model. Write {source.name} as the first name, such as {source.name}+asymmetry"
     slot = declared_in(content, "SLOT", Slot, title=WORDS[Slot], mend=mend)
-    if not isinstance(slot.name, str) or not slot.name.isidentifier() or slot.name in (*SLOTS, *REACHES):
-        message, allowed = "has an invalid name for its slot", f"a word other than {', '.join(SLOTS)}"
-        raise InputError(message, path=str(source), value=slot.name, allowed=allowed, mend='Write another name in Slot(name="...")')
+    if (
+        not isinstance(slot.name, str)
+        or not slot.name.isidentifier()
+        or slot.name in (*SLOTS, *REACHES)
+    ):
+        message, allowed = (
+            "has an invalid name for its slot",
+            f"a word other than {', '.join(SLOTS)}",
+        )
+        raise InputError(
+            message,
+            path=str(source),
+            value=slot.name,
+            allowed=allowed,
+            mend='Write another name in Slot(name="...")',
+        )
     with located(source):
         refuse_unfit(slot)
     return slot
@@ -172,7 +224,9 @@ def word_of(described: Documented) -> str:
 
 def slots_in(names: Iterable[str], path: str, read_code: CodeRead) -> list[str | Slot]:
     """Return slots by name; load user slots if the name is a Python file."""
-    return [load_slot_file(read_code(name, path)) if name.endswith(".py") else name for name in names]
+    return [
+        load_slot_file(read_code(name, path)) if name.endswith(".py") else name for name in names
+    ]
 
 
 def friction_named(name: str, path: str, read_code: CodeRead) -> FrictionModel:
@@ -184,7 +238,11 @@ def friction_named(name: str, path: str, read_code: CodeRead) -> FrictionModel:
 
 def codes_of(component: Any) -> tuple[Content, ...]:
     """Return the source files of a model and its slots, each once."""
-    parts = (base_of(component), *channel_slots_of(component)) if isinstance(component, FrictionModel) else (component,)
+    parts = (
+        (base_of(component), *channel_slots_of(component))
+        if isinstance(component, FrictionModel)
+        else (component,)
+    )
     return tuple(dict.fromkeys(code for part in parts if (code := code_of(part)) is not None))
 
 
@@ -196,7 +254,9 @@ def code_of(component: Any) -> Content | None:
 
 def origins_of_code(components: Iterable[Any]) -> tuple[Origin, ...]:
     """Return the source files of models and their slots, each once."""
-    return tuple(dict.fromkeys(code.origin for component in components for code in codes_of(component)))
+    return tuple(
+        dict.fromkeys(code.origin for component in components for code in codes_of(component))
+    )
 
 
 class _Messages(io.TextIOBase):
@@ -215,7 +275,11 @@ class _Messages(io.TextIOBase):
 def _executed(name: str, content: Content) -> types.ModuleType:
     source = content.source
     if b"\0" in content.data:
-        raise InputError("is binary data instead of Python code", path=str(source), mend="Name a file with a model, my_model.py")
+        raise InputError(
+            "is binary data instead of Python code",
+            path=str(source),
+            mend="Name a file with a model, my_model.py",
+        )
     module = types.ModuleType(name)
     module.__file__ = str(source)
     sys.modules[name] = module
@@ -237,12 +301,18 @@ def _executed(name: str, content: Content) -> types.ModuleType:
         if isinstance(error, (BristleError, KeyboardInterrupt)):
             raise
         if isinstance(error, SyntaxError) and error.filename == str(source):
-            raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}") from None
-        if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and place == str(source):
+            raise InputError(
+                f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}"
+            ) from None
+        if isinstance(
+            error, (SyntaxError, ValueError, RecursionError, MemoryError)
+        ) and place == str(source):
             raise InputError(
                 f"is not valid Python ({error_text(error) or type(error).__name__})", path=place
             ) from None  # beyond the limits of the compiler
-        raise InputError(f"stops with {type(error).__name__}: {error_text(error)}".rstrip(": "), path=place) from None
+        raise InputError(
+            f"stops with {type(error).__name__}: {error_text(error)}".rstrip(": "), path=place
+        ) from None
     finally:
         sys.setrecursionlimit(deepest)
     text = SourceText(content)
@@ -253,7 +323,11 @@ def _executed(name: str, content: Content) -> types.ModuleType:
     # Objects of a module are pickled with its text, because another process could not import them by name.
     vars(module)["__travels_as__"] = text
     for member in list(vars(module).values()):
-        if isinstance(member, type) and issubclass(member, tuple) and member.__module__ == module.__name__:
+        if (
+            isinstance(member, type)
+            and issubclass(member, tuple)
+            and member.__module__ == module.__name__
+        ):
             member.__reduce__ = reduced  # type: ignore[method-assign]
     return module
 

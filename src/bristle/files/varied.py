@@ -21,7 +21,9 @@ def with_changes(model: Model, changes: Mapping[str, Any], path: str) -> Model:
     numbers = numbers_of(component, model.parameters)
     for name, raw in changes.items():
         place = f"{path}.{key_of(name)}"
-        numbers[name] = looked_at(partial(coerced, component, name, variables[name]), raw, place, model.kind)
+        numbers[name] = looked_at(
+            partial(coerced, component, name, variables[name]), raw, place, model.kind
+        )
         check_value(component, name, variables[name], numbers[name], model.kind, place)
     parameters = component.assemble(numbers)
     check_relations(component, parameters, path)
@@ -40,7 +42,9 @@ def with_columns(model: Model, columns: Mapping[str, np.ndarray], path: str) -> 
         changes = dict(zip(columns, row, strict=True))
         try:
             parameters = component.assemble(numbers | changes) if are_in_range else None
-            if parameters is not None and all(relation.holds(parameters) for relation in component.relations):
+            if parameters is not None and all(
+                relation.holds(parameters) for relation in component.relations
+            ):
                 models.append(Model(component, parameters, model.kind))
             else:
                 models.append(with_changes(model, changes, path))
@@ -53,7 +57,9 @@ def _is_in_range(model: Model, name: str, column: np.ndarray, path: str) -> bool
     """Return whether a column has floating-point numbers for a floating-point parameter, all within its range."""
     component, variable = model.component, model.component.variables[name]
     is_plain = not (variable.choices or component.is_integer(name) or component.is_array(name))
-    if not (is_plain and column.ndim == 1 and column.dtype == float and np.all(np.isfinite(column))):
+    if not (
+        is_plain and column.ndim == 1 and column.dtype == float and np.all(np.isfinite(column))
+    ):
         return False
     try:
         for number in (float(column.min()), float(column.max())):

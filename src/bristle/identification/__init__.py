@@ -10,7 +10,12 @@ if TYPE_CHECKING:
     from bristle.identification.known_truth import Determined
     from bristle.identification.request import models_of, prior_knowledge_of, refuse_options
     from bristle.identification.result import Fit, HeldOut, Identification
-    from bristle.identification.second_pass import ProposedLine, SecondPass, axis_with, proposed_lines
+    from bristle.identification.second_pass import (
+        ProposedLine,
+        SecondPass,
+        axis_with,
+        proposed_lines,
+    )
     from bristle.identification.settings import Settings
     from bristle.identification.simulated_bands import Bands
     from bristle.identification.work import Work

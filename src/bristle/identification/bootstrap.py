@@ -38,7 +38,10 @@ QUIET = 8  # draws without scatter, which show the apparent scatter
 PILOT = 32  # draws that calibrate the scatter, then the unexplained force
 SEED = 20_261_120
 TAIL = 2.5  # percent
-FEWEST_CYCLES, MOST_CYCLES = 4, 0.5  # half-cycles for a scatter; share of half-cycles with rows away from reversals
+FEWEST_CYCLES, MOST_CYCLES = (
+    4,
+    0.5,
+)  # half-cycles for a scatter; share of half-cycles with rows away from reversals
 CENTRING, ROUNDS = 8, 4  # pairs of replicates that centre the fits, and the rounds of it
 OFF = 0.5  # allowed offset of the fits, in standard deviations
 EDGE = 3.0  # standard deviations beyond which an estimated square is an outlier
@@ -77,11 +80,16 @@ class Bootstrap:
         return curve_of(self.solution.space, self.solution.theta, self.draws)
 
 
-def curve_of(space: ParameterSpace, theta: np.ndarray, draws: np.ndarray) -> tuple[tuple[float, float, float, float], ...]:
+def curve_of(
+    space: ParameterSpace, theta: np.ndarray, draws: np.ndarray
+) -> tuple[tuple[float, float, float, float], ...]:
     """Return the virgin curve at these coordinates, with its 95 % intervals from draws of the reported numbers."""
     first = len(space.reported)
     forces, drawn = space.numbers(theta)[first:], draws[:, first:].T
-    return tuple((x, float(force), *_percentiles(sample)) for x, force, sample in zip(space.curve, forces, drawn, strict=True))
+    return tuple(
+        (x, float(force), *_percentiles(sample))
+        for x, force, sample in zip(space.curve, forces, drawn, strict=True)
+    )
 
 
 def _percentiles(draws: np.ndarray) -> tuple[float, float]:
@@ -96,14 +104,20 @@ def turned(
     doubt: float = 0.0,  # standard error of the mean offset of the fits, as a share of it
     moved: np.ndarray | float = 0.0,  # subtracted from the draws
     scale: float = 1.0,  # of the distances of the draws
-    wide: np.ndarray | None = None,  # factors of the deviations of the reported numbers, shape (reported,)
+    wide: np.ndarray
+    | None = None,  # factors of the deviations of the reported numbers, shape (reported,)
 ) -> list[Turned]:
     """Return the fits to replicates, with pairs in sequence, reflected from their `centre` to the other side of a solution."""
     pair = np.minimum(np.arange(len(thetas)) ^ 1, len(thetas) - 1)
     middle = 0.5 * (solution.theta + centre)
     off = doubt * (np.mean(thetas, axis=0) - centre)
     spread = np.random.default_rng(SEED).standard_normal(len(thetas) // 2 + 1)
-    drawn = thetas + np.multiply.outer(np.repeat(spread, 2) * np.tile([1.0, -1.0], spread.size), off)[: len(thetas)]
+    drawn = (
+        thetas
+        + np.multiply.outer(np.repeat(spread, 2) * np.tile([1.0, -1.0], spread.size), off)[
+            : len(thetas)
+        ]
+    )
     drawn = np.where(_on_edge(solution), 2.0 * middle - thetas[pair], drawn) - moved
     drawn = centre + scale * (drawn - centre)
     if wide is not None:
@@ -145,21 +159,36 @@ def bootstrap(
     first, second, pairs = rng.spawn(PILOT), rng.spawn(PILOT), rng.spawn(-(-count // 2))
     with Abreast() as pool:
         # Noise and the treatment look like scatter, and the parameters of a fit absorb part of it: visible and true scatter differ.
-        quiet = _squares(pool.map(fits.disturbed(scatter=0.0).fit, first[:QUIET])).mean if visible > 0.0 else 0.0
+        quiet = (
+            _squares(pool.map(fits.disturbed(scatter=0.0).fit, first[:QUIET])).mean
+            if visible > 0.0
+            else 0.0
+        )
         pilot = _squares(pool.map(fits.fit, first))
-        whole = QUIET + 2 * PILOT + ROUNDS * CENTRING + count  # two of the rounds suffice mostly, of pairs
+        whole = (
+            QUIET + 2 * PILOT + ROUNDS * CENTRING + count
+        )  # two of the rounds suffice mostly, of pairs
         report((QUIET + PILOT) / whole)
-        level = Level(visible**2, quiet, max(pilot.mean - quiet, 0.0) / visible**2 if visible > 0.0 else 0.0, pilot)
+        level = Level(
+            visible**2,
+            quiet,
+            max(pilot.mean - quiet, 0.0) / visible**2 if visible > 0.0 else 0.0,
+            pilot,
+        )
         fits = fits.disturbed(scatter=level.scatter())
         # Centre the replicates: choose parameters whose replicates give fits near the fit to the log. The error of a fit to the
         # estimate equals that of a fit to the truth only if both are close together.
         for _ in range(0 if linear or solution.space.linear else ROUNDS):
-            thetas = np.array([fit.theta for pair in pool.map(fits.pair, pairs[:CENTRING]) for fit in pair])
+            thetas = np.array(
+                [fit.theta for pair in pool.map(fits.pair, pairs[:CENTRING]) for fit in pair]
+            )
             off = np.where(_on_edge(solution), 0.0, np.mean(thetas, axis=0) - solution.theta)
             centre = np.clip(fits.centre - off, solution.space.low, solution.space.high)
             if np.all(np.abs(centre - fits.centre) <= OFF * np.std(thetas, axis=0, ddof=1)):
                 break
-            replicates = fits.replicates.made_with(problem.parameters.complete(solution.space.values(centre)))
+            replicates = fits.replicates.made_with(
+                problem.parameters.complete(solution.space.values(centre))
+            )
             fits = replace(fits, replicates=replicates, centre=centre)
         square, pilots = float(np.mean(residual**2)), pool.map(fits.fit, second)
         lacking = max(square - float(np.mean([fit.square for fit in pilots])), 0.0)
@@ -168,11 +197,17 @@ def bootstrap(
         for pair in pool.map(fits.pair, pairs):
             drawn += pair
             report(1.0 - max(count - len(drawn), 0) / whole)
-    thetas, changes = (np.array([getattr(fit, part) for fit in drawn[:count]]) for part in ("theta", "change"))
-    moved = between(fits.contrast.change(residual), changes, thetas - fits.centre, np.random.default_rng(SEED))
+    thetas, changes = (
+        np.array([getattr(fit, part) for fit in drawn[:count]]) for part in ("theta", "change")
+    )
+    moved = between(
+        fits.contrast.change(residual), changes, thetas - fits.centre, np.random.default_rng(SEED)
+    )
     level = level._replace(squares=_squares(drawn))
     draws = turned(solution, thetas, fits.centre, fits.replicates.doubt, moved, scale, wide)
-    ends = (level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL))
+    ends = (
+        level.scatter(level.squares.deviation(share)) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL)
+    )
     return Bootstrap(
         solution,
         np.array([draw.numbers for draw in draws]),
@@ -220,7 +255,11 @@ class ChiSquare(NamedTuple):
         """Return the quantile `share` of the ratio of estimated to true standard deviation."""
         from scipy.special import chdtri
 
-        return float(chdtri(self.freedom, 1.0 - share) / self.freedom) ** 0.5 if math.isfinite(self.freedom) else 1.0
+        return (
+            float(chdtri(self.freedom, 1.0 - share) / self.freedom) ** 0.5
+            if math.isfinite(self.freedom)
+            else 1.0
+        )
 
 
 CERTAIN = ChiSquare(0.0, math.inf)
@@ -237,7 +276,11 @@ class Levels(NamedTuple):
     def of(cls, cycles: Groups, slope: np.ndarray, away: np.ndarray) -> Levels:
         """Return the half-cycles of rows away from reversals if most half-cycles have such rows, else of all rows."""
         beyond = Groups(cycles.of_rows[away])
-        rows = away if away.any() and beyond.count >= MOST_CYCLES * cycles.count else np.ones_like(away)
+        rows = (
+            away
+            if away.any() and beyond.count >= MOST_CYCLES * cycles.count
+            else np.ones_like(away)
+        )
         return cls(Groups(cycles.of_rows[rows]), slope[rows], rows)
 
     def scatter(self, residual: np.ndarray) -> float:
@@ -257,7 +300,11 @@ class Level(NamedTuple):
 
     def scatter(self, deviation: float = 1.0) -> float:
         """Return the true scatter if the visible scatter is this ratio times the expected scatter."""
-        return (max(self.visible / deviation**2 - self.quiet, 0.0) / self.gain) ** 0.5 if self.gain > 0.0 else 0.0
+        return (
+            (max(self.visible / deviation**2 - self.quiet, 0.0) / self.gain) ** 0.5
+            if self.gain > 0.0
+            else 0.0
+        )
 
     def visible_of(self, scatter: float) -> float:
         """Return the visible scatter expected for a true scatter."""
@@ -305,9 +352,21 @@ class _Fits:
     def fit(self, seed: np.random.SeedSequence, side: float = 1.0) -> _Drawn:
         """Draw a replicate, or its mirror image (-1), and fit the model to it."""
         solution, rng = self.refit.solution, np.random.default_rng(seed)
-        scatter, usual, share = self.disturbance.scatter, 1.0, rng.uniform(0.01 * TAIL, 1.0 - 0.01 * TAIL)
+        scatter, usual, share = (
+            self.disturbance.scatter,
+            1.0,
+            rng.uniform(0.01 * TAIL, 1.0 - 0.01 * TAIL),
+        )
         if self.level is not None:
             scatter = self.level.scatter(self.level.squares.deviation(share))
             usual = self.level.visible_of(scatter)
-        theta, residual = self.refit.solve(self.replicates.draw(self.disturbance._replace(scatter=scatter), rng, side), solution.theta)
-        return _Drawn(theta, self.contrast.change(residual), self.levels.scatter(residual) / usual, float(np.mean(residual**2)))
+        theta, residual = self.refit.solve(
+            self.replicates.draw(self.disturbance._replace(scatter=scatter), rng, side),
+            solution.theta,
+        )
+        return _Drawn(
+            theta,
+            self.contrast.change(residual),
+            self.levels.scatter(residual) / usual,
+            float(np.mean(residual**2)),
+        )

@@ -45,19 +45,40 @@ if TYPE_CHECKING:
 
 CYCLES = 4.0  # of a window
 OF_RATE, PER_OCTAVE = 0.1, 6  # highest frequency over the sampling frequency; frequencies tried
-PURE, OVERLAP = 0.8, 0.25  # least share of the sweep in the motion of a window; most common share of two windows
+PURE, OVERLAP = (
+    0.8,
+    0.25,
+)  # least share of the sweep in the motion of a window; most common share of two windows
 STEPS = 1.2  # encoder steps: smallest amplitude
-FEWEST, SPAN, AMPLITUDES, FADED = 15, 3.0, 1.6, (0.1, 0.9)  # windows; ratio of frequencies; of amplitudes, between quantiles
+FEWEST, SPAN, AMPLITUDES, FADED = (
+    15,
+    3.0,
+    1.6,
+    (0.1, 0.9),
+)  # windows; ratio of frequencies; of amplitudes, between quantiles
 NODES, SHRINK = 5, 1.25  # amplitudes with their own loss; between trials of the largest amplitude
 MOST_LOSS, SOFTEST = 0.25, 0.65  # of the stiffness, at the largest amplitude: loss and stiffness
 DELAYS, DELAY_STEP = (-5.0, 9.0), 0.5  # samples
-PRIORS = ((1.2, 1.2), (1.5, 2.0), (0.0, 1.0), (0.0, 1.0), (0.5, 0.5))  # mean, deviation: g_1, g_2, g_3, e, exponent of the hold
+PRIORS = (
+    (1.2, 1.2),
+    (1.5, 2.0),
+    (0.0, 1.0),
+    (0.0, 1.0),
+    (0.5, 0.5),
+)  # mean, deviation: g_1, g_2, g_3, e, exponent of the hold
 LOWEST = (1e-3, 0.0, 1e-2, DELAYS[0], 0.0, 0.0, -20.0, -20.0, -1.0)
 HIGHEST = (1e3, 1e2, 1e2, DELAYS[1], 20.0, 50.0, 20.0, 20.0, 2.0)
-NEAR, ROUNDS, SURE = 12, 3, 1e-3  # windows that share a variance; fits with new weights; smallest relative error of a window
+NEAR, ROUNDS, SURE = (
+    12,
+    3,
+    1e-3,
+)  # windows that share a variance; fits with new weights; smallest relative error of a window
 ENCODER = 0.11  # relative error of the gain of an encoder, rms, at an amplitude of one step
 MISFIT, WIDEST = 0.15, 0.3  # of the response, rms; relative half-width of a reported stiffness
-FACTORS, SPARE = np.array([1.9, 1.9, 1.6]), np.array([0.002, 0.004, 0.002])  # over standard error; relative: mass, damping, stiffness
+FACTORS, SPARE = (
+    np.array([1.9, 1.9, 1.6]),
+    np.array([0.002, 0.004, 0.002]),
+)  # over standard error; relative: mass, damping, stiffness
 APART, LEAST_APART = 1.5, 0.02  # of a contradiction: over the joint half-width, and relative
 TINY = float(np.finfo(float).tiny)
 
@@ -79,13 +100,29 @@ class DahlResonance(NamedTuple):
         """Return stiffness and damping of the sweep and of a fit."""
         kind, friction = fit.plant.kind, fit.friction.component.variables
         units = unit_of("force/length", kind), unit_of("force*time/length", kind)
-        viscous = [name for part in (fit.plant, fit.friction) for name in names_of(Role.VISCOUS, part.component.variables)]
+        viscous = [
+            name
+            for part in (fit.plant, fit.friction)
+            for name in names_of(Role.VISCOUS, part.component.variables)
+        ]
         # Viscous friction of two directions counts half each.
-        shares = dict.fromkeys(viscous, 1.0 / max(len(viscous), 1)) | dict.fromkeys(names_of(Role.MICRO_DAMPING, friction), 1.0)
-        springs = [(item, 1.0) for item in fit.estimates if item.unit == units[0] and item.name not in fit.plant.values]
+        shares = dict.fromkeys(viscous, 1.0 / max(len(viscous), 1)) | dict.fromkeys(
+            names_of(Role.MICRO_DAMPING, friction), 1.0
+        )
+        springs = [
+            (item, 1.0)
+            for item in fit.estimates
+            if item.unit == units[0] and item.name not in fit.plant.values
+        ]
         damping = [(item, shares[item.name]) for item in fit.estimates if item.name in shares]
         return (
-            Compared("stiffness", units[0], self.stiffness, self.stiffness_half_width, *_sum_of(springs[:1])),
+            Compared(
+                "stiffness",
+                units[0],
+                self.stiffness,
+                self.stiffness_half_width,
+                *_sum_of(springs[:1]),
+            ),
             Compared("damping", units[1], self.damping, self.damping_half_width, *_sum_of(damping)),
         )
 
@@ -106,14 +143,21 @@ class Compared(NamedTuple):
         if self.fitted is None or self.fitted_half_width is None:
             return False
         apart = abs(self.value - self.fitted)
-        return apart > max(APART * math.hypot(self.half_width, self.fitted_half_width), LEAST_APART * abs(self.value))
+        return apart > max(
+            APART * math.hypot(self.half_width, self.fitted_half_width),
+            LEAST_APART * abs(self.value),
+        )
 
 
 def _sum_of(parts: Sequence[tuple[Estimate, float]]) -> tuple[float | None, float | None]:
     """Return the sum of shares of estimates, and its half-width if the log determines each of them; None without estimates."""
-    halves = [0.5 * share * (item.ends[1] - item.ends[0]) if item.ends else 0.0 for item, share in parts]
+    halves = [
+        0.5 * share * (item.ends[1] - item.ends[0]) if item.ends else 0.0 for item, share in parts
+    ]
     is_sure = parts and all(item.status in ("identified", "held") for item, _ in parts)
-    return (sum(share * item.value for item, share in parts) if parts else None), (math.hypot(*halves) if is_sure else None)
+    return (sum(share * item.value for item, share in parts) if parts else None), (
+        math.hypot(*halves) if is_sure else None
+    )
 
 
 class _Windows(NamedTuple):
@@ -135,7 +179,9 @@ class _Windows(NamedTuple):
         return len(self.omega) >= FEWEST and bool(np.ptp(np.log(self.omega)) > math.log(SPAN))
 
 
-def dahl_resonance(logs: Sequence[Log], step: float, highest: float = math.inf) -> DahlResonance | str | None:
+def dahl_resonance(
+    logs: Sequence[Log], step: float, highest: float = math.inf
+) -> DahlResonance | str | None:
     """Return the contact in sweeps of small amplitude, or the reason against it; None if the logs have no such sweeps.
 
     `step` is that of the encoder [m or rad], and `highest` the highest frequency [Hz] at which the axis is one mass.
@@ -144,9 +190,16 @@ def dahl_resonance(logs: Sequence[Log], step: float, highest: float = math.inf) 
     for log in logs:
         assert log.effort is not None
         parts = log.segments or (slice(0, len(log)),)
-        fields += [_windows_of(log.position.values[part], log.effort.values[part], float(log.sample_time), step) for part in parts]
+        fields += [
+            _windows_of(
+                log.position.values[part], log.effort.values[part], float(log.sample_time), step
+            )
+            for part in parts
+        ]
     omega, amplitude, *ratios, duration = np.concatenate(fields, axis=1)
-    windows = _before_sliding(_Windows._make([omega.real, amplitude.real, *ratios, duration.real]), dt)
+    windows = _before_sliding(
+        _Windows._make([omega.real, amplitude.real, *ratios, duration.real]), dt
+    )
     if windows is None:
         return None
     windows = windows.part(windows.omega <= 2.0 * math.pi * highest)
@@ -158,14 +211,20 @@ def dahl_resonance(logs: Sequence[Log], step: float, highest: float = math.inf) 
 def _windows_of(position: np.ndarray, effort: np.ndarray, dt: float, step: float) -> np.ndarray:
     """Return the windows of a stretch in which the motion is a sweep, with little overlap, shape (field, window)."""
     rows, halved = [(np.empty((6, 0), complex), np.empty(0, int), np.empty(0))], 1
-    lengths = [math.ceil(CYCLES / OF_RATE * 2.0 ** (part / PER_OCTAVE)) for part in range(PER_OCTAVE)]
+    lengths = [
+        math.ceil(CYCLES / OF_RATE * 2.0 ** (part / PER_OCTAVE)) for part in range(PER_OCTAVE)
+    ]
     moved, pulled = position - position[:1], effort
     while moved.size >= lengths[0]:
         for length in (length for length in lengths if length <= moved.size):
-            positions, efforts = (sliding_window_view(signal, length)[:: length // 3] for signal in (moved, pulled))
+            positions, efforts = (
+                sliding_window_view(signal, length)[:: length // 3] for signal in (moved, pulled)
+            )
             fields, share = _projected(positions, efforts, halved * dt)
             chosen = (share > PURE) & (fields[1].real > STEPS * step)
-            rows.append((fields[:, chosen], halved * (length // 3) * np.flatnonzero(chosen), share[chosen]))
+            rows.append(
+                (fields[:, chosen], halved * (length // 3) * np.flatnonzero(chosen), share[chosen])
+            )
         # The mean of two samples acts on both signals and leaves their ratio as it is.
         moved, pulled = (0.5 * (signal[:-1:2] + signal[1::2]) for signal in (moved, pulled))
         halved *= 2
@@ -179,18 +238,29 @@ def _windows_of(position: np.ndarray, effort: np.ndarray, dt: float, step: float
     return candidates[:, sorted(places, key=begin.__getitem__)]
 
 
-def _projected(position: np.ndarray, effort: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+def _projected(
+    position: np.ndarray, effort: np.ndarray, dt: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Return windows, shape (field, window), and the share of the sweep in their motion, from signals of shape (window, sample)."""
     count, length = position.shape
     t, span = (np.arange(length) - 0.5 * (length - 1)) * dt, length * dt
     turn, omega = 2.0 * math.pi / span, 2.0 * math.pi * CYCLES / span
-    w, w_1, w_2 = 0.5 + 0.5 * np.cos(turn * t), -0.5 * turn * np.sin(turn * t), -0.5 * turn**2 * np.cos(turn * t)
+    w, w_1, w_2 = (
+        0.5 + 0.5 * np.cos(turn * t),
+        -0.5 * turn * np.sin(turn * t),
+        -0.5 * turn**2 * np.cos(turn * t),
+    )
     # Derivatives of weight times harmonic.
-    tests = np.stack([w, 1j * omega * w - w_1, w_2 - 2j * omega * w_1 - omega**2 * w], axis=1) * np.exp(-1j * omega * t)[:, None]
+    tests = (
+        np.stack([w, 1j * omega * w - w_1, w_2 - 2j * omega * w_1 - omega**2 * w], axis=1)
+        * np.exp(-1j * omega * t)[:, None]
+    )
     line = np.stack([w, w * t], axis=1) / np.array([w.sum(), (w * t) @ t])
     moved, pulled = (signal - signal[:, :1] for signal in (position, effort))
     drift = moved @ line
-    moved, pulled = (signal - signal @ line @ np.stack([np.ones_like(t), t]) for signal in (moved, pulled))
+    moved, pulled = (
+        signal - signal @ line @ np.stack([np.ones_like(t), t]) for signal in (moved, pulled)
+    )
     harmonics = moved @ tests
     first = np.where(harmonics[:, 0] == 0.0, 1.0, harmonics[:, 0])
     amplitude = 2.0 * np.abs(harmonics[:, 0]) / w.sum()
@@ -203,9 +273,15 @@ def _projected(position: np.ndarray, effort: np.ndarray, dt: float) -> tuple[np.
 def _before_sliding(windows: _Windows, dt: float) -> _Windows | None:
     """Return the windows with amplitudes at which the contact is a spring; None without a sweep of several amplitudes."""
     # A sweep of one amplitude fades in and out.
-    while windows.is_sweep and np.ptp(np.quantile(np.log(windows.amplitude), FADED)) > math.log(AMPLITUDES):
+    while windows.is_sweep and np.ptp(np.quantile(np.log(windows.amplitude), FADED)) > math.log(
+        AMPLITUDES
+    ):
         _, (_, _, stiffness, change, loss) = _rough(windows, dt)
-        if stiffness > 0.0 and stiffness + change > SOFTEST * stiffness and loss < MOST_LOSS * stiffness:
+        if (
+            stiffness > 0.0
+            and stiffness + change > SOFTEST * stiffness
+            and loss < MOST_LOSS * stiffness
+        ):
             return windows
         windows = windows.part(windows.amplitude <= np.max(windows.amplitude) / SHRINK)
     return None
@@ -227,7 +303,9 @@ def _rough(windows: _Windows, dt: float) -> tuple[float, np.ndarray]:
 
 
 def _first_weight(windows: _Windows) -> np.ndarray:
-    return np.sqrt(windows.duration) / (np.abs(windows.response) + np.median(np.abs(windows.response)))
+    return np.sqrt(windows.duration) / (
+        np.abs(windows.response) + np.median(np.abs(windows.response))
+    )
 
 
 class _Fit:
@@ -238,12 +316,22 @@ class _Fit:
         self.windows, self.dt, self.weight = windows, dt, _first_weight(windows)
         pace, size = float(np.exp(np.mean(np.log(windows.omega)))), np.log(windows.amplitude)
         self.scales = np.array([stiffness / pace**2, stiffness / pace, stiffness])
-        self.nodes, self.pace = np.linspace(np.quantile(size, 0.02), np.quantile(size, 0.98), NODES), windows.omega / pace
+        self.nodes, self.pace = (
+            np.linspace(np.quantile(size, 0.02), np.quantile(size, 0.98), NODES),
+            windows.omega / pace,
+        )
         self.hats = np.stack([np.interp(size, self.nodes, unit) for unit in np.eye(NODES)], axis=1)
         # The gain of the encoder has an error that decreases with A^-3/2 and is common to windows of one amplitude.
         self.gains = self.hats * (ENCODER * (step / windows.amplitude) ** 1.5)[:, None]
         losses = max(loss / stiffness, 0.01) * np.exp(self.nodes - self.nodes[-1])
-        self.start = np.array([*(np.array([mass, damping, stiffness]) / self.scales), delay / dt, *(mean for mean, _ in PRIORS), *losses])
+        self.start = np.array(
+            [
+                *(np.array([mass, damping, stiffness]) / self.scales),
+                delay / dt,
+                *(mean for mean, _ in PRIORS),
+                *losses,
+            ]
+        )
         self.bounds = np.array([*LOWEST, *np.zeros(NODES)]), np.array([*HIGHEST, *np.ones(NODES)])
 
     def _stiffness(self, point: np.ndarray, loss: np.ndarray) -> np.ndarray:
@@ -253,7 +341,11 @@ class _Fit:
     def _response(self, point: np.ndarray) -> np.ndarray:
         loss, windows = self.hats @ point[9:], self.windows
         stiffness = self._stiffness(point, loss) + point[2] * loss * (1j - point[6] * self.pace)
-        parts = point[0] * windows.acceleration, (point[1] + point[7] * point[2] * loss) * windows.velocity, stiffness
+        parts = (
+            point[0] * windows.acceleration,
+            (point[1] + point[7] * point[2] * loss) * windows.velocity,
+            stiffness,
+        )
         hold = point[8] * np.log(np.sinc(0.5 / np.pi * self.dt * windows.omega))
         return sum(scale * part for scale, part in zip(self.scales, parts, strict=True)) * np.exp(
             -1j * self.dt * point[3] * windows.omega - hold
@@ -261,7 +353,10 @@ class _Fit:
 
     def _residual(self, point: np.ndarray) -> np.ndarray:
         left = self.weight * (self._response(point) - self.windows.response)
-        priors = [(value - mean) / deviation for value, (mean, deviation) in zip(point[4:9], PRIORS, strict=True)]
+        priors = [
+            (value - mean) / deviation
+            for value, (mean, deviation) in zip(point[4:9], PRIORS, strict=True)
+        ]
         return np.concatenate([left.real, left.imag, priors])
 
     def _solved(self, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -271,7 +366,11 @@ class _Fit:
         low, high = self.bounds
         margin = 1e-6 * (high - low)
         ended: Any = least_squares(
-            self._residual, np.clip(start, low + margin, high - margin), bounds=self.bounds, x_scale="jac", max_nfev=200
+            self._residual,
+            np.clip(start, low + margin, high - margin),
+            bounds=self.bounds,
+            x_scale="jac",
+            max_nfev=200,
         )
         return ended.x, ended.jac
 
@@ -290,22 +389,35 @@ class _Fit:
         for _ in range(ROUNDS):
             self.weight = self._reweighted(point)
             point, slope = self._solved(point)
-        misfit = math.sqrt(float(np.mean(np.abs(self._response(point) / self.windows.response - 1.0) ** 2)))
+        misfit = math.sqrt(
+            float(np.mean(np.abs(self._response(point) / self.windows.response - 1.0) ** 2))
+        )
         if misfit > MISFIT:
-            return f"the response is not that of one mass on a spring (misfit {100.0 * misfit:.0f} %)"
+            return (
+                f"the response is not that of one mass on a spring (misfit {100.0 * misfit:.0f} %)"
+            )
         widths, values = self.scales * self._errors(point, slope), self.scales * point[:3]
         if widths[2] > WIDEST * values[2]:
             return f"the sweep determines the stiffness only within {100.0 * widths[2] / values[2]:.0f} %"
         pairs = [float(number) for place in (2, 1, 0) for number in (values[place], widths[place])]
-        curves = np.exp(self.nodes), self.scales[2] * self._stiffness(point, point[9:]), values[2] * point[9:]
+        curves = (
+            np.exp(self.nodes),
+            self.scales[2] * self._stiffness(point, point[9:]),
+            values[2] * point[9:],
+        )
         return DahlResonance._make([*pairs, *(tuple(curve.tolist()) for curve in curves)])
 
     def _errors(self, point: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Return half-widths of mass, damping and stiffness, from the scatter of the windows and the error of the encoder."""
         count = len(self.weight)
         inverse = np.linalg.pinv(slope.T @ slope, rcond=1e-12)
-        scores, priors = slope[: 2 * count] * self._residual(point)[: 2 * count, None], slope[2 * count :]
-        scores = (scores[:count] + scores[count:]) * math.sqrt(count / max(count - 0.5 * len(point), 1.0))
+        scores, priors = (
+            slope[: 2 * count] * self._residual(point)[: 2 * count, None],
+            slope[2 * count :],
+        )
+        scores = (scores[:count] + scores[count:]) * math.sqrt(
+            count / max(count - 0.5 * len(point), 1.0)
+        )
         changes = (self.weight * self._response(point))[:, None] * self.gains
         pulls = slope[: 2 * count].T @ np.concatenate([changes.real, changes.imag])
         cover = inverse @ (scores.T @ scores + priors.T @ priors + pulls @ pulls.T) @ inverse

@@ -27,9 +27,16 @@ from bristle.models.plants.terms import effort_of_columns, effort_of_place, term
 REACH = 10  # rows on either side that enter the decimating filter
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
 
-OFF_GRID, OFTEN = 0.1, 0.2  # deviation of a change from a whole number of encoder steps; share of such changes
+OFF_GRID, OFTEN = (
+    0.1,
+    0.2,
+)  # deviation of a change from a whole number of encoder steps; share of such changes
 
-EXCERPT, EXCERPT_SHARE, PIECES = 60_000, 0.1, 4  # samples at least, share of the log, and pieces of a segment, of an excerpt
+EXCERPT, EXCERPT_SHARE, PIECES = (
+    60_000,
+    0.1,
+    4,
+)  # samples at least, share of the log, and pieces of a segment, of an excerpt
 
 
 def effort_of(log: Log) -> np.ndarray:
@@ -40,7 +47,10 @@ def effort_of(log: Log) -> np.ndarray:
 
 def spread(size: int, length: int) -> list[slice]:
     """Return `PIECES` slices of `length` samples, evenly spaced over `size` samples."""
-    return [slice(first, first + length) for first in np.linspace(0, size - length, PIECES).astype(int).tolist()]
+    return [
+        slice(first, first + length)
+        for first in np.linspace(0, size - length, PIECES).astype(int).tolist()
+    ]
 
 
 @cache
@@ -60,7 +70,12 @@ def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
     """Return the effort of a plant along a segment or in rows, without friction and known columns."""
     inverse = plant.component.inverse
     if inverse is None:
-        raise InputError("has no inverse dynamics in bristle", path="plant", value=plant.name, allowed="inertia, oscillator")
+        raise InputError(
+            "has no inverse dynamics in bristle",
+            path="plant",
+            value=plant.name,
+            allowed="inertia, oscillator",
+        )
     return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
 
 
@@ -75,38 +90,63 @@ def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np
 class Segment:
     """A segment of the log without gaps, at the rate of the log; position and effort have passed the same filter."""
 
-    time: np.ndarray  # [s]; each array has shape (sample,), edges included, over which a model with memory settles
+    time: (
+        np.ndarray
+    )  # [s]; each array has shape (sample,), edges included, over which a model with memory settles
     position: np.ndarray
     velocity: np.ndarray  # +0.0 or -0.0 means rest after a forward or backward motion
     acceleration: np.ndarray
     effort: np.ndarray
     recorded: np.ndarray  # position [m or rad], not filtered
     log: int = 0  # number of the log
-    surroundings: Mapping[str, np.ndarray] = field(default_factory=dict)  # recorded quantities, by name [SI]
+    surroundings: Mapping[str, np.ndarray] = field(
+        default_factory=dict
+    )  # recorded quantities, by name [SI]
     first_cycle: int = 0  # number of samples that are run before the segment of a periodic motion
     regressors: tuple[np.ndarray, ...] = ()  # filtered; a coefficient converts them to effort
 
-    def part(self, samples: slice, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
+    def part(
+        self, samples: slice, dt: float, transmitted: np.ndarray | None = None
+    ) -> dict[str, np.ndarray]:
         """Return the input signals of friction along some samples."""
         v, x = self.velocity[samples], self.position[samples]
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        signals = {"v": v, "x": x + 0.5 * dt * v} | {name: values[samples] for name, values in self.surroundings.items()}
+        signals = {"v": v, "x": x + 0.5 * dt * v} | {
+            name: values[samples] for name, values in self.surroundings.items()
+        }
         return signals if transmitted is None else signals | {"transmitted": transmitted[samples]}
 
     def cut(self, samples: slice) -> Segment:
         """Return some of the samples as a segment."""
-        arrays = {name: getattr(self, name)[samples] for name in ("time", "position", "velocity", "acceleration", "effort", "recorded")}
+        arrays = {
+            name: getattr(self, name)[samples]
+            for name in ("time", "position", "velocity", "acceleration", "effort", "recorded")
+        }
         around = {name: values[samples] for name, values in self.surroundings.items()}
-        return replace(self, **arrays, surroundings=around, regressors=tuple(column[samples] for column in self.regressors))
+        return replace(
+            self,
+            **arrays,
+            surroundings=around,
+            regressors=tuple(column[samples] for column in self.regressors),
+        )
 
     def signals(self, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Return the input signals of friction along the segment, after its first cycle if it has one."""
         signals = self.part(slice(None), dt, transmitted)
         if not self.first_cycle:
             return signals
-        return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
+        return {
+            name: np.concatenate([values[: self.first_cycle], values])
+            for name, values in signals.items()
+        }
 
-    def friction(self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None) -> np.ndarray:
+    def friction(
+        self,
+        model: Model,
+        dt: float,
+        contact: float | None = None,
+        transmitted: np.ndarray | None = None,
+    ) -> np.ndarray:
         """Return the force of a friction model along the segment [N or N*m], from the initial state `contact`, -1 to 1."""
         state = None if contact is None else state_at(model, contact)
         return along(model, dt=dt, state=state, **self.signals(dt, transmitted))[self.first_cycle :]
@@ -138,7 +178,11 @@ class Dataset:
         """Return pieces of a long log for the start of a search; None if they are half of the log, or mostly rest."""
         total = sum(segment.time.size for segment in self.segments)
         share = max(EXCERPT / total, EXCERPT_SHARE)
-        if share > 0.5 or self.row_mask is not None or any(segment.first_cycle for segment in self.segments):
+        if (
+            share > 0.5
+            or self.row_mask is not None
+            or any(segment.first_cycle for segment in self.segments)
+        ):
             return None
         pieces = list[Segment]()
         for segment in self.segments:
@@ -150,10 +194,14 @@ class Dataset:
             pieces += map(segment.cut, spread(size, length))
         part = replace(self, segments=tuple(pieces))
         share = sum(piece.time.size for piece in pieces) / total
-        is_like_all = np.count_nonzero(part.in_motion) > 0.5 * share * np.count_nonzero(self.in_motion)
+        is_like_all = np.count_nonzero(part.in_motion) > 0.5 * share * np.count_nonzero(
+            self.in_motion
+        )
         return part if share <= 0.5 and is_like_all else None
 
-    def explained(self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None) -> list[np.ndarray]:
+    def explained(
+        self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None
+    ) -> list[np.ndarray]:
         """Return the effort of plant and friction along each segment [N or N*m]; `contacts` as below."""
         pairs = zip(self.segments, self.friction_along(friction, plant, contacts), strict=True)
         return [self.mechanical_along(plant, segment) + force for segment, force in pairs]
@@ -173,12 +221,19 @@ class Dataset:
         return self.rows_of([self.mechanical_along(plant, segment) for segment in self.segments])
 
     def friction_along(
-        self, friction: Model, plant: Model | None = None, contacts: Sequence[float | None] | None = None
+        self,
+        friction: Model,
+        plant: Model | None = None,
+        contacts: Sequence[float | None] | None = None,
     ) -> list[np.ndarray]:
         """Return the friction force along each segment [N or N*m], filtered; by default the `contacts` that fit the effort best."""
         contacts = self.contacts(friction, plant) if contacts is None else contacts
         return [
-            self.filtered(segment.friction(friction, self.sample_time, contact, transmitted_by(friction, plant, segment)))
+            self.filtered(
+                segment.friction(
+                    friction, self.sample_time, contact, transmitted_by(friction, plant, segment)
+                )
+            )
             for segment, contact in zip(self.segments, contacts, strict=True)
         ]
 
@@ -190,15 +245,28 @@ class Dataset:
         for segment in self.segments:
             signals = segment.signals(self.sample_time, transmitted_by(friction, plant, segment))
             ahead = {name: values[segment.first_cycle :] for name, values in signals.items()}
-            places.append(place_of(friction, ahead, self.sample_time, segment.effort - mechanical(plant, segment)))
+            places.append(
+                place_of(
+                    friction, ahead, self.sample_time, segment.effort - mechanical(plant, segment)
+                )
+            )
         return tuple(places)
 
     def break_aways(self, plant: Model, offset: float) -> tuple[BreakAway, ...]:
         """Return the break-aways of the log, from the effort minus `plant` and a constant force [N or N*m]."""
         recordings = [
-            Recording(segment.time, segment.position, segment.effort - mechanical(plant, segment) - offset) for segment in self.segments
+            Recording(
+                segment.time, segment.position, segment.effort - mechanical(plant, segment) - offset
+            )
+            for segment in self.segments
         ]
-        return break_aways(recordings, cutoff=self.cutoff, sample_time=self.sample_time, resolution=self.resolution, noise=self.noise)
+        return break_aways(
+            recordings,
+            cutoff=self.cutoff,
+            sample_time=self.sample_time,
+            resolution=self.resolution,
+            noise=self.noise,
+        )
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
         """Return a signal along a segment after the filter of effort and position."""
@@ -215,11 +283,20 @@ class Dataset:
     def rows_of_tangents(self, blocks: Iterable[Block], count: int) -> np.ndarray:
         """Return all rows of `count` samples of a segment, shape (row, direction), filtered, from tangents block by block."""
         taps = _taps(self.decimation) if self.decimation > 1 else np.ones(1)
-        return filtered_rows(blocks, count, *butterworth(self.cutoff, self.sample_time), self.dropped, self.decimation, taps)
+        return filtered_rows(
+            blocks,
+            count,
+            *butterworth(self.cutoff, self.sample_time),
+            self.dropped,
+            self.decimation,
+            taps,
+        )
 
     def sampled(self, parts: Iterable[np.ndarray]) -> np.ndarray:
         """Return the samples of a signal at the rows, without the decimating filter."""
-        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
+        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[
+            self.in_motion
+        ]
 
     def _thinned(self, signals: Iterable[np.ndarray]) -> np.ndarray:
         from scipy.signal import resample_poly
@@ -227,7 +304,11 @@ class Dataset:
         parts, step = list[np.ndarray](), self.decimation
         for signal in signals:
             part = self.without_edges(signal)
-            parts.append(part if step == 1 else np.asarray(resample_poly(part, 1, step, window=_taps(step), padtype="edge")))
+            parts.append(
+                part
+                if step == 1
+                else np.asarray(resample_poly(part, 1, step, window=_taps(step), padtype="edge"))
+            )
         return np.concatenate(parts)
 
     @cached_property
@@ -238,13 +319,19 @@ class Dataset:
         if self.keeps_rests:
             return np.ones(self._thinned(self._signals("time")).size, dtype=bool)
         # Weights of the motion, not of the rests: a filter of a signal that stays at zero computes with denormal numbers, 20 times slower.
-        moving = [self.filtered((segment.velocity != 0.0).astype(float)) for segment in self.segments]
-        return np.abs(1.0 - self._thinned(moving)) < 0.01  # weight of samples at rest that a row may contain
+        moving = [
+            self.filtered((segment.velocity != 0.0).astype(float)) for segment in self.segments
+        ]
+        return (
+            np.abs(1.0 - self._thinned(moving)) < 0.01
+        )  # weight of samples at rest that a row may contain
 
     @property
     def response(self) -> np.ndarray:
         """Weights of the samples around a row in this row, shape (2 n + 1,); their sum is 1."""
-        beside = REACH_PERIODS * 2 * math.ceil(1.0 / (self.cutoff * self.sample_time))  # by then, the response has decayed
+        beside = (
+            REACH_PERIODS * 2 * math.ceil(1.0 / (self.cutoff * self.sample_time))
+        )  # by then, the response has decayed
         impulse = np.zeros(2 * beside + 1)
         impulse[beside] = 1.0
         passed = self.filtered(impulse)
@@ -253,7 +340,9 @@ class Dataset:
     @property
     def reach(self) -> int:
         """Reach of the filters to either side, in rows."""
-        return math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation)) + (REACH if self.decimation > 1 else 0)
+        return math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation)) + (
+            REACH if self.decimation > 1 else 0
+        )
 
     def _signals(self, name: str) -> Iterator[np.ndarray]:
         """Return a signal of all segments."""
@@ -292,16 +381,26 @@ class Dataset:
     @cached_property
     def segment_of_row(self) -> np.ndarray:
         """Number of the segment of each row."""
-        return self.sampled([np.full(segment.time.size, number) for number, segment in enumerate(self.segments)])
+        return self.sampled(
+            [np.full(segment.time.size, number) for number, segment in enumerate(self.segments)]
+        )
 
     @property
     def off_grid(self) -> bool:
         """Whether the recorded position changes by fractions of the stated encoder step, as a filtered position does."""
         if self.resolution <= 0.0:
             return False
-        steps = np.concatenate([np.diff(segment.recorded) for segment in self.segments]) / self.resolution
-        smallest = np.min(np.abs(steps[steps != 0.0]), initial=1.0)  # 1 where the step is that of the log itself
-        return bool(smallest < 1.0 - OFF_GRID and np.mean(np.abs(steps - np.round(steps)) > OFF_GRID) > OFTEN)
+        steps = (
+            np.concatenate([np.diff(segment.recorded) for segment in self.segments])
+            / self.resolution
+        )
+        smallest = np.min(
+            np.abs(steps[steps != 0.0]), initial=1.0
+        )  # 1 where the step is that of the log itself
+        return bool(
+            smallest < 1.0 - OFF_GRID
+            and np.mean(np.abs(steps - np.round(steps)) > OFF_GRID) > OFTEN
+        )
 
     @property
     def bandwidth(self) -> float:
@@ -350,7 +449,9 @@ class Dataset:
     def samples_from_rest(self) -> np.ndarray:
         """The same to the nearest reversal or sample at rest."""
         rests = [np.flatnonzero(segment.velocity == 0.0).tolist() for segment in self.segments]
-        return self._samples_from([sorted({*at, *turns}) for at, turns in zip(rests, self.reversals, strict=True)])
+        return self._samples_from(
+            [sorted({*at, *turns}) for at, turns in zip(rests, self.reversals, strict=True)]
+        )
 
     def _samples_from(self, places: Sequence[Sequence[int]]) -> np.ndarray:
         distances = []
@@ -375,7 +476,9 @@ class Alignment:
     sought: bool = True
     of_position: bool = False
     filter_open: bool = False
-    too_small: float = 0.0  # relative bias of the least-squares inertia by position noise; 0 if not significant
+    too_small: float = (
+        0.0  # relative bias of the least-squares inertia by position noise; 0 if not significant
+    )
 
     def as_data(self) -> dict[str, float]:
         """Return the known values, as in the treatment of a log."""

@@ -52,19 +52,60 @@ from bristle.logs.turns import runs
 if TYPE_CHECKING:
     from bristle.identification.two_encoders import Masses
 
-LONGEST, SHORTEST, FEWEST, TAPER = 8.0, 0.4, 3, 1.0  # s: of a slide; slides; tapered share of a slide
+LONGEST, SHORTEST, FEWEST, TAPER = (
+    8.0,
+    0.4,
+    3,
+    1.0,
+)  # s: of a slide; slides; tapered share of a slide
 PERIODS = 4.0  # of a frequency in a slide that determines its response
-SIDES, BRISK, STEPS = 60.0, 0.03, 10.0  # Hz: low-pass of the speed; of the top speed, and encoder steps: smallest slide
-SLOWEST, FASTEST, OF_RATE, LOWEST = 3.0, 500.0, 0.25, 5.0  # Hz; Hz; of the sampling frequency; Hz: of an antiresonance
-WIDTH, POOLED, MISFIT = 0.02, 0.08, 0.03  # of a group of bins; of pooled variances; model error as a share of the acceleration
+SIDES, BRISK, STEPS = (
+    60.0,
+    0.03,
+    10.0,
+)  # Hz: low-pass of the speed; of the top speed, and encoder steps: smallest slide
+SLOWEST, FASTEST, OF_RATE, LOWEST = (
+    3.0,
+    500.0,
+    0.25,
+    5.0,
+)  # Hz; Hz; of the sampling frequency; Hz: of an antiresonance
+WIDTH, POOLED, MISFIT = (
+    0.02,
+    0.08,
+    0.03,
+)  # of a group of bins; of pooled variances; model error as a share of the acceleration
 LATE, EARLY, DELAY_STEP = 12e-3, 4e-3, 1e-4  # s: search range of the delay
-STEP, DAMPINGS, AROUND = 0.015, (0.02, 0.08), (-6e-4, 0.0, 6e-4)  # of the scan: frequency, damping; s: delays around the first
+STEP, DAMPINGS, AROUND = (
+    0.015,
+    (0.02, 0.08),
+    (-6e-4, 0.0, 6e-4),
+)  # of the scan: frequency, damping; s: delays around the first
 DAMPED, RATIOS = (2e-3, 0.3), (0.05, 8.0)  # damping of a resonance; load over motor
 BAND = 1.5  # around antiresonance and resonance
-LEAST_GAIN, LEAST_SHARE, LEAST_EXPLAINED, MOST_ERROR = 60.0, 0.2, 0.3, 0.02  # of a clear resonance: squared deviation; shares; error
-PARTS = ((0.0, 0.5), (0.5, 1.0), (0.0, 0.34), (0.33, 0.67), (0.66, 1.0), (0.25, 0.75))  # of the slides
-ALIKE, AGREE, AGREEING = 1.6, 1.05, 2  # largest ratio of the frequency in a part to that in the whole log, and to that in another; parts
-STUDENT, SPREAD = 4.0, 2.0  # of the intervals: factors of the standard error, and of the scatter over the parts
+LEAST_GAIN, LEAST_SHARE, LEAST_EXPLAINED, MOST_ERROR = (
+    60.0,
+    0.2,
+    0.3,
+    0.02,
+)  # of a clear resonance: squared deviation; shares; error
+PARTS = (
+    (0.0, 0.5),
+    (0.5, 1.0),
+    (0.0, 0.34),
+    (0.33, 0.67),
+    (0.66, 1.0),
+    (0.25, 0.75),
+)  # of the slides
+ALIKE, AGREE, AGREEING = (
+    1.6,
+    1.05,
+    2,
+)  # largest ratio of the frequency in a part to that in the whole log, and to that in another; parts
+STUDENT, SPREAD = (
+    4.0,
+    2.0,
+)  # of the intervals: factors of the standard error, and of the scatter over the parts
 SPARE, SPARE_DELAY = 0.004, 0.1  # of the intervals: smallest relative half-width; in samples
 ONE_MASS = 0.02  # largest relative excess of the mass that the motor of one mass feels
 HOLDS = (-1.5, 1.5)  # exponent of the hold
@@ -118,13 +159,19 @@ def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elasti
     for start, end in PARTS:
         inside = (time > start - 1e-9) & (time < end + 1e-9)
         if np.count_nonzero(inside) >= FEWEST:
-            part = _Search(log._replace(slides=log.slides[inside], lengths=log.lengths[inside])).resonance
+            part = _Search(
+                log._replace(slides=log.slides[inside], lengths=log.lengths[inside])
+            ).resonance
             if part is not None:
                 resonances.append(part)
     centre = of_log or min(resonances, key=attrgetter("error"), default=None)
     if centre is None:
         return None
-    resonances = [part for part in resonances if abs(part.values[0] - centre.values[0]) < math.log(ALIKE if of_log else AGREE)]
+    resonances = [
+        part
+        for part in resonances
+        if abs(part.values[0] - centre.values[0]) < math.log(ALIKE if of_log else AGREE)
+    ]
     if of_log is None and len(resonances) < AGREEING:
         return None
     if of_log is not None:
@@ -132,12 +179,19 @@ def elastic_coupling(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Elasti
     best = min(resonances, key=attrgetter("error"))
     weights = np.maximum([part.errors for part in resonances], 1e-6) ** -2.0
     spread = np.sqrt(
-        np.sum(weights * (np.array([part.values for part in resonances]) - best.values) ** 2, axis=0) / np.sum(weights, axis=0)
+        np.sum(
+            weights * (np.array([part.values for part in resonances]) - best.values) ** 2, axis=0
+        )
+        / np.sum(weights, axis=0)
     )
     errors = np.hypot(STUDENT * best.errors, SPREAD * spread)
     values = np.append(np.exp(best.values[:4]), 1e-3 * best.values[4])
-    widths = np.append(values[:4] * (errors[:4] + SPARE), 1e-3 * errors[4] + SPARE_DELAY * logs[0].sample_time)
-    return Elastic._make([*(float(number) for pair in zip(values, widths, strict=True) for number in pair), ""])
+    widths = np.append(
+        values[:4] * (errors[:4] + SPARE), 1e-3 * errors[4] + SPARE_DELAY * logs[0].sample_time
+    )
+    return Elastic._make(
+        [*(float(number) for pair in zip(values, widths, strict=True) for number in pair), ""]
+    )
 
 
 def one_mass(alignment: Alignment, coupling: Elastic | None) -> Alignment:
@@ -150,7 +204,11 @@ def one_mass(alignment: Alignment, coupling: Elastic | None) -> Alignment:
     else:
         width += ONE_MASS * mass
     alignment = replace(alignment, mass=mass, mass_half_width=width)
-    late = {"delay": coupling.delay, "delay_half_width": coupling.delay_half_width} if alignment.delay is not None else {}
+    late = (
+        {"delay": coupling.delay, "delay_half_width": coupling.delay_half_width}
+        if alignment.delay is not None
+        else {}
+    )
     return replace(alignment, slow=alignment.slow or coupling.one_mass, **late)
 
 
@@ -181,19 +239,40 @@ class _Spectra(NamedTuple):
         """The response over all slides, with weights from its variance around each frequency."""
         apart = np.abs(np.subtract.outer(*[np.log(self.frequency)] * 2))
         near = (apart < POOLED).astype(float)
-        rows = self.lengths[:, None] * self.bins * (self.frequency * LONGEST * self.lengths[:, None] > PERIODS)
-        total, rows = np.einsum("sg,sgij->gij", (rows > 0.0).astype(float), self.slides), rows.sum(axis=0)
-        signals, cross = np.maximum(np.real(np.diagonal(total, axis1=1, axis2=2)).T, TINY), total[:, 1, 0]
+        rows = (
+            self.lengths[:, None]
+            * self.bins
+            * (self.frequency * LONGEST * self.lengths[:, None] > PERIODS)
+        )
+        total, rows = (
+            np.einsum("sg,sgij->gij", (rows > 0.0).astype(float), self.slides),
+            rows.sum(axis=0),
+        )
+        signals, cross = (
+            np.maximum(np.real(np.diagonal(total, axis1=1, axis2=2)).T, TINY),
+            total[:, 1, 0],
+        )
         # The part of each signal that the other one does not explain.
-        left = np.maximum(signals - np.abs(cross) ** 2 / signals[::-1], 0.0) / np.maximum(1.0 - 1.0 / np.maximum(rows, 1.0), 0.1)
+        left = np.maximum(signals - np.abs(cross) ** 2 / signals[::-1], 0.0) / np.maximum(
+            1.0 - 1.0 / np.maximum(rows, 1.0), 0.1
+        )
         weight = near @ rows / np.maximum(near @ left[0] + MISFIT**2 * (near @ signals[0]), TINY)
-        coherence = 1.0 - np.clip(near @ (weight * left[0]) / np.maximum(near @ (weight * signals[0]), TINY), 0.0, 1.0)
+        coherence = 1.0 - np.clip(
+            near @ (weight * left[0]) / np.maximum(near @ (weight * signals[0]), TINY), 0.0, 1.0
+        )
         wide = (apart < 2.0 * POOLED).astype(float)
-        levels = (wide @ left[1])[wide @ rows > LEAST_ROWS] / (wide @ rows)[wide @ rows > LEAST_ROWS]
-        clean = np.maximum(signals[1] - np.min(levels, initial=np.inf if levels.size else 0.0) * rows, LEAST_CLEAN * signals[1])
+        levels = (wide @ left[1])[wide @ rows > LEAST_ROWS] / (wide @ rows)[
+            wide @ rows > LEAST_ROWS
+        ]
+        clean = np.maximum(
+            signals[1] - np.min(levels, initial=np.inf if levels.size else 0.0) * rows,
+            LEAST_CLEAN * signals[1],
+        )
         sinc = np.log(np.sinc(self.frequency * self.dt))
         square, power = weight * signals
-        return _Response(self.frequency, square, power, weight * clean, weight * cross, rows, coherence, sinc)
+        return _Response(
+            self.frequency, square, power, weight * clean, weight * cross, rows, coherence, sinc
+        )
 
 
 @dataclass(frozen=True)
@@ -213,11 +292,21 @@ class _Response:
     def delay(self) -> float:
         """Delay of the effort [s] from the phase of the squared response, in which antiresonances cancel."""
         phase = (self.cross / np.maximum(np.abs(self.cross), TINY)) ** 2
-        weight = np.gradient(self.frequency) * np.where(self.coherence > 0.5, self.coherence, 0.0) ** 2
+        weight = (
+            np.gradient(self.frequency) * np.where(self.coherence > 0.5, self.coherence, 0.0) ** 2
+        )
         delays = np.arange(-EARLY, LATE, DELAY_STEP)
-        return float(delays[np.argmax((np.exp(-4j * np.pi * np.outer(delays, self.frequency)) @ (weight * phase)).real)])
+        return float(
+            delays[
+                np.argmax(
+                    (np.exp(-4j * np.pi * np.outer(delays, self.frequency)) @ (weight * phase)).real
+                )
+            ]
+        )
 
-    def fitted(self, delay: float, *shapes: np.ndarray, hold: float = 0.0, clean: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    def fitted(
+        self, delay: float, *shapes: np.ndarray, hold: float = 0.0, clean: bool = False
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return factors, shape (trial, shape), and explained squares, shape (trial,), of shapes of shape (trial, group)."""
         power = (self.clean if clean else self.power) * np.exp(2.0 * hold * self.sinc)
         cross = self.cross * np.exp(hold * self.sinc - 2j * np.pi * self.frequency * delay)
@@ -229,12 +318,16 @@ class _Response:
         factors = np.linalg.solve(normal, (right / scale)[..., None])[..., 0]
         return factors / scale, np.sum(factors * right / scale, axis=1)
 
-    def left(self, delay: float, factors: np.ndarray, *shapes: np.ndarray, hold: float = 0.0) -> np.ndarray:
+    def left(
+        self, delay: float, factors: np.ndarray, *shapes: np.ndarray, hold: float = 0.0
+    ) -> np.ndarray:
         """Return the weighted squares that a fit leaves in each group, shape (group,)."""
-        gain = sum(factor * shape[0] for factor, shape in zip(factors, shapes, strict=True)) * np.exp(
-            hold * self.sinc + 2j * np.pi * self.frequency * delay
+        gain = sum(
+            factor * shape[0] for factor, shape in zip(factors, shapes, strict=True)
+        ) * np.exp(hold * self.sinc + 2j * np.pi * self.frequency * delay)
+        return (
+            self.square - 2.0 * np.real(np.conj(gain) * self.cross) + np.abs(gain) ** 2 * self.power
         )
-        return self.square - 2.0 * np.real(np.conj(gain) * self.cross) + np.abs(gain) ** 2 * self.power
 
     def elastic(self, resonance: np.ndarray, damping: np.ndarray) -> tuple[np.ndarray, ...]:
         """Return the shapes of an elastic axis for some resonances [Hz], shape (trial, group)."""
@@ -252,24 +345,35 @@ class _Search:
     """The search for a resonance; a point: logarithms of resonance [Hz] and damping, delay [ms], exponent of the hold."""
 
     def __init__(self, spectra: _Spectra) -> None:
-        self.response, self.highest, self.scale = spectra.response, spectra.highest / 1.05, spectra.scale
+        self.response, self.highest, self.scale = (
+            spectra.response,
+            spectra.highest / 1.05,
+            spectra.scale,
+        )
 
     def _fitted(self, point: np.ndarray, *, clean: bool = True) -> tuple[np.ndarray, float]:
         shapes = self.response.elastic(np.exp(point[:1]), np.exp(point[1:2]))
-        factors, squares = self.response.fitted(1e-3 * point[2], *shapes, hold=float(point[3]), clean=clean)
+        factors, squares = self.response.fitted(
+            1e-3 * point[2], *shapes, hold=float(point[3]), clean=clean
+        )
         return factors[0], float(squares[0])
 
     def _values(self, point: np.ndarray) -> np.ndarray:
         factors, _ = self._fitted(point)
         ratio = min(max(float(factors[1] / factors[0]), 1e-3), 1e3)
         mass = math.log(self.scale / max(float(factors[0]), 1e-9))
-        return np.array([point[0] - 0.5 * math.log(1.0 + ratio), point[0], math.log(ratio), mass, point[2]])
+        return np.array(
+            [point[0] - 0.5 * math.log(1.0 + ratio), point[0], math.log(ratio), mass, point[2]]
+        )
 
     @property
     def _start(self) -> np.ndarray | None:
         """The best point of a scan."""
         frequencies = np.exp(np.arange(math.log(1.02 * LOWEST), math.log(self.highest), STEP))
-        resonances, dampings = np.repeat(frequencies, len(DAMPINGS)), np.tile(DAMPINGS, frequencies.size)
+        resonances, dampings = (
+            np.repeat(frequencies, len(DAMPINGS)),
+            np.tile(DAMPINGS, frequencies.size),
+        )
         shapes, best, most = self.response.elastic(resonances, dampings), None, 0.0
         for delay in self.response.delay + np.array(AROUND):
             factors, squares = self.response.fitted(delay, *shapes)
@@ -277,7 +381,12 @@ class _Search:
             squares = np.where((ratios > RATIOS[0]) & (ratios < RATIOS[1]), squares, 0.0)
             place = int(np.argmax(squares))
             if squares[place] > most:
-                most, best = float(squares[place]), np.array([math.log(resonances[place]), math.log(dampings[place]), 1e3 * delay, 0.0])
+                most, best = (
+                    float(squares[place]),
+                    np.array(
+                        [math.log(resonances[place]), math.log(dampings[place]), 1e3 * delay, 0.0]
+                    ),
+                )
         return best
 
     @property
@@ -288,28 +397,58 @@ class _Search:
         start, response = self._start, self.response
         if start is None:
             return None
-        bounds = [(start[0] - 0.7, start[0] + 0.7), (math.log(DAMPED[0]), math.log(1.5 * DAMPED[1])), (-2e3 * EARLY, 2e3 * LATE), HOLDS]
+        bounds = [
+            (start[0] - 0.7, start[0] + 0.7),
+            (math.log(DAMPED[0]), math.log(1.5 * DAMPED[1])),
+            (-2e3 * EARLY, 2e3 * LATE),
+            HOLDS,
+        ]
         options = {
             "initial_simplex": np.vstack([start, start + np.diag([0.02, 0.5, 0.3, 0.3])]),
             "xatol": 1e-4,
             "fatol": 1e-3,
             "maxfev": 400,
         }
-        best = np.asarray(minimize(lambda point: -self._fitted(point)[1], start, method="Nelder-Mead", bounds=bounds, options=options).x)
+        best = np.asarray(
+            minimize(
+                lambda point: -self._fitted(point)[1],
+                start,
+                method="Nelder-Mead",
+                bounds=bounds,
+                options=options,
+            ).x
+        )
         (factors, _), values, damping = self._fitted(best), self._values(best), math.exp(best[1])
         antiresonance, resonance, ratio = np.exp(values[:3]).tolist()
         in_range = antiresonance > LOWEST and resonance < self.highest
-        if not (in_range and factors[0] > 0.0 and RATIOS[0] < ratio < RATIOS[1] and 1.1 * DAMPED[0] < damping < DAMPED[1]):
+        if not (
+            in_range
+            and factors[0] > 0.0
+            and RATIOS[0] < ratio < RATIOS[1]
+            and 1.1 * DAMPED[0] < damping < DAMPED[1]
+        ):
             return None
         # Whether the resonance is clear is a question to the raw spectra, whose residual is least.
         factors, _ = self._fitted(best, clean=False)
-        elastic = response.left(1e-3 * best[2], factors, *response.elastic(np.exp(best[:1]), np.exp(best[1:2])), hold=float(best[3]))
-        fits = [(delay, *response.fitted(delay, *response.rigid())) for delay in response.delay + np.arange(-30, 31, 3) * DELAY_STEP]
+        elastic = response.left(
+            1e-3 * best[2],
+            factors,
+            *response.elastic(np.exp(best[:1]), np.exp(best[1:2])),
+            hold=float(best[3]),
+        )
+        fits = [
+            (delay, *response.fitted(delay, *response.rigid()))
+            for delay in response.delay + np.arange(-30, 31, 3) * DELAY_STEP
+        ]
         delay, factors, _ = max(fits, key=lambda fit: float(fit[2][0]))
         rigid = response.left(delay, factors[0], *response.rigid())
         band = (response.frequency > antiresonance / BAND) & (response.frequency < BAND * resonance)
-        before, after, total, rows = (float(np.sum(part[band])) for part in (rigid, elastic, response.square, response.rows))
-        clear = (before - after) * rows > LEAST_GAIN * after and after < (1.0 - LEAST_SHARE) * before
+        before, after, total, rows = (
+            float(np.sum(part[band])) for part in (rigid, elastic, response.square, response.rows)
+        )
+        clear = (before - after) * rows > LEAST_GAIN * after and after < (
+            1.0 - LEAST_SHARE
+        ) * before
         if not clear or after > (1.0 - LEAST_EXPLAINED) * total or np.sum(elastic) > np.sum(rigid):
             return None
         errors = self._errors(best) * math.sqrt(max(after / rows, 1.0))
@@ -320,9 +459,18 @@ class _Search:
         steps, curvature = np.diag([2e-3, 0.05, 0.02, 0.05]), np.empty((4, 4))
         for n, step in enumerate(steps):
             for m, step_2 in enumerate(steps):
-                corners = [i * j * self._fitted(best + i * step + j * step_2)[1] for i in (1, -1) for j in (1, -1)]
+                corners = [
+                    i * j * self._fitted(best + i * step + j * step_2)[1]
+                    for i in (1, -1)
+                    for j in (1, -1)
+                ]
                 curvature[n, m] = -sum(corners) / (4.0 * step[n] * step_2[m])
-        slope = np.array([(self._values(best + step) - self._values(best - step)) / (2.0 * step[n]) for n, step in enumerate(steps)])
+        slope = np.array(
+            [
+                (self._values(best + step) - self._values(best - step)) / (2.0 * step[n])
+                for n, step in enumerate(steps)
+            ]
+        )
         # The log-likelihood of complex rows is minus the squares.
         return np.sqrt(np.maximum(np.diag(slope.T @ np.linalg.pinv(curvature) @ slope), 0.0))
 
@@ -354,11 +502,19 @@ def motor_spectra(logs: Sequence[Log], axes: Sequence[Axis | None]) -> _Spectra 
     slides, lengths = list[np.ndarray](), list[float]()
     for log, axis in zip(logs, axes, strict=True):
         for position, effort in _slides(log, axis):
-            signals = np.stack([(position[2:] - 2.0 * position[1:-1] + position[:-2]) / dt**2, effort[1:-1]])
-            signals = tukey(signals.shape[1], TAPER) * (signals - signals.mean(axis=1, keepdims=True))
+            signals = np.stack(
+                [(position[2:] - 2.0 * position[1:-1] + position[:-2]) / dt**2, effort[1:-1]]
+            )
+            signals = tukey(signals.shape[1], TAPER) * (
+                signals - signals.mean(axis=1, keepdims=True)
+            )
             spectrum = np.fft.rfft(signals, size)[:, inside]
             spectrum[0] *= exact
-            slides.append(np.add.reduceat(spectrum.conj()[:, None] * spectrum[None], starts, axis=2).transpose(2, 0, 1))
+            slides.append(
+                np.add.reduceat(
+                    spectrum.conj()[:, None] * spectrum[None], starts, axis=2
+                ).transpose(2, 0, 1)
+            )
             lengths.append((1.0 - 0.5 * TAPER) * signals.shape[1] / size)
     if len(slides) < FEWEST:
         return None
@@ -388,7 +544,10 @@ def _slides(log: Log, axis: Axis | None) -> Iterator[tuple[np.ndarray, np.ndarra
         least = BRISK * float(np.quantile(np.abs(velocity), 0.99))
         for run in (*runs(velocity > least), *runs(velocity < -least)):
             if abs(smooth[run.stop - 1] - smooth[run.start]) > STEPS * step:
-                slides += [slice(first, min(first + longest, run.stop)) for first in range(run.start, run.stop, longest)]
+                slides += [
+                    slice(first, min(first + longest, run.stop))
+                    for first in range(run.start, run.stop, longest)
+                ]
         for slide in sorted(slides, key=attrgetter("start")):
             if (slide.stop - slide.start) * dt > SHORTEST:
                 yield position[slide], effort[slide]

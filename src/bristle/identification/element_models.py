@@ -30,7 +30,14 @@ from bristle.core.least_squares import unbounded
 from bristle.engine.motion import along
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.fixed_shape import DIFFERENCE, TOTAL, ElementSpace, ShapedModel, in_lists, shaped
+from bristle.identification.fixed_shape import (
+    DIFFERENCE,
+    TOTAL,
+    ElementSpace,
+    ShapedModel,
+    in_lists,
+    shaped,
+)
 from bristle.identification.hysteresis.linear import NormalEquations, thresholds_over
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
@@ -63,15 +70,30 @@ def estimate_elements(context: Context, component: FrictionModel, report: Report
 
     view = problem.parameters.component
     assert isinstance(view, ShapedModel)
-    return Estimation(problem, solution, problem, elements.all_elements(), residual_without, written=in_lists, further=view.further)
+    return Estimation(
+        problem,
+        solution,
+        problem,
+        elements.all_elements(),
+        residual_without,
+        written=in_lists,
+        further=view.further,
+    )
 
 
 def elements_of(context: Context, component: FrictionModel) -> Elements:
     """Return the problem of the elements of a log; at only one speed, viscous friction is fixed at 0, because it is confounded."""
-    parameters, speeds = context.parameters(shaped(component, np.ones(1), np.ones(1))), np.abs(context.dataset.velocity)
-    if np.mean(speeds) ** 2 >= 0.9 * np.mean(speeds**2):  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
+    parameters, speeds = (
+        context.parameters(shaped(component, np.ones(1), np.ones(1))),
+        np.abs(context.dataset.velocity),
+    )
+    if np.mean(speeds) ** 2 >= 0.9 * np.mean(
+        speeds**2
+    ):  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
         damping = names_of(Role.VISCOUS, parameters.component.variables)
-        viscous = {name: Fixed(0.0, "held_one_speed") for name in parameters.free if name in damping}
+        viscous = {
+            name: Fixed(0.0, "held_one_speed") for name in parameters.free if name in damping
+        }
         free = tuple(name for name in parameters.free if name not in viscous)
         parameters = replace(parameters, free=free, fixed={**parameters.fixed, **viscous})
     return Elements(context.dataset, component, parameters)
@@ -98,17 +120,27 @@ class Elements:
     dataset: Dataset
     component: FrictionModel
     parameters: ParameterSet
-    element: Callable[[float], Model] = lambda r: maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False)
+    element: Callable[[float], Model] = lambda r: maxwell_slip(
+        F_C=r, k_i=[1.0], nu_i=[1.0], validate=False
+    )
 
     @cached_property
     def thresholds(self) -> np.ndarray:
         """Deflections at which elements slip, shape (element,) [m or rad]."""
         dataset, reach = self.dataset, 0.5 * stroke_of(self.dataset)
         # An element that never slips is confounded with a force that rises along the axis.
-        if HALF_RANGE in self.component.variables.values() or names_of(Role.SPRING, self.parameters.plant.variables):
+        if HALF_RANGE in self.component.variables.values() or names_of(
+            Role.SPRING, self.parameters.plant.variables
+        ):
             reach *= SLIPPING
-        least = max(STEPS_LEAST * dataset.resolution, NOISE_LEAST * dataset.noise, reach * 10.0**-DECADES_MOST)
-        return thresholds_over(reach, max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0)))), least)
+        least = max(
+            STEPS_LEAST * dataset.resolution,
+            NOISE_LEAST * dataset.noise,
+            reach * 10.0**-DECADES_MOST,
+        )
+        return thresholds_over(
+            reach, max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0)))), least
+        )
 
     def solution(self, rows: np.ndarray | slice = slice(None)) -> tuple[InverseDynamics, Solution]:
         """Return the problem with the elements of the best shape, and its solution, from some of the rows."""
@@ -116,11 +148,17 @@ class Elements:
         pressed = np.flatnonzero(best.stiffness > 0.0)
         if pressed.size == 0:  # no friction: one element with almost no force
             pressed = np.array([self.thresholds.size // 2])
-            best.stiffness[pressed] = NO_FRICTION * float(np.std(self.dataset.effort)) / self.thresholds[pressed]
+            best.stiffness[pressed] = (
+                NO_FRICTION * float(np.std(self.dataset.effort)) / self.thresholds[pressed]
+            )
         stiffness, r = best.stiffness[pressed], self.thresholds[pressed]
         level, difference = float(stiffness @ r), best.single.get(DIFFERENCE, 0.0)
-        values = best.single | {name: level + sign * difference for name, sign in self._levels.items()}
-        values |= {TOTAL: float(np.sum(stiffness))} | dict(zip(self._factors, best.factors.tolist(), strict=True))
+        values = best.single | {
+            name: level + sign * difference for name, sign in self._levels.items()
+        }
+        values |= {TOTAL: float(np.sum(stiffness))} | dict(
+            zip(self._factors, best.factors.tolist(), strict=True)
+        )
         values = {name: values[name] for name in self.parameters.free}
         at_edge = self._at_zero(best)
         if level < 2.0 * NO_FRICTION * float(np.std(self.dataset.effort)):
@@ -129,27 +167,41 @@ class Elements:
             if abs(values[name]) > EDGE * FACTOR_MOST:
                 at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
         space, theta = ParameterSpace.of(self.parameters), np.array(list(values.values()))
-        problem = InverseDynamics(self.dataset, replace(self.parameters, component=shaped(self.component, stiffness, stiffness * r)))
+        problem = InverseDynamics(
+            self.dataset,
+            replace(self.parameters, component=shaped(self.component, stiffness, stiffness * r)),
+        )
         return problem, Solution(space, theta, self._jacobian(best, pressed, r), at_edge)
 
     def all_elements(self) -> tuple[InverseDynamics, Solution]:
         """Return the problem with all elements, and its solution: one stiffness for each element."""
         best = self._best(slice(None))
-        single = {name: 0.0 if name in self._positive else -np.inf for name in (*self._single, *self._factors)}
+        single = {
+            name: 0.0 if name in self._positive else -np.inf
+            for name in (*self._single, *self._factors)
+        }
         space = ElementSpace.around(self.thresholds, single, self._levels, self.parameters.free)
         jacobian = np.column_stack([best.columns, *self._by_factor(best).values()])
         problem = InverseDynamics(self.dataset, replace(self.parameters, component=self.component))
         theta = np.concatenate([best.linear, best.factors])
-        return problem, Solution(replace(space, linear=not self._factors), theta, jacobian, self._at_zero(best))
+        return problem, Solution(
+            replace(space, linear=not self._factors), theta, jacobian, self._at_zero(best)
+        )
 
     @property
     def _factors(self) -> tuple[str, ...]:
-        return tuple(name for name in self.parameters.free if is_factor(self.parameters.variables[name]))
+        return tuple(
+            name for name in self.parameters.free if is_factor(self.parameters.variables[name])
+        )
 
     @property
     def _single(self) -> tuple[str, ...]:
         """The free parameters that do not belong to the elements."""
-        named = tuple(name for name in self.parameters.free if name not in (*self._levels, TOTAL, *self._factors))
+        named = tuple(
+            name
+            for name in self.parameters.free
+            if name not in (*self._levels, TOTAL, *self._factors)
+        )
         return (*named, DIFFERENCE) if len(self._levels) > 1 else named
 
     @property
@@ -168,22 +220,34 @@ class Elements:
     def _positive(self) -> frozenset[str]:
         """The single parameters that are not negative: inertia, stiffness of the plant, damping."""
         variables = self.parameters.variables
-        return frozenset(name for name in self._single if name in variables and variables[name].min >= 0.0)
+        return frozenset(
+            name for name in self._single if name in variables and variables[name].min >= 0.0
+        )
 
     def _at_zero(self, weights: Weights) -> dict[str, str]:
-        return {name: "smallest" for name in self._single if weights.single[name] == 0.0 and name in self._positive}
+        return {
+            name: "smallest"
+            for name in self._single
+            if weights.single[name] == 0.0 and name in self._positive
+        }
 
     def _by_factor(self, weights: Weights) -> dict[str, np.ndarray]:
         """Return the derivative of the effort of each row by each factor of the slots."""
-        multiplied = np.concatenate([weights.stiffness, [weights.single[name] for name in self._slotted]])
-        return {name: self._varying[place + 1] @ multiplied for place, name in enumerate(self._factors)}
+        multiplied = np.concatenate(
+            [weights.stiffness, [weights.single[name] for name in self._slotted]]
+        )
+        return {
+            name: self._varying[place + 1] @ multiplied for place, name in enumerate(self._factors)
+        }
 
     def _best(self, rows: np.ndarray | slice) -> Weights:
         # The requested rows, without the start of each segment.
         requested = np.zeros(self._target.size, dtype=bool)
         requested[rows] = True
         settled = requested & self._run_in
-        fitted = settled if np.sum(settled) > 0.5 * np.sum(requested) else requested  # of the rows: with fewer left, all are fitted
+        fitted = (
+            settled if np.sum(settled) > 0.5 * np.sum(requested) else requested
+        )  # of the rows: with fewer left, all are fitted
         if not self._factors:
             return self._for_factors(np.zeros(0), fitted)
         from scipy.optimize import least_squares
@@ -194,17 +258,39 @@ class Elements:
             weights = self._for_factors(factors, fitted)
             return (weights.columns[fitted] @ weights.linear - target) / float(np.std(target))
 
-        best = least_squares(residual, np.zeros(len(self._factors)), bounds=(-FACTOR_MOST, FACTOR_MOST), x_scale=0.1, max_nfev=EVALUATIONS)
+        best = least_squares(
+            residual,
+            np.zeros(len(self._factors)),
+            bounds=(-FACTOR_MOST, FACTOR_MOST),
+            x_scale=0.1,
+            max_nfev=EVALUATIONS,
+        )
         return self._for_factors(best.x, fitted)
 
     def _for_factors(self, factors: np.ndarray, fitted: np.ndarray) -> Weights:
         """Return the best weights for these factors of the slots; the regressor has elements, then single parameters."""
-        varying, count = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1), self.thresholds.size
-        single = self._constant | {name: varying[:, count + place] for place, name in enumerate(self._slotted)}
+        varying, count = (
+            self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1),
+            self.thresholds.size,
+        )
+        single = self._constant | {
+            name: varying[:, count + place] for place, name in enumerate(self._slotted)
+        }
         columns = np.column_stack([varying[:, :count], *(single[name] for name in self._single)])
-        signs = np.concatenate([np.ones(count), [float(name in self._positive) for name in self._single]])
-        weights = NormalEquations.of(columns[fitted], self._target[fitted], constant=False).solve(signs).weights
-        return Weights(weights[:count], factors, dict(zip(self._single, weights[count:].tolist(), strict=True)), columns)
+        signs = np.concatenate(
+            [np.ones(count), [float(name in self._positive) for name in self._single]]
+        )
+        weights = (
+            NormalEquations.of(columns[fitted], self._target[fitted], constant=False)
+            .solve(signs)
+            .weights
+        )
+        return Weights(
+            weights[:count],
+            factors,
+            dict(zip(self._single, weights[count:].tolist(), strict=True)),
+            columns,
+        )
 
     @cached_property
     def _varying(self) -> np.ndarray:
@@ -214,25 +300,55 @@ class Elements:
         for name in self._factors:
             # Get each factor from the kernels of the slots: a contact at rest with a force of 1 shows it everywhere.
             steady = varied(coulomb, variations_of(self.component))
-            fixed = {key: fixed.value for key, fixed in self.parameters.fixed.items() if key in steady.variables}
+            fixed = {
+                key: fixed.value
+                for key, fixed in self.parameters.fixed.items()
+                if key in steady.variables
+            }
             values: dict[str, Any] = {"F_C": 1.0, **fixed, name: SMALL}
-            contact, at_rest = steady(validate=False, **values), [np.zeros(segment.position.size) for segment in segments]
-            pushed = [along(contact, v, dt, part.position, **part.surroundings) for v, part in zip(at_rest, segments, strict=True)]
+            contact, at_rest = (
+                steady(validate=False, **values),
+                [np.zeros(segment.position.size) for segment in segments],
+            )
+            pushed = [
+                along(contact, v, dt, part.position, **part.surroundings)
+                for v, part in zip(at_rest, segments, strict=True)
+            ]
             causes.append([(push - 1.0) / SMALL for push in pushed])
         columns = []
         for multiplied in (*self.thresholds.tolist(), *self._slotted):
             # The deflection of an element [m or rad], or another multiplied term, by name.
-            model = self.element(multiplied) if isinstance(multiplied, float) else self._empty.model(self._empty.unit(TOTAL, multiplied))
-            forces = [np.ones_like(part.velocity) if multiplied == DIFFERENCE else part.friction(model, dt) for part in segments]
+            model = (
+                self.element(multiplied)
+                if isinstance(multiplied, float)
+                else self._empty.model(self._empty.unit(TOTAL, multiplied))
+            )
+            forces = [
+                np.ones_like(part.velocity)
+                if multiplied == DIFFERENCE
+                else part.friction(model, dt)
+                for part in segments
+            ]
             columns.append(
-                [self.dataset.rows_of([filtered(force * share) for force, share in zip(forces, cause, strict=True)]) for cause in causes]
+                [
+                    self.dataset.rows_of(
+                        [
+                            filtered(force * share)
+                            for force, share in zip(forces, cause, strict=True)
+                        ]
+                    )
+                    for cause in causes
+                ]
             )
         return np.moveaxis(np.array(columns), 0, -1)
 
     @cached_property
     def _empty(self) -> InverseDynamics:
         """The problem of one element without force, which is linear in each other parameter."""
-        return InverseDynamics(self.dataset, replace(self.parameters, component=shaped(self.component, np.ones(1), np.ones(1))))
+        return InverseDynamics(
+            self.dataset,
+            replace(self.parameters, component=shaped(self.component, np.ones(1), np.ones(1))),
+        )
 
     @cached_property
     def _constant(self) -> dict[str, np.ndarray]:
@@ -241,7 +357,11 @@ class Elements:
         for name in self._single:
             if name not in self._slotted:
                 values = self._empty.unit(TOTAL, name)
-                columns[name] = self._empty.mechanical(values) if name in plant else self._empty.friction(values)
+                columns[name] = (
+                    self._empty.mechanical(values)
+                    if name in plant
+                    else self._empty.friction(values)
+                )
         return columns
 
     @cached_property
@@ -255,8 +375,12 @@ class Elements:
         """Mask of the rows after the motion has covered its range, shape (row,) of bool."""
         marks = []
         for segment in self.dataset.segments:
-            covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(segment.position)
-            marks.append(covered > 0.9 * covered[-1])  # of the range of a segment: after that, no element depends on the start of the log
+            covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(
+                segment.position
+            )
+            marks.append(
+                covered > 0.9 * covered[-1]
+            )  # of the range of a segment: after that, no element depends on the start of the log
         return self.dataset.sampled(marks)
 
     def _jacobian(self, weights: Weights, pressed: np.ndarray, r: np.ndarray) -> np.ndarray:
@@ -273,10 +397,14 @@ class Elements:
         *_, directions = np.linalg.svd(named)
         shape = elements @ directions[named.shape[0] :].T
         count, columns = self.thresholds.size, {TOTAL: by_level[:, 1]}
-        columns |= {name: weights.columns[:, count + place] for place, name in enumerate(self._single)}
+        columns |= {
+            name: weights.columns[:, count + place] for place, name in enumerate(self._single)
+        }
         for name, sign in self._levels.items():
             # Level and difference are half the sum and half the difference of both.
-            columns[name] = (by_level[:, 0] + sign * columns.get(DIFFERENCE, 0.0)) / len(self._levels)
+            columns[name] = (by_level[:, 0] + sign * columns.get(DIFFERENCE, 0.0)) / len(
+                self._levels
+            )
         columns |= self._by_factor(weights)
         jacobian = np.stack([columns[name] for name in self.parameters.free], axis=1)
         return jacobian - shape @ unbounded(shape, jacobian) if shape.size else jacobian

@@ -21,7 +21,14 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.elasticity import Elastic
 from bristle.identification.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import EVALUATIONS, Report, Search, Sliding, linear, silent
+from bristle.identification.least_squares import (
+    EVALUATIONS,
+    Report,
+    Search,
+    Sliding,
+    linear,
+    silent,
+)
 from bristle.identification.missing_force import Missing
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import (
@@ -57,7 +64,9 @@ class Context:
     settings: Settings = DEFAULT
     estimator: Estimator | None = None  # replaces `along_the_motion`
     coupling: Elastic | None = None
-    optima: dict[FrictionModel, dict[str, float]] = field(default_factory=dict)  # of simpler models: starts of richer models
+    optima: dict[FrictionModel, dict[str, float]] = field(
+        default_factory=dict
+    )  # of simpler models: starts of richer models
 
     def parameters(self, component: FrictionModel) -> ParameterSet:
         """Return the free and fixed parameters of a model."""
@@ -71,7 +80,10 @@ class Context:
         """Return the parameters of a model equal to the best fit of each model with one slot less."""
         starts = list[dict[str, float]]()
         for component in nested_in(parameters.component):
-            if component not in self.optima and along_the_motion(self, component, silent).solution.unfinished:
+            if (
+                component not in self.optima
+                and along_the_motion(self, component, silent).solution.unfinished
+            ):
                 raise KeyboardInterrupt
             starts.append(richer(parameters, component, self.optima[component]))
         return starts
@@ -96,7 +108,9 @@ class Estimation:
     diagnostics: tuple[Diagnostic, ...] = ()
     covariance: Covariance | None = None
     # Result of `structure.missing_in`; a changed copy begins without it.
-    missing: list[tuple[tuple[Missing, ...], float]] = field(default_factory=list, init=False, repr=False)
+    missing: list[tuple[tuple[Missing, ...], float]] = field(
+        default_factory=list, init=False, repr=False
+    )
 
     @property
     def simulates(self) -> bool:
@@ -122,15 +136,29 @@ def along_the_motion(context: Context, component: FrictionModel, report: Report)
         problem, search, solution = _without_flat(context, problem, search, solution)
         on_rows = partial(search.refit, solution.values)
     context.optima[component] = problem.parameters.complete(solution.values)
-    return Estimation(problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values))
+    return Estimation(
+        problem,
+        solution,
+        problem,
+        (problem, solution),
+        lambda rows: problem.residual(on_rows(rows).values),
+    )
 
 
-def richer(parameters: ParameterSet, nested: FrictionModel, optimum: Mapping[str, float]) -> dict[str, float]:
+def richer(
+    parameters: ParameterSet, nested: FrictionModel, optimum: Mapping[str, float]
+) -> dict[str, float]:
     """Return the parameters with which a model equals a nested model at its optimum; forces by direction absorb a fixed offset."""
     component = parameters.component
-    first, nested_first = (names_of(Role.BREAK_AWAY, model.variables) for model in (component, nested))
+    first, nested_first = (
+        names_of(Role.BREAK_AWAY, model.variables) for model in (component, nested)
+    )
     values: dict[str, float] = {**component.defaults, **optimum, **parameters.held}
-    values |= {name: optimum[level] for name, level in zip(first, nested_first, strict=False) if name not in optimum}
+    values |= {
+        name: optimum[level]
+        for name, level in zip(first, nested_first, strict=False)
+        if name not in optimum
+    }
     shift = offset_of(nested.variables, optimum) - offset_of(component.variables, values)
     for name, variable in nested.variables.items():
         for part, sign in zip(by_direction(component, name), (1.0, -1.0), strict=False):
@@ -145,10 +173,16 @@ def _with_offset(
     """Return the same fit with a free offset and levels by direction, if a model without levels by direction fits better."""
     # Unlike levels by direction, a weight shifts the reversal of friction: only a model with memory shows the difference.
     parameters, values = problem.parameters, problem.parameters.complete(solution.values)
-    held = {name: entry for name, entry in parameters.fixed.items() if "levels" in entry.numbers and entry.reason != PROPOSED}
+    held = {
+        name: entry
+        for name, entry in parameters.fixed.items()
+        if "levels" in entry.numbers and entry.reason != PROPOSED
+    }
 
     def with_fixed(offsets: Mapping[str, Fixed]) -> InverseDynamics:
-        fixed = {name: entry for name, entry in parameters.fixed.items() if name not in held} | dict(offsets)
+        fixed = {
+            name: entry for name, entry in parameters.fixed.items() if name not in held
+        } | dict(offsets)
         free = tuple(name for name in parameters.variables if name not in fixed)
         return replace(problem, parameters=replace(parameters, free=free, fixed=fixed))
 
@@ -160,7 +194,12 @@ def _with_offset(
     if again.lowest([values])[0] <= (1.0 + ALIKE) * least:
         return problem, search, solution
     if is_static(problem.model(values)):
-        together = with_fixed({name: entry._replace(value=start[name], reason="held_constant") for name, entry in held.items()})
+        together = with_fixed(
+            {
+                name: entry._replace(value=start[name], reason="held_constant")
+                for name, entry in held.items()
+            }
+        )
         again = context.search(together)
     return together, again, again.refit(start, limit=EVALUATIONS)
 
@@ -178,15 +217,26 @@ def _without_flat(
             continue
         edge = math.exp(search.space.low[search.space.names.index(name)])
         cause = Excitation(
-            context.dataset, context.scales, parameters.complete(solution.values) | {name: edge}, parameters.variables, context.settings
+            context.dataset,
+            context.scales,
+            parameters.complete(solution.values) | {name: edge},
+            parameters.variables,
+            context.settings,
         ).cause(name)
         fixed = Fixed(edge, cause.code, redundant=True, numbers=cause.numbers)
         free = tuple(part for part in parameters.free if part != name)
-        held = replace(problem, parameters=replace(parameters, free=free, fixed={**parameters.fixed, name: fixed}))
+        held = replace(
+            problem,
+            parameters=replace(parameters, free=free, fixed={**parameters.fixed, name: fixed}),
+        )
         again = context.search(held)
-        settled = again.refit({part: value for part, value in solution.values.items() if part != name})
+        settled = again.refit(
+            {part: value for part, value in solution.values.items() if part != name}
+        )
         most = (1.0 + FLAT) * solution.cost
-        if settled.cost <= (min(most, (1.0 + ALIKE) * search.lowest(nested)[0]) if nested else most):
+        if settled.cost <= (
+            min(most, (1.0 + ALIKE) * search.lowest(nested)[0]) if nested else most
+        ):
             problem, search, solution, parameters = held, again, settled, held.parameters
     return problem, search, solution
 
@@ -199,14 +249,21 @@ REFINED = 40
 MOST_ORDER, MOST = 200, 24  # largest order that is tried, most harmonics
 PASSING = 0.5  # of the amplitude of a wave, after the filters
 SAMPLED = 0.5  # of a wave from sample to sample: faster waves are aliased
-CHANCE, ABOVE = 0.9, 3.0  # quantile of waves at half orders, and factor by which a harmonic exceeds it
+CHANCE, ABOVE = (
+    0.9,
+    3.0,
+)  # quantile of waves at half orders, and factor by which a harmonic exceeds it
 
 
 def context_of(dataset: Dataset, prior: PriorKnowledge, *, settings: Settings = DEFAULT) -> Context:
     """Return the shared data of all fits to a log; reject an effort of zero."""
     effort = float(np.sqrt(np.mean(dataset.effort**2)))
     if effort == 0.0:
-        raise InputError("is zero throughout", path="log.effort", mend="Check the column of the effort in the axis file")
+        raise InputError(
+            "is zero throughout",
+            path="log.effort",
+            mend="Check the column of the effort in the axis file",
+        )
     problem = sliding_problem(dataset, prior)
     values = problem.parameters.complete(linear(problem).values)
     coulomb, viscous = values.pop("F_C"), values.pop("F_v")
@@ -223,7 +280,10 @@ def with_pitch(context: Context, component: FrictionModel) -> Context:
     if PITCH not in component.variables.values() or context.prior.pitch is not None:
         return context
     sliding = context.sliding
-    pitch = _pitch_in(sliding_problem(context.dataset, context.prior), {**sliding.values, "F_C": sliding.coulomb, "F_v": sliding.viscous})
+    pitch = _pitch_in(
+        sliding_problem(context.dataset, context.prior),
+        {**sliding.values, "F_C": sliding.coulomb, "F_v": sliding.viscous},
+    )
     return replace(context, prior=replace(context.prior, pitch=pitch))
 
 
@@ -236,7 +296,11 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     """Return the period over the position of the residual of a simple model [m or rad]."""
     # Find the wave that explains most of the residual on an even grid of turns over the range, then refine it.
     dataset = problem.dataset
-    x, residual, side = dataset.position, dataset.effort - problem.predicted(values), np.sign(dataset.velocity)[:, None]
+    x, residual, side = (
+        dataset.position,
+        dataset.effort - problem.predicted(values),
+        np.sign(dataset.velocity)[:, None],
+    )
     stroke = float(np.ptp(x))
     # The wave passes the filter at half of the speeds.
     most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
@@ -247,13 +311,17 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
             value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
             mend="Give the lead in [transmission] of the axis file",
         )
-    turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
+    turns = np.linspace(
+        TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST))
+    )
     step = turns[1] - turns[0]
 
     def explained(count: float) -> float:
         phase = 2.0 * np.pi * (count / stroke) * x
         waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
-        waves = np.hstack([waves, side * waves])  # a force over the position, and a level that reverses with the motion
+        waves = np.hstack(
+            [waves, side * waves]
+        )  # a force over the position, and a level that reverses with the motion
         return _energy(waves, residual)
 
     best = max(turns.tolist(), key=explained)
@@ -265,22 +333,43 @@ def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -
     for place, cogging in enumerate(axis.cogging if axis is not None else ()):
         if cogging.harmonics is None:
             problem = sliding_problem(dataset, prior)
-            plant, gravity, columns, degree, orders = prior.plant, False, (), 0, dict[str, list[int]]()
+            plant, gravity, columns, degree, orders = (
+                prior.plant,
+                False,
+                (),
+                0,
+                dict[str, list[int]](),
+            )
             if isinstance(plant, TermedPlant):
                 gravity, columns, degree = plant.gravity, plant.columns, plant.degree
-                orders = {turner: [n for counted, n in plant.orders if counted == turner] for turner in TURNS}
+                orders = {
+                    turner: [n for counted, n in plant.orders if counted == turner]
+                    for turner in TURNS
+                }
                 plant = plant.inner
-            orders[cogging.turner] = list(harmonics_in(problem, cogging, f"cogging[{place}].harmonics"))
-            plant = with_terms(plant, gravity=gravity, cogging=orders, columns=columns, spring=DEGREES.get(degree))
-            prior = replace(prior, plant=plant, values={**prior.values, TURNS[cogging.turner]: cogging.turn})
+            orders[cogging.turner] = list(
+                harmonics_in(problem, cogging, f"cogging[{place}].harmonics")
+            )
+            plant = with_terms(
+                plant, gravity=gravity, cogging=orders, columns=columns, spring=DEGREES.get(degree)
+            )
+            prior = replace(
+                prior, plant=plant, values={**prior.values, TURNS[cogging.turner]: cogging.turn}
+            )
     return prior
 
 
 def with_harmonics_of(plant: Plant, axis: Axis) -> Axis:
     """Return an axis with the harmonics of a plant."""
     orders = plant.orders if isinstance(plant, TermedPlant) else ()
-    pairs = zip(axis.cogging, [tuple(n for turner, n in orders if turner == cogging.turner) for cogging in axis.cogging], strict=True)
-    return replace(axis, cogging=tuple(replace(cogging, harmonics=numbers) for cogging, numbers in pairs))
+    pairs = zip(
+        axis.cogging,
+        [tuple(n for turner, n in orders if turner == cogging.turner) for cogging in axis.cogging],
+        strict=True,
+    )
+    return replace(
+        axis, cogging=tuple(replace(cogging, harmonics=numbers) for cogging, numbers in pairs)
+    )
 
 
 def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[int]:
@@ -297,19 +386,33 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     x = dataset.position
     place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
     powers = np.hstack([place, place**2])
-    columns = np.column_stack([problem.columns, np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])])
+    columns = np.column_stack(
+        [problem.columns, np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])]
+    )
     size = np.linalg.norm(columns, axis=0)
     basis = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])[0]
     residual = apart_from(basis, dataset.effort)
-    first, orders = max(int(np.ceil(3.0 / turns)), 1), list[int]()  # at least three periods over the range of the log
+    first, orders = (
+        max(int(np.ceil(3.0 / turns)), 1),
+        list[int](),
+    )  # at least three periods over the range of the log
     tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
     waves = {order: _waves(dataset, cogging.turn, order) for order in tried.tolist()}
-    waves = {order: apart_from(basis, pair) for order, pair in waves.items() if np.mean(pair**2) > 0.5 * PASSING**2}
+    waves = {
+        order: apart_from(basis, pair)
+        for order, pair in waves.items()
+        if np.mean(pair**2) > 0.5 * PASSING**2
+    }
     least = 0.004 * float(residual @ residual)  # of the first residual: the smallest harmonic
     while len(orders) < MOST:
         energies = {order: _energy(pair, residual, rcond=1e-9) for order, pair in waves.items()}
         of_turns = {int(order): energy for order, energy in energies.items() if order.is_integer()}
-        chance = float(np.quantile([energy for order, energy in energies.items() if not order.is_integer()] or [0], CHANCE))
+        chance = float(
+            np.quantile(
+                [energy for order, energy in energies.items() if not order.is_integer()] or [0],
+                CHANCE,
+            )
+        )
         best = max(of_turns, key=lambda order: of_turns[order], default=0)
         if not best or of_turns[best] < max(ABOVE * chance, least):
             break
@@ -339,7 +442,10 @@ def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
     sampled = [np.abs(np.gradient(phase)) < SAMPLED for phase in turns]
     waves = [
         dataset.rows_of(
-            [dataset.filtered(np.where(slow, bend(2.0 * np.pi * phase), 0.0)) for phase, slow in zip(turns, sampled, strict=True)]
+            [
+                dataset.filtered(np.where(slow, bend(2.0 * np.pi * phase), 0.0))
+                for phase, slow in zip(turns, sampled, strict=True)
+            ]
         )
         for bend in (np.cos, np.sin)
     ]

@@ -34,11 +34,24 @@ class Collected:
     def in_words(self) -> str:
         """Return how far interrupted work came."""
         complete = sum(not model.unfinished for model in self.fits)
-        remarks = [f"the fit of {model.name} is incomplete" for model in self.fits if model.unfinished]
-        missing = [name for name in self.names if name not in self.estimations and name not in self.left_out]
+        remarks = [
+            f"the fit of {model.name} is incomplete" for model in self.fits if model.unfinished
+        ]
+        missing = [
+            name
+            for name in self.names
+            if name not in self.estimations and name not in self.left_out
+        ]
         if missing:
-            remarks.append(f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted")
-        return "; ".join([f"interrupted: {complete} of {len(self.names)} models fitted", *(remarks or [WITHOUT_SLOTS])])
+            remarks.append(
+                f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"
+            )
+        return "; ".join(
+            [
+                f"interrupted: {complete} of {len(self.names)} models fitted",
+                *(remarks or [WITHOUT_SLOTS]),
+            ]
+        )
 
 
 def all_fits(
@@ -52,7 +65,15 @@ def all_fits(
 ) -> str:
     """Fit several models, `extended` by slots if requested; return a remark about interrupted work."""
     try:
-        _fits(context, screened(context, components, blocks), blocks, work, collected, tell, SLOTTED * extended)
+        _fits(
+            context,
+            screened(context, components, blocks),
+            blocks,
+            work,
+            collected,
+            tell,
+            SLOTTED * extended,
+        )
         if extended:
             _with_slots(context, blocks, work, collected)
     except KeyboardInterrupt:
@@ -77,7 +98,10 @@ def _fits(
     errors: list[Exception] = []
     sizes = [len(component.variables) for component in components]
     for place, component in enumerate(components):
-        work.ahead, begun = work.lasting(sum(sizes[place + 1 :]) + further) + work.after_fits, perf_counter()
+        work.ahead, begun = (
+            work.lasting(sum(sizes[place + 1 :]) + further) + work.after_fits,
+            perf_counter(),
+        )
         try:
             done = f"{len(collected.fits)} of {len(collected.names)} models fitted"
             report = work.task(f"fitting {component.name}, {done}", work.lasting(sizes[place]))
@@ -93,7 +117,9 @@ def _fits(
         collected.fits.append(model_fit)
         if model_fit.unfinished:
             raise KeyboardInterrupt
-        if len(collected.names) > 1 and model_fit is min(collected.fits, key=lambda model: model.error_percent):
+        if len(collected.names) > 1 and model_fit is min(
+            collected.fits, key=lambda model: model.error_percent
+        ):
             tell(model_fit)
     if errors and not collected.fits:
         raise errors[0]
@@ -109,8 +135,14 @@ def _with_slots(context: Context, blocks: int, work: Work, collected: Collected)
     """Fit the best model with the slots suggested by its residual, in several rounds."""
     for _ in range(TURNS):
         best = ranked(collected.fits, context)[0]
-        names = next_models(best, collected.estimations[best.name], context.settings, context.coupling)
-        further = [find(name) for name in names if name not in collected.estimations and name not in collected.left_out]
+        names = next_models(
+            best, collected.estimations[best.name], context.settings, context.coupling
+        )
+        further = [
+            find(name)
+            for name in names
+            if name not in collected.estimations and name not in collected.left_out
+        ]
         if not further:
             break
         collected.names += [model.name for model in further]

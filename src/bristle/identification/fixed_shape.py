@@ -21,7 +21,11 @@ ELEMENT_MODELS = (maxwell_slip, gms)
 LEAST = 0.05  # of level and stiffness: both stay positive in every draw
 DIFFERENCE = "difference"  # half the difference of the levels forward and backward
 STIFFNESS = Variable(
-    "force/length", "stiffness after a reversal, the sum over all elements", min=1e-9, nominal=1e6, excitation="presliding"
+    "force/length",
+    "stiffness after a reversal, the sum over all elements",
+    min=1e-9,
+    nominal=1e6,
+    excitation="presliding",
 )
 
 
@@ -99,7 +103,9 @@ class ShapedModel(ListedModel):
     def lists(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of the model with its lists."""
         stiffness, shares = (np.array(part) for part in self.shape)
-        return self.of_inner(values) | dict(zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True))
+        return self.of_inner(values) | dict(
+            zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True)
+        )
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return the parameters of the kernels from the values of the model."""
@@ -117,15 +123,26 @@ class ShapedModel(ListedModel):
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values of the model from the parameters of the kernels."""
         values = self.inner.values(parameters)
-        return {name: float(np.sum(values[ARRAYS[0]])) if name == TOTAL else values[name] for name in self.variables}
+        return {
+            name: float(np.sum(values[ARRAYS[0]])) if name == TOTAL else values[name]
+            for name in self.variables
+        }
 
 
 def shaped(model: FrictionModel, stiffness: np.ndarray, levels: np.ndarray) -> ShapedModel:
     """Return a `maxwell_slip` model whose elements have shares proportional to these stiffnesses and levels, shape (element,)."""
-    return _shaped(model, (tuple((stiffness / np.sum(stiffness)).tolist()), tuple((levels / np.sum(levels)).tolist())))
+    return _shaped(
+        model,
+        (
+            tuple((stiffness / np.sum(stiffness)).tolist()),
+            tuple((levels / np.sum(levels)).tolist()),
+        ),
+    )
 
 
-def _shaped(model: FrictionModel, shape: tuple[tuple[float, ...], tuple[float, ...]]) -> ShapedModel:
+def _shaped(
+    model: FrictionModel, shape: tuple[tuple[float, ...], tuple[float, ...]]
+) -> ShapedModel:
     return ShapedModel.around(model, shape=shape)
 
 
@@ -143,7 +160,13 @@ class ElementSpace(ParameterSpace):
     rest: tuple[str, ...]  # reported unchanged
 
     @classmethod
-    def around(cls, thresholds: np.ndarray, single: Mapping[str, float], levels: Mapping[str, float], free: Sequence[str]) -> ElementSpace:
+    def around(
+        cls,
+        thresholds: np.ndarray,
+        single: Mapping[str, float],
+        levels: Mapping[str, float],
+        free: Sequence[str],
+    ) -> ElementSpace:
         """Return the space of elements and of single parameters with their lower bounds."""
         names = (*(f"k_{number}" for number in range(thresholds.size)), *single)
         return cls(
@@ -183,14 +206,22 @@ class ElementSpace(ParameterSpace):
     def numbers(self, theta: np.ndarray) -> np.ndarray:
         """Return the reported numbers [SI], and the virgin curve."""
         reach = np.minimum.outer(np.array(self.curve), self.thresholds)
-        return np.concatenate([self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]])
+        return np.concatenate(
+            [self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]]
+        )
 
     def turned(self, theta: np.ndarray, best: np.ndarray) -> Turned:
         """Return the reflection of coordinates about the `best` ones; the shape of the elements has no opposite and stays."""
         opposite, count = 2.0 * best - theta, self.thresholds.size
         opposite[count:] = np.clip(opposite[count:], self.low[count:], self.high[count:])
-        numbers, values, shape = self.numbers(opposite), self.values(theta), slice(len(self.levels) + 1)
+        numbers, values, shape = (
+            self.numbers(opposite),
+            self.values(theta),
+            slice(len(self.levels) + 1),
+        )
         numbers[shape] = np.maximum(numbers[shape], LEAST * self.numbers(best)[shape])
-        values |= {name: float(number) for name, number in zip(self.reported, numbers, strict=False)}
+        values |= {
+            name: float(number) for name, number in zip(self.reported, numbers, strict=False)
+        }
         values[ARRAYS[0]] *= values.pop(TOTAL) / np.sum(values[ARRAYS[0]])
         return Turned(numbers, values)

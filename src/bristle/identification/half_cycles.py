@@ -76,19 +76,26 @@ def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
     """Return the first sample, 0 first, of each half-cycle of each segment; noise and encoder steps are not reversals."""
     least = least_way(dataset.resolution, dataset.noise)
     return tuple(
-        (0, *turning_points(segment.position, least, turns)) for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
+        (0, *turning_points(segment.position, least, turns))
+        for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
     )
 
 
 def half_cycles(dataset: Dataset) -> Groups:
     """Return the rows of each half-cycle, counted through all segments."""
     turns = [starts[1:] for starts in half_cycle_starts(dataset)]
-    return Groups(dataset.sampled(half_cycle_numbers(turns, [segment.time.size for segment in dataset.segments])))
+    return Groups(
+        dataset.sampled(
+            half_cycle_numbers(turns, [segment.time.size for segment in dataset.segments])
+        )
+    )
 
 
 def least_way(resolution: float, noise: float) -> float:
     """Return the smallest way [m or rad] that is a motion, from the encoder step and the position noise."""
-    return max(STEPS * resolution, 8.0 * noise)  # times the position noise: a body at rest stays within
+    return max(
+        STEPS * resolution, 8.0 * noise
+    )  # times the position noise: a body at rest stays within
 
 
 def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
@@ -98,7 +105,9 @@ def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float
         return 0.0
     rest = within_cycles(cycles, slope, residual)
     # The filter distorts rows near a reversal: half-cycles of a few rows do not show a level.
-    long = np.bincount(cycles.index, minlength=power.size) >= 4  # rows of a half-cycle that reaches beyond the reversal
+    long = (
+        np.bincount(cycles.index, minlength=power.size) >= 4
+    )  # rows of a half-cycle that reaches beyond the reversal
     if np.count_nonzero(long) >= FEWEST_LEVELS:
         power, excess = power[long], excess[long]
     noise, square = float(rest @ rest) / independent_rows(rest), math.inf
@@ -113,13 +122,17 @@ def within_cycles(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> np
     return residual - _excess(cycles, slope, residual)[1][cycles.index] * slope
 
 
-def _excess(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _excess(
+    cycles: Groups, slope: np.ndarray, residual: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the sum of squares of the slope in each half-cycle, and the relative excess of its level over the model."""
     power, pull = cycles.summed(slope * slope), cycles.summed(slope * residual)
     return power, np.divide(pull, power, out=np.zeros_like(pull), where=power > 0.0)
 
 
-def most_apart(dataset: Dataset, slope: np.ndarray, residual: np.ndarray) -> tuple[int, float, float]:
+def most_apart(
+    dataset: Dataset, slope: np.ndarray, residual: np.ndarray
+) -> tuple[int, float, float]:
     """Return the log whose level differs most from that of the others, the relative difference, and its standard error."""
     cycles = half_cycles(dataset)
     power, excess = _excess(cycles, slope, residual)
@@ -127,7 +140,11 @@ def most_apart(dataset: Dataset, slope: np.ndarray, residual: np.ndarray) -> tup
     weight = np.maximum(np.bincount(log, power), np.finfo(float).tiny)
     level = np.bincount(log, power * excess) / weight
     # The scatter between the half-cycles of a log, of which each counts by its weight.
-    variance = float(power @ (excess - level[log]) ** 2 / np.sum(weight)) * np.bincount(log, power**2) / weight**2
+    variance = (
+        float(power @ (excess - level[log]) ** 2 / np.sum(weight))
+        * np.bincount(log, power**2)
+        / weight**2
+    )
     rest = np.sum(weight) - weight
     level_of_rest = (weight @ level - weight * level) / rest
     error = np.sqrt(variance + (weight**2 @ variance - weight**2 * variance) / rest**2)
@@ -172,8 +189,16 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
     # A part has a block of each log. A log without room for as many blocks has fewer, which the parts take in turn.
     blocks = np.minimum(capacity, count) if np.sum(capacity) >= count else np.full_like(rows, count)
     owners = np.split(np.arange(np.sum(blocks)) % count, np.cumsum(blocks)[:-1])
-    edges = [np.linspace(0, size, owner.size + 1).astype(int) for size, owner in zip(rows, owners, strict=True)]
-    of, part = TIME, np.concatenate([np.repeat(owner, np.diff(ends)) for owner, ends in zip(owners, edges, strict=True)])
+    edges = [
+        np.linspace(0, size, owner.size + 1).astype(int)
+        for size, owner in zip(rows, owners, strict=True)
+    ]
+    of, part = (
+        TIME,
+        np.concatenate(
+            [np.repeat(owner, np.diff(ends)) for owner, ends in zip(owners, edges, strict=True)]
+        ),
+    )
     pieces = np.clip(rows // (blocks * 2 * LEAST * max(dataset.reach, 1)), 1, 8)  # of each block
     if np.any(pieces > 1):
         speed, moving = np.abs(dataset.velocity), dataset.velocity != 0.0
@@ -182,13 +207,23 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
         counts = np.zeros((count, place.max(initial=0) + 1))
         np.add.at(counts, (part[moving], place), 1.0)
         alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
-        if np.any(alone > 0.1 * np.bincount(part, minlength=count)):  # share of the rows of a block at speeds missing in other blocks
+        if np.any(
+            alone > 0.1 * np.bincount(part, minlength=count)
+        ):  # share of the rows of a block at speeds missing in other blocks
             # A part has speeds that the others lack: give each part one piece of each neighbourhood, in random order, so that no
             # periodic motion is in step with it.
             rng = np.random.default_rng(SEED)
-            owners = [np.concatenate([rng.permutation(owner) for _ in range(n)]) for owner, n in zip(owners, pieces, strict=True)]
+            owners = [
+                np.concatenate([rng.permutation(owner) for _ in range(n)])
+                for owner, n in zip(owners, pieces, strict=True)
+            ]
             of = SHORT
-            part = np.concatenate([owner[np.arange(size) * owner.size // size] for size, owner in zip(rows, owners, strict=True)])
+            part = np.concatenate(
+                [
+                    owner[np.arange(size) * owner.size // size]
+                    for size, owner in zip(rows, owners, strict=True)
+                ]
+            )
     return of, [part == number for number in range(count)]
 
 
@@ -227,7 +262,9 @@ def signs(count: int, rng: np.random.Generator) -> np.ndarray:
 def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) -> float:
     """Return the correlation time of the unexplained force [s], from a residual with the best level for each half-cycle."""
     # Force that does not average out over a block counts as unexplained; times longer than a block are not resolved.
-    slow = float(np.mean([float(np.mean(part)) ** 2 for part in np.array_split(residual, SIGN_BLOCKS)]))
+    slow = float(
+        np.mean([float(np.mean(part)) ** 2 for part in np.array_split(residual, SIGN_BLOCKS)])
+    )
     share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
     return share * row_time * residual.size / SIGN_BLOCKS
 
@@ -236,7 +273,9 @@ def scaled(component: FrictionModel, values: Mapping[str, float], level: float) 
     """Return the values of a model with its forces scaled, except the constant offset."""
     values = dict(values)
     for name, variable in component.variables.items():
-        if (variable.quantity == "force" and variable.excitation and variable is not OFFSET) or variable == TRANSMITTED:
+        if (
+            variable.quantity == "force" and variable.excitation and variable is not OFFSET
+        ) or variable == TRANSMITTED:
             values[name] = level * values[name]
     return values
 
@@ -251,16 +290,22 @@ def force_with_scatter(
     transmitted: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return unfiltered friction [N or N*m] with a random relative level after each reversal, shape (sample,)."""
-    levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), 0.05)  # of the level: friction does not vanish on any half-cycle
+    levels = np.maximum(
+        1.0 + scatter * rng.standard_normal(len(starts)), 0.05
+    )  # of the level: friction does not vanish on any half-cycle
     mean = pack(friction.parameters)
     component = friction.component
-    doubled = pack(component.assemble(scaled(component, numbers_of(component, friction.parameters), 2.0)))
+    doubled = pack(
+        component.assemble(scaled(component, numbers_of(component, friction.parameters), 2.0))
+    )
     # A parameter may be infinite; the difference is defined only for forces.
     rise = np.subtract(doubled, mean, out=np.zeros_like(mean), where=doubled != mean)
     first = segment.first_cycle
     turns = [0, *(first + start for start in starts[1:])]
     parameters = mean + (levels[:, None] - 1.0) * rise
-    return in_turns(friction, parameters, dt=dt, starts=turns, **segment.signals(dt, transmitted))[first:]
+    return in_turns(friction, parameters, dt=dt, starts=turns, **segment.signals(dt, transmitted))[
+        first:
+    ]
 
 
 FINER = 5  # steps of a sample
@@ -280,10 +325,14 @@ def noise_density(position: np.ndarray, resolution: float, dt: float) -> float:
     from scipy.signal import welch
 
     bent = np.diff(position, 2)
-    frequencies, density = welch(bent, fs=1.0 / dt, nperseg=min(512, bent.size), detrend="constant")  # samples
+    frequencies, density = welch(
+        bent, fs=1.0 / dt, nperseg=min(512, bent.size), detrend="constant"
+    )  # samples
     top = frequencies >= FLOOR / dt
     of_second_difference = (2.0 * np.sin(np.pi * frequencies[top] * dt)) ** 4
-    return max(float(np.median(density[top] / of_second_difference)), 2.0 * dt * resolution**2 / 12.0)
+    return max(
+        float(np.median(density[top] / of_second_difference)), 2.0 * dt * resolution**2 / 12.0
+    )
 
 
 def recovered(segment: Segment, dataset: Dataset) -> Recovered:
@@ -299,8 +348,13 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
         above = raw if wide >= FLOOR / dt else low_passed(raw, wide, dt)
         noise = (density * (min(wide, 0.5 / dt) - cutoff)) ** 0.5
         # 1 within reach of a visible deviation, less around it.
-        stands_out, reach = np.abs(above - below) > ABOVE * noise, max(round(0.5 / (dataset.cutoff * dt)), 1)
-        share = uniform_filter1d(maximum_filter1d(stands_out.astype(float), 4 * reach + 1), 2 * reach + 1)
+        stands_out, reach = (
+            np.abs(above - below) > ABOVE * noise,
+            max(round(0.5 / (dataset.cutoff * dt)), 1),
+        )
+        share = uniform_filter1d(
+            maximum_filter1d(stands_out.astype(float), 4 * reach + 1), 2 * reach + 1
+        )
         position = position + share * (above - below)
         visible = share if not visible.size else visible
         cutoff, below = wide, above
@@ -308,7 +362,10 @@ def recovered(segment: Segment, dataset: Dataset) -> Recovered:
     velocity = derivative(position, dt)
     at_rest = segment.velocity == 0.0
     moved = replace(
-        segment, position=position + origin, velocity=np.where(at_rest, segment.velocity, velocity), acceleration=derivative(velocity, dt)
+        segment,
+        position=position + origin,
+        velocity=np.where(at_rest, segment.velocity, velocity),
+        acceleration=derivative(velocity, dt),
     )
     return Recovered(moved, visible)
 

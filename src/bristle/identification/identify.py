@@ -19,7 +19,13 @@ from bristle.files.arguments import logs_and_axes
 from bristle.identification import request
 from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.elasticity import Elastic, elastic_coupling
-from bristle.identification.estimation import Context, along_the_motion, context_of, with_harmonics, with_harmonics_of
+from bristle.identification.estimation import (
+    Context,
+    along_the_motion,
+    context_of,
+    with_harmonics,
+    with_harmonics_of,
+)
 from bristle.identification.excitation import about_logs, checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fits import Collected, all_fits, ranked
@@ -28,9 +34,22 @@ from bristle.identification.intervals import WITHOUT_DRAWS, durations_of, with_i
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
-from bristle.identification.parameters import STATED, PriorKnowledge, Role, names_of, offset_of, stroke_of
+from bristle.identification.parameters import (
+    STATED,
+    PriorKnowledge,
+    Role,
+    names_of,
+    offset_of,
+    stroke_of,
+)
 from bristle.identification.position_loop import stiffness_in
-from bristle.identification.preprocessing import CUTOFF_SHARE, aligned, calmed, long_enough, treat_all
+from bristle.identification.preprocessing import (
+    CUTOFF_SHARE,
+    aligned,
+    calmed,
+    long_enough,
+    treat_all,
+)
 from bristle.identification.result import Fit, Identification
 from bristle.identification.second_pass import Passed, SecondPass, second_pass
 from bristle.identification.settings import Settings
@@ -147,12 +166,21 @@ def identify(
     pairs, of_load = apart(request.with_method(long_enough(recorded, *treated), method))
     total, progress = progress, between(progress, 0.0, ALONE) if progress and of_load else progress
     chosen = request.settings_of(pairs[0][1], settings)
-    transmits = all(axis is not None and (axis.gravity or axis.spring or axis.regressors) for _, axis in pairs)
-    components, extended = request.models_of(model, transmits=transmits), request.asks_for_all(model)
+    transmits = all(
+        axis is not None and (axis.gravity or axis.spring or axis.regressors) for _, axis in pairs
+    )
+    components, extended = (
+        request.models_of(model, transmits=transmits),
+        request.asks_for_all(model),
+    )
     for entry, _ in pairs:
         if entry.effort is None:
             mend = "Name the column of force, torque or current in an axis file: bristle log LOG --write AXIS.toml proposes one"
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {entry.source.name}".strip(), mend=mend)
+            raise InputError(
+                "has no effort, which inverse dynamics needs",
+                path=f"log {entry.source.name}".strip(),
+                mend=mend,
+            )
     (first_log, _), kind = pairs[0], pairs[0][0].kind
     shapes = request.freed(free, components)
 
@@ -161,7 +189,14 @@ def identify(
 
     work = Work(progress or silent)
     passed = partial(
-        _passed, components=components, extended=extended, blocks=blocks, settings=chosen, prior_of=prior_of, treatment=treated, work=work
+        _passed,
+        components=components,
+        extended=extended,
+        blocks=blocks,
+        settings=chosen,
+        prior_of=prior_of,
+        treatment=treated,
+        work=work,
     )
 
     def tell(best: Passed) -> None:
@@ -172,7 +207,9 @@ def identify(
     better, second = passed(pairs, after_best=tell), None
     if chosen.lines_gain < 1.0 and blocks != 0:
         work.before = AGAIN
-        better, second = second_pass(better, pairs, partial(passed, first=better), chosen.lines_gain)
+        better, second = second_pass(
+            better, pairs, partial(passed, first=better), chosen.lines_gain
+        )
     work.before = ""
     unfinished = better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
@@ -185,7 +222,9 @@ def identify(
         return result
 
     def of_side(*logs: Any, **options: Any) -> Identification:
-        return identify(*logs, model=model, free=free, draws=draws, settings=settings, **options).finished
+        return identify(
+            *logs, model=model, free=free, draws=draws, settings=settings, **options
+        ).finished
 
     try:
         return with_two_masses(result, of_load, of_side, total, coupling)
@@ -193,7 +232,13 @@ def identify(
         return replace(result, unfinished=WITHOUT_LOAD)
 
 
-def _result(passed: Passed, log: Log, settings: Settings, unfinished: str = "", second: SecondPass | None = None) -> Identification:
+def _result(
+    passed: Passed,
+    log: Log,
+    settings: Settings,
+    unfinished: str = "",
+    second: SecondPass | None = None,
+) -> Identification:
     """Return the identification of a pass over a log, and over further logs."""
     best, *rest = passed.fits
     dataset = passed.context.dataset
@@ -210,15 +255,27 @@ def _result(passed: Passed, log: Log, settings: Settings, unfinished: str = "", 
         **_stiffness_of([entry for entry, _ in passed.pairs]),
         **(passed.context.coupling.facts if passed.context.coupling is not None else {}),
     }
-    broken = dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values))
+    broken = dataset.break_aways(
+        best.plant, offset_of(best.friction.component.variables, best.friction.values)
+    )
     logs = tuple(further for further, _ in passed.pairs[1:])
-    return Identification((best, *rest), log, treatment, logs, unfinished, broken, passed.left_out, settings, second)
+    return Identification(
+        (best, *rest), log, treatment, logs, unfinished, broken, passed.left_out, settings, second
+    )
 
 
 def _stiffness_of(logs: Sequence[Log]) -> dict[str, float]:
     """Return the stiffness of the position loop for the treatment, from the log that shows it best; empty if no log shows it."""
-    stiffness = min(filter(None, map(stiffness_in, logs)), key=lambda entry: entry.half_width / entry.value, default=None)
-    return {} if stiffness is None else {"stiffness": stiffness.value, "stiffness_half_width": stiffness.half_width}
+    stiffness = min(
+        filter(None, map(stiffness_in, logs)),
+        key=lambda entry: entry.half_width / entry.value,
+        default=None,
+    )
+    return (
+        {}
+        if stiffness is None
+        else {"stiffness": stiffness.value, "stiffness_half_width": stiffness.half_width}
+    )
 
 
 def _passed(
@@ -240,17 +297,34 @@ def _passed(
     `after_best` receives each fit that is the best so far of several, not yet judged.
     """
     prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
-    of_logs, pairs = checks_of(pairs, prior, settings), [(parted(log, axis), axis) for log, axis in pairs]
-    coupling = with_masses(elastic_coupling(*map(list, zip(*pairs, strict=True))), pairs) if first is None else first.context.coupling
+    of_logs, pairs = (
+        checks_of(pairs, prior, settings),
+        [(parted(log, axis), axis) for log, axis in pairs],
+    )
+    coupling = (
+        with_masses(elastic_coupling(*map(list, zip(*pairs, strict=True))), pairs)
+        if first is None
+        else first.context.coupling
+    )
     context = _context(pairs, prior, settings, work, coupling, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short, names = blocks is None and not held_out, [log.source.name for log, _ in pairs]
     collected = Collected([component.name for component in components])
 
     def checked(fitted: Sequence[Fit]) -> list[Fit]:
-        best, *rest = (with_checks(fit, (*about_logs(fit, context.dataset, names, settings), *of_logs)) for fit in ranked(fitted, context))
+        best, *rest = (
+            with_checks(fit, (*about_logs(fit, context.dataset, names, settings), *of_logs))
+            for fit in ranked(fitted, context)
+        )
         names_of_rest = [fit.name for fit in rest]
-        best = with_structure(best, collected.estimations[best.name], settings, context.prior, names_of_rest, context.coupling)
+        best = with_structure(
+            best,
+            collected.estimations[best.name],
+            settings,
+            context.prior,
+            names_of_rest,
+            context.coupling,
+        )
         best = with_spring_named(best, stroke_of(context.dataset))
         return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
@@ -264,7 +338,16 @@ def _passed(
     unfinished = all_fits(context, components, extended, held_out, work, collected, tell)
     # A second interruption ends the work.
     chosen, interrupted = (judged(), True) if unfinished else to_the_end(judged)
-    return Passed(chosen, collected.estimations, collected.left_out, unfinished, interrupted, context, pairs, judged)
+    return Passed(
+        chosen,
+        collected.estimations,
+        collected.left_out,
+        unfinished,
+        interrupted,
+        context,
+        pairs,
+        judged,
+    )
 
 
 def _context(
@@ -287,32 +370,59 @@ def _context(
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     finds = estimator is None and not stated
     low = None
-    if coupling is not None and cutoff is None and estimator is None and all(axis.cutoff is None for axis in described):
+    if (
+        coupling is not None
+        and cutoff is None
+        and estimator is None
+        and all(axis.cutoff is None for axis in described)
+    ):
         seconds = max(float(np.ptp(log.time.values)) for log in logs)
-        low = min(max(coupling.one_mass, FEWEST_PERIODS / seconds), CUTOFF_SHARE / float(logs[0].sample_time))
+        low = min(
+            max(coupling.one_mass, FEWEST_PERIODS / seconds),
+            CUTOFF_SHARE / float(logs[0].sample_time),
+        )
     treat = partial(treat_all, treated, axes, low or cutoff)
     dataset = treated_dataset = treat(decimation)
     if finds:
-        alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
+        alignment = alignment_of(
+            logs, axes, settings, sought=sought, coupling=coupling if low else None
+        )
         if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
             # Fewer rows, so that position noise does not hide friction.
             rows, noise = calmed(aligned(treated_dataset, alignment))
-            treated_dataset = replace(treat(rows), calmed_from=noise) if rows > treated_dataset.decimation else treated_dataset
-        dataset, prior = _aligned(treated_dataset, prior, alignment, settings, elastic=low is not None)
+            treated_dataset = (
+                replace(treat(rows), calmed_from=noise)
+                if rows > treated_dataset.decimation
+                else treated_dataset
+            )
+        dataset, prior = _aligned(
+            treated_dataset, prior, alignment, settings, elastic=low is not None
+        )
     if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
         prior = with_harmonics(prior, axes[0], dataset)
         if finds:
             # Waves of known length determine the delay better than waves found in the residual.
             axes = [axis and with_harmonics_of(prior.plant, axis) for axis in axes]
-            alignment = alignment_of(logs, axes, settings, sought=sought, coupling=coupling if low else None)
-            dataset, prior = _aligned(treated_dataset, prior, alignment, settings, elastic=low is not None)
+            alignment = alignment_of(
+                logs, axes, settings, sought=sought, coupling=coupling if low else None
+            )
+            dataset, prior = _aligned(
+                treated_dataset, prior, alignment, settings, elastic=low is not None
+            )
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
-    context = _of_channel(context, treated_dataset, work.task("looking for the channel that was filtered"))
+    context = _of_channel(
+        context, treated_dataset, work.task("looking for the channel that was filtered")
+    )
     return replace(context, coupling=coupling)
 
 
 def _aligned(
-    treated: Dataset, prior: PriorKnowledge, alignment: Alignment, settings: Settings, *, elastic: bool
+    treated: Dataset,
+    prior: PriorKnowledge,
+    alignment: Alignment,
+    settings: Settings,
+    *,
+    elastic: bool,
 ) -> tuple[Dataset, PriorKnowledge]:
     """Return the rows of a log with its channels aligned in time, and the prior knowledge with the measured inertia."""
     # Noise above half of the reported threshold biases the inertia in the fits; so does friction behind a spring.
@@ -344,4 +454,7 @@ def _left(context: Context) -> float:
     estimation = along_the_motion(context, find(TELLS_CHANNEL), silent)
     if estimation.solution.unfinished:
         raise KeyboardInterrupt
-    return float(np.linalg.norm(estimation.problem.residual(estimation.solution.values)) / np.linalg.norm(context.dataset.effort))
+    return float(
+        np.linalg.norm(estimation.problem.residual(estimation.solution.values))
+        / np.linalg.norm(context.dataset.effort)
+    )

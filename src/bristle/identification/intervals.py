@@ -15,7 +15,11 @@ from bristle.identification.work import Work
 
 WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
-EVALUATIONS, REFITS, CLIMBING = 8.5, 104, 3000.0  # of the residual: a fit to a draw, fits beside the draws, and the observers
+EVALUATIONS, REFITS, CLIMBING = (
+    8.5,
+    104,
+    3000.0,
+)  # of the residual: a fit to a draw, fits beside the draws, and the observers
 NUMERIC = (ArithmeticError, ValueError)
 """Errors of a computation with numbers, such as those of a model that diverges or of a singular matrix."""
 
@@ -25,29 +29,48 @@ def durations_of(passed: Passed, draws: int, pairs: Pairs) -> tuple[float, float
     estimation = passed.estimations[passed.fits[0].name]
     (problem, solution), begun = estimation.resampled, perf_counter()
     problem.residual(solution.values)
-    once, samples = perf_counter() - begun, sum(segment.time.size for segment in problem.dataset.segments)
-    climbs = CLIMBING * (is_observed(passed, pairs) and observable(estimation.inverse, estimation.solution.values))
-    return EVALUATIONS * (draws + REFITS) * once / core_count(), climbs * min(MOST / samples, 1.0) * once
+    once, samples = (
+        perf_counter() - begun,
+        sum(segment.time.size for segment in problem.dataset.segments),
+    )
+    climbs = CLIMBING * (
+        is_observed(passed, pairs) and observable(estimation.inverse, estimation.solution.values)
+    )
+    return EVALUATIONS * (draws + REFITS) * once / core_count(), climbs * min(
+        MOST / samples, 1.0
+    ) * once
 
 
 def is_observed(passed: Passed, pairs: Pairs) -> bool:
     """Return whether observers follow the fits."""
     # An observer moves one mass: of an elastic axis, the fit in the low band remains.
-    return passed.context.coupling is None and all(axis is None or axis.method == "prediction_error" for _, axis in pairs)
+    return passed.context.coupling is None and all(
+        axis is None or axis.method == "prediction_error" for _, axis in pairs
+    )
 
 
-def with_intervals(passed: Passed, draws: int, settings: Settings, pairs: Pairs, work: Work) -> tuple[Passed, str]:
+def with_intervals(
+    passed: Passed, draws: int, settings: Settings, pairs: Pairs, work: Work
+) -> tuple[Passed, str]:
     """Return a pass whose best fit has intervals, and a remark about interrupted work; InputError if the last model fails."""
     while True:
         (best, *rest), remark = passed.fits, ""
         estimation = passed.estimations[best.name]
         drawing, work.ahead = durations_of(passed, draws, pairs)
         try:
-            best = with_uncertainty(best, estimation, draws, settings, work.task(f"fitting {best.name} to simulated logs", drawing))
+            best = with_uncertainty(
+                best,
+                estimation,
+                draws,
+                settings,
+                work.task(f"fitting {best.name} to simulated logs", drawing),
+            )
             if is_observed(passed, pairs):
                 report = work.task(f"predicting the log with {best.name}", work.ahead)
                 work.ahead = 0.0
-                best = foreseen(best, estimation, passed.context, [log for log, _ in passed.pairs], report)
+                best = foreseen(
+                    best, estimation, passed.context, [log for log, _ in passed.pairs], report
+                )
             best = with_loops(within_the_log(best, passed.context.dataset), passed.pairs)
         except KeyboardInterrupt:
             remark = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER
@@ -62,7 +85,9 @@ def with_intervals(passed: Passed, draws: int, settings: Settings, pairs: Pairs,
 def _without_best(passed: Passed, error: Exception) -> Passed:
     """Return a pass without its best fit, whose intervals failed with this error."""
     failed = passed.fits[0]
-    left_out = passed.left_out | {failed.name: f"its intervals from simulated logs failed: {message_of(error)}"}
+    left_out = passed.left_out | {
+        failed.name: f"its intervals from simulated logs failed: {message_of(error)}"
+    }
     best, *rest = passed.judged(left_out)
     noted = (diagnostic for diagnostic in failed.diagnostics if diagnostic.code == "second_pass")
     best = replace(best, diagnostics=(*best.diagnostics, *noted))

@@ -31,7 +31,12 @@ from bristle.identification.dataset import Dataset, Segment, mechanical, transmi
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.preprocessing import differentiated, treat
 from bristle.identification.problem import Away, Fold, has_own
-from bristle.identification.sensitivities import Transmitted, by_differences, friction_rows, warn_of_differences
+from bristle.identification.sensitivities import (
+    Transmitted,
+    by_differences,
+    friction_rows,
+    warn_of_differences,
+)
 from bristle.identification.settings import Settings
 from bristle.logs.filters import derivative
 from bristle.logs.log import Channel, Log
@@ -39,8 +44,14 @@ from bristle.models.friction.level import TRANSMITTED
 from bristle.models.plants.terms import TURN
 
 HOLD = 0.25  # samples, as a standard error: a held effort may act half a sample earlier or later
-DOUBT, UNSEEN = 0.8, 0.4  # of the mean offset of fits to replicates; addition if the motion is not visible beyond the filter
-AWAY, AWAY_TIME = 2.0, 15e-3  # distance from a reversal: periods of the cut-off; seconds, for filters in the channels
+DOUBT, UNSEEN = (
+    0.8,
+    0.4,
+)  # of the mean offset of fits to replicates; addition if the motion is not visible beyond the filter
+AWAY, AWAY_TIME = (
+    2.0,
+    15e-3,
+)  # distance from a reversal: periods of the cut-off; seconds, for filters in the channels
 
 
 @dataclass(frozen=True)
@@ -56,21 +67,33 @@ class InverseDynamics:
         component = self.parameters.component
         asks = component.start is not None or TRANSMITTED in component.variables.values()
         plant = self.plant(values) if asks else None
-        return self.dataset.rows_of(self.dataset.friction_along(self.model(values), plant, self.contacts))
+        return self.dataset.rows_of(
+            self.dataset.friction_along(self.model(values), plant, self.contacts)
+        )
 
     def model(self, values: Mapping[str, float]) -> Model:
         """Return the friction model with these values, without validation."""
         component = self.parameters.component
-        return Model(component, component.assemble({name: values[name] for name in component.variables}), self.dataset.kind)
+        return Model(
+            component,
+            component.assemble({name: values[name] for name in component.variables}),
+            self.dataset.kind,
+        )
 
     def plant(self, values: Mapping[str, float]) -> Model:
         """Return the plant with these values, without validation."""
         plant = self.parameters.plant
-        return Model(plant, plant.assemble({name: values[name] for name in plant.variables}), self.dataset.kind)
+        return Model(
+            plant,
+            plant.assemble({name: values[name] for name in plant.variables}),
+            self.dataset.kind,
+        )
 
     def predicted(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of each row [N or N*m] from all parameters, fixed ones included."""
-        return self.dataset.rows_of(self.dataset.explained(self.plant(values), self.model(values), self.contacts))
+        return self.dataset.rows_of(
+            self.dataset.explained(self.plant(values), self.model(values), self.contacts)
+        )
 
     def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of the plant in each row, without friction [N or N*m]."""
@@ -82,7 +105,11 @@ class InverseDynamics:
 
     def excerpt(self) -> Self | None:
         """Return the problem for a part of a long log; None for a short log or a derived class."""
-        dataset = self.dataset.excerpt() if self.contacts is None and type(self) is InverseDynamics else None
+        dataset = (
+            self.dataset.excerpt()
+            if self.contacts is None and type(self) is InverseDynamics
+            else None
+        )
         return None if dataset is None else replace(self, dataset=dataset)
 
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
@@ -98,10 +125,22 @@ class InverseDynamics:
         contacts = self.dataset.contacts(model, plant) if self.contacts is None else self.contacts
         names = [name for name in parameters.free if passes_on or name in component.variables]
         try:
-            rows = friction_rows(self.model, values, names, self.dataset, contacts, self._transmitted(plant, names) if passes_on else None)
+            rows = friction_rows(
+                self.model,
+                values,
+                names,
+                self.dataset,
+                contacts,
+                self._transmitted(plant, names) if passes_on else None,
+            )
         except NotExportableError as error:
             warn_of_differences(component, error)
-            rows = by_differences(lambda near, places: replace(self, contacts=tuple(places)).friction(near), values, names, contacts)
+            rows = by_differences(
+                lambda near, places: replace(self, contacts=tuple(places)).friction(near),
+                values,
+                names,
+                contacts,
+            )
         columns = np.zeros((rows.force.size, len(parameters.free)))
         columns[:, [parameters.free.index(name) for name in names]] = rows.by_parameters
         for at, name in enumerate(parameters.free):
@@ -113,15 +152,25 @@ class InverseDynamics:
 
     def _transmitted(self, plant: Model, names: Sequence[str]) -> Transmitted:
         """Return a function of a segment: the effort transmitted to the load, and its derivatives by these parameters."""
-        units = [self.plant(self.unit(name)) if name in self.parameters.plant.variables else None for name in names]
+        units = [
+            self.plant(self.unit(name)) if name in self.parameters.plant.variables else None
+            for name in names
+        ]
 
         def along(segment: Segment) -> tuple[np.ndarray, np.ndarray]:
-            columns = [np.zeros(segment.time.size) if unit is None else mechanical(unit, segment) for unit in units]
-            return mechanical(plant, segment), np.reshape(columns, (len(units), segment.time.size)).T
+            columns = [
+                np.zeros(segment.time.size) if unit is None else mechanical(unit, segment)
+                for unit in units
+            ]
+            return mechanical(plant, segment), np.reshape(
+                columns, (len(units), segment.time.size)
+            ).T
 
         return along
 
-    def _without_start(self, columns: np.ndarray, change: np.ndarray, contacts: Sequence[float | None]) -> None:
+    def _without_start(
+        self, columns: np.ndarray, change: np.ndarray, contacts: Sequence[float | None]
+    ) -> None:
         """Project off the effect of the initial contact (variable projection [1]_), unless it is at an end of its range."""
         for number, contact in enumerate(contacts):
             within = self.dataset.segment_of_row == number
@@ -133,7 +182,11 @@ class InverseDynamics:
     @cached_property
     def plant_columns(self) -> dict[str, np.ndarray]:
         """The effort of each row for each free parameter of the plant, in which it is linear [N or N*m per SI]."""
-        return {name: self.mechanical(self.unit(name)) for name in self.parameters.free if name in self.parameters.plant.variables}
+        return {
+            name: self.mechanical(self.unit(name))
+            for name in self.parameters.free
+            if name in self.parameters.plant.variables
+        }
 
     def found_first(self) -> list[np.ndarray]:
         """Return the change of the effort by one standard error of delay, bend and each measured parameter, shape (row,) each."""
@@ -145,7 +198,9 @@ class InverseDynamics:
         if self.delay_std:
             changes.append(self.delay_std * self.dataset.rows_of(slopes))
         if self.bend_std:
-            changes.append(self.bend_std * self.dataset.rows_of([derivative(slope, step) for slope in slopes]))
+            changes.append(
+                self.bend_std * self.dataset.rows_of([derivative(slope, step) for slope in slopes])
+            )
         return changes
 
     @cached_property
@@ -162,7 +217,11 @@ class InverseDynamics:
     def bend_std(self) -> float:
         """Standard error of half the square of the time constant of a removed filter [s^2]."""
         alignment = self.dataset.alignment
-        if alignment is None or alignment.smoothing is None or alignment.smoothing_half_width is None:
+        if (
+            alignment is None
+            or alignment.smoothing is None
+            or alignment.smoothing_half_width is None
+        ):
             return 0.0
         return abs(alignment.smoothing) * alignment.smoothing_half_width / NORMAL_95
 
@@ -193,23 +252,40 @@ class InverseDynamics:
     def away(self) -> Away:
         """The rows away from reversals and rests; after six times this distance, a slide is steady."""
         dataset, x, speed = self.dataset, self.dataset.position, np.abs(self.dataset.velocity)
-        time, least = dataset.samples_from_rest * dataset.sample_time, max(AWAY / dataset.cutoff, AWAY_TIME)
-        turns = float(np.ptp(x)) * dataset.cutoff / max(float(np.median(speed)), np.finfo(float).tiny)
-        return Away(time > least, time > 6.0 * least, x, dataset.velocity, turns)  # times as long: from here on, a slide is steady
+        time, least = (
+            dataset.samples_from_rest * dataset.sample_time,
+            max(AWAY / dataset.cutoff, AWAY_TIME),
+        )
+        turns = (
+            float(np.ptp(x)) * dataset.cutoff / max(float(np.median(speed)), np.finfo(float).tiny)
+        )
+        return Away(
+            time > least, time > 6.0 * least, x, dataset.velocity, turns
+        )  # times as long: from here on, a slide is steady
 
     @cached_property
     def columns(self) -> np.ndarray:
         """Regressor of a linear model, shape (row, free): the response to one parameter of 1 with all others 0."""
         plant = self.parameters.plant.variables
-        columns = [self.plant_columns[name] if name in plant else self.friction(self.unit(name)) for name in self.parameters.free]
+        columns = [
+            self.plant_columns[name] if name in plant else self.friction(self.unit(name))
+            for name in self.parameters.free
+        ]
         return np.stack(columns, axis=1) if columns else np.empty((self.dataset.effort.size, 0))
 
     def unit(self, *names: str) -> dict[str, float]:
         """Return these parameters at 1 and the others at 0; nonlinear parameters, such as a length, keep their fixed values."""
-        values, of_friction = {name: float(name in names) for name in self.parameters.variables}, self.parameters.component.variables
+        values, of_friction = (
+            {name: float(name in names) for name in self.parameters.variables},
+            self.parameters.component.variables,
+        )
         for name, fixed in self.parameters.fixed.items():
             variable = self.parameters.variables[name]
-            if "force" not in variable.quantity if name in of_friction else variable in TURN.values():
+            if (
+                "force" not in variable.quantity
+                if name in of_friction
+                else variable in TURN.values()
+            ):
                 values[name] = fixed.value
         return values
 
@@ -220,18 +296,32 @@ class InverseDynamics:
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the derivative of the effort of each row by the relative friction level [N or N*m]."""
-        return (self.friction(cycles.scaled(self.parameters.component, values, 1.0 + cycles.NUDGE)) - self.friction(values)) / cycles.NUDGE
+        return (
+            self.friction(cycles.scaled(self.parameters.component, values, 1.0 + cycles.NUDGE))
+            - self.friction(values)
+        ) / cycles.NUDGE
 
-    def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> RowReplicates:
+    def replicates(
+        self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray
+    ) -> RowReplicates:
         """Return the replicates of the fitted model."""
         return RowReplicates(self, values)
 
     def folds(self, count: int, settings: Settings | None = None) -> tuple[str, list[Fold]]:
         """Return time blocks of the logs; rows next to a block share samples with it through the filters, and are not fitted."""
-        if settings is not None and count > (most := cycles.room_for_blocks(self.dataset, settings)):
-            raise InputError("are too many for this log", path="blocks", value=count, allowed=f"2 to {max(most, 2)}, or 0")
+        if settings is not None and count > (
+            most := cycles.room_for_blocks(self.dataset, settings)
+        ):
+            raise InputError(
+                "are too many for this log",
+                path="blocks",
+                value=count,
+                allowed=f"2 to {max(most, 2)}, or 0",
+            )
         name, blocks = cycles.time_blocks(self.dataset, count)
-        return name, [Fold(block, cycles.beside(block, self.dataset.reach), block) for block in blocks]
+        return name, [
+            Fold(block, cycles.beside(block, self.dataset.reach), block) for block in blocks
+        ]
 
 
 @dataclass(frozen=True)
@@ -249,29 +339,46 @@ class RowReplicates:
     def doubt(self) -> float:
         """Doubt of the offset of the fits; it grows as the position shows less of the reversals beyond the filter."""
         pairs = zip(self._recovered, self._starts, strict=True)
-        return DOUBT + UNSEEN * (1.0 - float(np.mean(np.concatenate([motion.visible[list(starts)] for motion, starts in pairs]))))
+        return DOUBT + UNSEEN * (
+            1.0
+            - float(
+                np.mean(np.concatenate([motion.visible[list(starts)] for motion, starts in pairs]))
+            )
+        )
 
     def made_with(self, values: Mapping[str, float]) -> RowReplicates:
         """Return replicates of the same model with other parameters."""
         return replace(self, values=values, left=self._residual)
 
-    def draw(self, disturbance: cycles.Disturbance, rng: np.random.Generator, side: float = 1.0) -> InverseDynamics:
+    def draw(
+        self, disturbance: cycles.Disturbance, rng: np.random.Generator, side: float = 1.0
+    ) -> InverseDynamics:
         """Return the same problem on a new random log."""
         dataset, log = self.problem.dataset, self.log(disturbance, rng, side)
         axis = Axis(kind=dataset.kind, resolution=dataset.resolution)
         drawn = treat(log, axis, dataset.cutoff, dataset.decimation, like=dataset)
         segments = tuple(
-            replace(new, surroundings=old.surroundings, first_cycle=old.first_cycle, log=old.log, regressors=old.regressors)
+            replace(
+                new,
+                surroundings=old.surroundings,
+                first_cycle=old.first_cycle,
+                log=old.log,
+                regressors=old.regressors,
+            )
             for new, old in zip(drawn.segments, dataset.segments, strict=True)
         )
         drawn = replace(drawn, segments=segments)
         finely = dataset.alignment is not None and dataset.alignment.slow > 0.0
         return replace(self.problem, dataset=differentiated(drawn) if finely else drawn)
 
-    def log(self, disturbance: cycles.Disturbance, rng: np.random.Generator, side: float = 1.0) -> Log:
+    def log(
+        self, disturbance: cycles.Disturbance, rng: np.random.Generator, side: float = 1.0
+    ) -> Log:
         """Return a new random log: the segments of the motion in sequence."""
         dataset = self.problem.dataset
-        scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
+        scatter, noise, jitter = (
+            side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter)
+        )
         efforts, positions, segments, first = [], [], [], 0
         late, bent, plant = self._wrong(rng, side)
         motions = zip(self._recovered, self._between, self._starts, self._residual, strict=True)
@@ -300,7 +407,9 @@ class RowReplicates:
             position = step * np.round((position + phase) / step) - phase
         length, force = (unit_of(quantity, dataset.kind) for quantity in ("length", "force"))
         return Log(
-            time=Channel(np.concatenate([segment.time for segment in dataset.segments]), "s", "time"),
+            time=Channel(
+                np.concatenate([segment.time for segment in dataset.segments]), "s", "time"
+            ),
             position=Channel(position, length, "position"),
             effort=Channel(np.concatenate(efforts), force, "effort"),
             sample_time=dataset.sample_time,
@@ -318,8 +427,15 @@ class RowReplicates:
         assert isinstance(rng.bit_generator, np.random.PCG64)
         apart = np.random.Generator(rng.bit_generator.jumped())
         late, *errors, bent = side * apart.standard_normal(2 + len(widths))
-        drawn = {name: self.values[name] + error / NORMAL_95 * width for (name, width), error in zip(widths.items(), errors, strict=True)}
-        return (float(late) * self.problem.delay_std, float(bent) * self.problem.bend_std, self.problem.plant({**self.values, **drawn}))
+        drawn = {
+            name: self.values[name] + error / NORMAL_95 * width
+            for (name, width), error in zip(widths.items(), errors, strict=True)
+        }
+        return (
+            float(late) * self.problem.delay_std,
+            float(bent) * self.problem.bend_std,
+            self.problem.plant({**self.values, **drawn}),
+        )
 
     @cached_property
     def _friction(self) -> Model:
@@ -336,12 +452,18 @@ class RowReplicates:
     @cached_property
     def _recovered(self) -> tuple[cycles.Recovered, ...]:
         """The unfiltered motion of the log."""
-        return tuple(cycles.recovered(segment, self.problem.dataset) for segment in self.problem.dataset.segments)
+        return tuple(
+            cycles.recovered(segment, self.problem.dataset)
+            for segment in self.problem.dataset.segments
+        )
 
     @cached_property
     def _between(self) -> tuple[Segment, ...]:
         """The same motion on a finer grid."""
-        return tuple(cycles.between_samples(motion.segment, self.problem.dataset.sample_time) for motion in self._recovered)
+        return tuple(
+            cycles.between_samples(motion.segment, self.problem.dataset.sample_time)
+            for motion in self._recovered
+        )
 
     @cached_property
     def _residual(self) -> tuple[np.ndarray, ...]:
@@ -350,4 +472,7 @@ class RowReplicates:
             return self.left
         dataset = self.problem.dataset
         explained = dataset.explained(self._plant, self._friction)
-        return tuple(segment.effort - effort for segment, effort in zip(dataset.segments, explained, strict=True))
+        return tuple(
+            segment.effort - effort
+            for segment, effort in zip(dataset.segments, explained, strict=True)
+        )

@@ -38,7 +38,10 @@ SEED = 20_261_127
 DETERMINED, ROUGH = 10.0, 50.0  # percent: limits of the errors
 FEWEST = 0.5  # share of the simulated logs that must identify a determined parameter
 FEWEST_DRAWS, MOST_DRAWS = 20, 100  # for the intervals of a fit to a simulated log
-HOLD_LEAST, TELLING = 0.75, 5  # smallest share of intervals that contain the truth; fewest intervals for this verdict
+HOLD_LEAST, TELLING = (
+    0.75,
+    5,
+)  # smallest share of intervals that contain the truth; fewest intervals for this verdict
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,10 @@ class Determined:
         if self.median_error_percent is None or self.spread_percent is None:
             return None
         count = self.identified
-        return abs(self.median_error_percent) + float(stdtrit(count - 1, 0.975)) * self.spread_percent * (1.0 + 1.0 / count) ** 0.5
+        return (
+            abs(self.median_error_percent)
+            + float(stdtrit(count - 1, 0.975)) * self.spread_percent * (1.0 + 1.0 / count) ** 0.5
+        )
 
     @property
     def verdict(self) -> str:
@@ -139,21 +145,35 @@ class Determined:
 
             def report(share: float, _: str, number: int = number) -> None:
                 if progress is not None:
-                    progress((number + share) / count, f"identifying simulated log {number + 1} of {count}")
+                    progress(
+                        (number + share) / count,
+                        f"identifying simulated log {number + 1} of {count}",
+                    )
 
             report(0.0, "")
             try:
-                drawn = [SimulatedLog(log, axis, fit, treatment).drawn(rng) for log, axis in zip(logs, axes, strict=True)]
+                drawn = [
+                    SimulatedLog(log, axis, fit, treatment).drawn(rng)
+                    for log, axis in zip(logs, axes, strict=True)
+                ]
                 estimates.append(again(drawn, progress=report).best.parameters)
             except InputError as error:
                 refused.append(error)
         if not estimates:
             raise refused[0]
-        return tuple(_determined(fit, estimate, estimates, count) for estimate in fit.estimates if estimate.status != "held")
+        return tuple(
+            _determined(fit, estimate, estimates, count)
+            for estimate in fit.estimates
+            if estimate.status != "held"
+        )
 
 
 def _same_fit(
-    logs: Sequence[Log], axes: Sequence[Axis | None], fit: Fit, treatment: Mapping[str, float], settings: Mapping[str, float]
+    logs: Sequence[Log],
+    axes: Sequence[Axis | None],
+    fit: Fit,
+    treatment: Mapping[str, float],
+    settings: Mapping[str, float],
 ) -> Callable[..., Identification]:
     """Return `identify` with the arguments of a fit; reject a fit that cannot be simulated."""
     if fit.position_rmse is not None or fit.loop_rmse is not None:
@@ -173,16 +193,30 @@ def _same_fit(
             mend="Identify again with --draws 100",
         )
     component = fit.friction.component
-    shapes = [name for name, variable in component.variables.items() if name in component.defaults and not variable.excitation]
-    held = [estimate for estimate in fit.estimates if estimate.reason is not None and estimate.reason.code == "held_known"]
+    shapes = [
+        name
+        for name, variable in component.variables.items()
+        if name in component.defaults and not variable.excitation
+    ]
+    held = [
+        estimate
+        for estimate in fit.estimates
+        if estimate.reason is not None and estimate.reason.code == "held_known"
+    ]
     stated = {estimate.name: estimate.value for estimate in held}
     observed = any(diagnostic.code == "prediction_error" for diagnostic in fit.diagnostics)
     return partial(
         identify,
         model=component,
         axis=list(axes),  # type: ignore[arg-type]
-        cutoff=treatment["cutoff"] if treatment["cutoff"] != treat(logs[0], axes[0]).cutoff else None,
-        free=[estimate.name for estimate in fit.estimates if estimate.name in shapes and estimate.status != "held"],
+        cutoff=treatment["cutoff"]
+        if treatment["cutoff"] != treat(logs[0], axes[0]).cutoff
+        else None,
+        free=[
+            estimate.name
+            for estimate in fit.estimates
+            if estimate.name in shapes and estimate.status != "held"
+        ],
         mass=stated.get(name_of(Role.INERTIA, fit.plant.component.variables) or ""),
         offset=stated.get(name_of(OFFSET, component.variables) or ""),
         draws=min(max(fit.resampling.bands.count, FEWEST_DRAWS), MOST_DRAWS),
@@ -202,27 +236,60 @@ class SimulatedLog(NamedTuple):
     def drawn(self, rng: np.random.Generator) -> Log:
         """Return a simulated log."""
         log, component = self.log, self.fit.friction.component
-        along = any(part.is_recorded for part in component.surroundings) or TRANSMITTED in component.variables.values()
-        make = self._along if along or getattr(self.fit.plant.component, "columns", ()) else self._in_loop
+        along = (
+            any(part.is_recorded for part in component.surroundings)
+            or TRANSMITTED in component.variables.values()
+        )
+        make = (
+            self._along
+            if along or getattr(self.fit.plant.component, "columns", ())
+            else self._in_loop
+        )
         assert log.effort is not None
-        position, effort, segments, lag = log.position.values.copy(), log.effort.values.copy(), list[slice](), self._channel.lag
+        position, effort, segments, lag = (
+            log.position.values.copy(),
+            log.effort.values.copy(),
+            list[slice](),
+            self._channel.lag,
+        )
         position_lag = self.treatment.get("position_smoothing", 0.0)
         for place, part in make(rng):
-            effort[place] = through_filter(part.effort, -lag, log.sample_time) if lag else part.effort
-            position[place] = through_filter(part.position, position_lag, log.sample_time) if position_lag else part.position
+            effort[place] = (
+                through_filter(part.effort, -lag, log.sample_time) if lag else part.effort
+            )
+            position[place] = (
+                through_filter(part.position, position_lag, log.sample_time)
+                if position_lag
+                else part.position
+            )
             segments.append(place)
-        channels = {"position": replace(log.position, values=position), "effort": replace(log.effort, values=effort)}
-        return replace(log, **channels, velocity=None, reference=None, injected=(), segments=tuple(segments))
+        channels = {
+            "position": replace(log.position, values=position),
+            "effort": replace(log.effort, values=effort),
+        }
+        return replace(
+            log, **channels, velocity=None, reference=None, injected=(), segments=tuple(segments)
+        )
 
     @property
     def _channel(self) -> Channel:
-        dt, held, treatment = self.log.sample_time, self.axis.held if self.axis else None, self.treatment
+        dt, held, treatment = (
+            self.log.sample_time,
+            self.axis.held if self.axis else None,
+            self.treatment,
+        )
         lag = -treatment.get("smoothing", 0.0)
-        return Channel(treatment.get("delay", 0.0) - 0.5 * dt * bool(held), 0.0 if held is False else -(dt**2) / 24.0, lag)
+        return Channel(
+            treatment.get("delay", 0.0) - 0.5 * dt * bool(held),
+            0.0 if held is False else -(dt**2) / 24.0,
+            lag,
+        )
 
     def _unseen(self, dataset: Dataset) -> Disturbance:
         assert self.fit.resampling is not None
-        return disturbance_of(dataset, self.fit.resampling.bands.scatter)._replace(noise=self.fit.resampling.bands.noise)
+        return disturbance_of(dataset, self.fit.resampling.bands.scatter)._replace(
+            noise=self.fit.resampling.bands.noise
+        )
 
     def _in_loop(self, rng: np.random.Generator) -> Iterator[tuple[slice, Recorded]]:
         """Yield the slice of each segment, and the record of the axis there in a loop around the recorded motion."""
@@ -233,7 +300,9 @@ class SimulatedLog(NamedTuple):
             place = self._place(segment.time)
             effort = effort_of(log)[place]
             acted = through_filter(effort, channel.lag, dt) if channel.lag else effort
-            part = axis.replicate(Recorded(log.position.values[place], acted, ()), self._unseen(dataset), rng)
+            part = axis.replicate(
+                Recorded(log.position.values[place], acted, ()), self._unseen(dataset), rng
+            )
             if part is None:
                 raise InputError(
                     "do not let the simulated axis follow the recorded motion",
@@ -247,11 +316,18 @@ class SimulatedLog(NamedTuple):
         plant, friction, channel = self.fit.plant, self.fit.friction, self._channel
         lag = self.treatment.get("position_smoothing", 0.0)
         alignment = Alignment(
-            self.treatment.get("delay", 0.0), smoothing=-(lag or channel.lag) or None, sought=False, of_position=lag > 0.0
+            self.treatment.get("delay", 0.0),
+            smoothing=-(lag or channel.lag) or None,
+            sought=False,
+            of_position=lag > 0.0,
         )
         dataset = aligned(treat(self.log, self.axis, self.treatment["cutoff"]), alignment)
-        values = numbers_of(plant.component, plant.parameters) | numbers_of(friction.component, friction.parameters)
-        problem = InverseDynamics(dataset, ParameterSet(friction.component, (), {}, plant.component))
+        values = numbers_of(plant.component, plant.parameters) | numbers_of(
+            friction.component, friction.parameters
+        )
+        problem = InverseDynamics(
+            dataset, ParameterSet(friction.component, (), {}, plant.component)
+        )
         drawn = RowReplicates(problem, values).log(self._unseen(dataset), rng)
         for segment, part in zip(dataset.segments, drawn.segments, strict=True):
             recorded = Recorded(drawn.position.values[part], effort_of(drawn)[part], ())
@@ -264,9 +340,15 @@ class SimulatedLog(NamedTuple):
         return slice(first, first + time.size)
 
 
-def _determined(fit: Fit, estimate: Estimate, fits: Sequence[Mapping[str, Estimate]], count: int) -> Determined:
+def _determined(
+    fit: Fit, estimate: Estimate, fits: Sequence[Mapping[str, Estimate]], count: int
+) -> Determined:
     """Return the recovery of one parameter in fits to simulated logs."""
-    name, values, variables = estimate.name, {**fit.plant.values, **fit.friction.values}, fit.friction.component.variables
+    name, values, variables = (
+        estimate.name,
+        {**fit.plant.values, **fit.friction.values},
+        fit.friction.component.variables,
+    )
     # The stiffness of all elements is not a parameter of their model.
     truth = float(values.get(name, estimate.value))
     levels = names_of(Role.LEVEL, variables) if variables.get(name) == OFFSET else []
@@ -278,4 +360,6 @@ def _determined(fit: Fit, estimate: Estimate, fits: Sequence[Mapping[str, Estima
     size = abs(values[scale]) if levels else abs(truth)
     errors = 100.0 * (np.array([again.value for again in identified]) - truth) / (size or np.nan)
     hold = sum(low <= truth <= high for low, high in ends)
-    return Determined(name, estimate.unit, estimate.description, truth, scale, errors, len(ends), hold, count)
+    return Determined(
+        name, estimate.unit, estimate.description, truth, scale, errors, len(ends), hold, count
+    )

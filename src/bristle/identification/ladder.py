@@ -56,7 +56,11 @@ class Ladder:
         variances = np.array([np.diag(covariance)[friction] for covariance in self.covariances])
         seen = np.all(variances > 0.0, axis=0)
         variances = variances[:, seen] / np.min(variances[:, seen], axis=0)
-        precision = np.exp(-0.5 * POWER * np.mean(np.log(variances), axis=1)) if seen.any() else np.ones(len(self.rungs))
+        precision = (
+            np.exp(-0.5 * POWER * np.mean(np.log(variances), axis=1))
+            if seen.any()
+            else np.ones(len(self.rungs))
+        )
         return precision / np.sum(precision)
 
     @property
@@ -67,7 +71,10 @@ class Ladder:
     @cached_property
     def solution(self) -> Solution:
         """The mean of the rungs."""
-        return replace(self.best.solution, theta=self.weights @ np.array([rung.solution.theta for rung in self.rungs]))
+        return replace(
+            self.best.solution,
+            theta=self.weights @ np.array([rung.solution.theta for rung in self.rungs]),
+        )
 
     @cached_property
     def covariance(self) -> np.ndarray:
@@ -81,8 +88,14 @@ class Ladder:
 def sandwich(rung: Rung) -> np.ndarray:
     """Return the covariance, shape (coordinate, coordinate), from the scores of blocks of time and from measured parameters."""
     solution, parameters, count = rung.solution, rung.problem.parameters, rung.problem.settled_rows
-    unsure = {name: fixed.half_width / NORMAL_95 for name, fixed in parameters.fixed.items() if fixed.half_width}
-    known = replace(rung.problem.inverse, parameters=replace(parameters, free=(*parameters.free, *unsure)))
+    unsure = {
+        name: fixed.half_width / NORMAL_95
+        for name, fixed in parameters.fixed.items()
+        if fixed.half_width
+    }
+    known = replace(
+        rung.problem.inverse, parameters=replace(parameters, free=(*parameters.free, *unsure))
+    )
     values = {**solution.values, **{name: parameters.fixed[name].value for name in unsure}}
     residual, derivatives = replace(rung.problem, inverse=known).linearised(values)
     scale = np.linalg.norm(solution.jacobian, axis=0)
@@ -90,9 +103,15 @@ def sandwich(rung: Rung) -> np.ndarray:
     inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
     scores = scores_of(columns[:count], residual[:count], BLOCKS)
     weights = np.array([expectation.weight for expectation in rung.problem.expected])
-    beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]  # an expectation has a separate error
+    beforehand = (
+        columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]
+    )  # an expectation has a separate error
     pulls = columns.T @ (derivatives[:, len(parameters.free) :] * np.array([*unsure.values()]))
     # The product of a matrix with its transpose has no negative variance by rounding.
     half = inverse @ np.hstack([math.sqrt(BLOCKS / (BLOCKS - 1)) * scores.T, beforehand.T, pulls])
     matrix = half @ half.T
-    return matrix / np.where(scale > 0.0, scale, np.inf)[:, None] / np.where(scale > 0.0, scale, np.inf)
+    return (
+        matrix
+        / np.where(scale > 0.0, scale, np.inf)[:, None]
+        / np.where(scale > 0.0, scale, np.inf)
+    )

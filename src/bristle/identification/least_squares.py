@@ -22,7 +22,12 @@ from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
 from bristle.core.variable import OF_SLOTS, Variable
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
+from bristle.identification.parameter_space import (
+    ParameterSpace,
+    Solution,
+    Transform,
+    TransformedSpace,
+)
 from bristle.identification.parameters import Scales
 from bristle.identification.problem import Sought
 
@@ -31,10 +36,14 @@ STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
 FAR = 1e6  # times a typical residual: limit for a model that diverges
-STEP = 1e-5  # of a coordinate, or of 1: far above the shift of an event by one step of the integration
+STEP = (
+    1e-5  # of a coordinate, or of 1: far above the shift of an event by one step of the integration
+)
 DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
 SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
-HELD_OUT = 1e-6  # the same for a search on some rows: held-out errors are then accurate to a thousandth
+HELD_OUT = (
+    1e-6  # the same for a search on some rows: held-out errors are then accurate to a thousandth
+)
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
 
 
@@ -96,7 +105,9 @@ class Linearised:
         if derivatives is not None:
             order = [search.problem.parameters.free.index(name) for name in search.space.names]
             with np.errstate(over="ignore", invalid="ignore"):
-                slopes = derivatives[self.rows][:, order] @ search.space.derivative(x) / -search.unit
+                slopes = (
+                    derivatives[self.rows][:, order] @ search.space.derivative(x) / -search.unit
+                )
             # The derivative of a motion that diverges shows no direction.
             diverges = ~(np.maximum(np.max(np.abs(slopes), axis=1), np.abs(start)) < FAR)
             return np.where(diverges[:, None], 0.0, slopes)
@@ -126,13 +137,17 @@ class Search:
         """The coordinates in which the parameters are sought."""
         return TransformedSpace.within(self.problem.parameters, self.scales)
 
-    def solve(self, report: Report = silent, nested: Sequence[Mapping[str, float]] = ()) -> Solution:
+    def solve(
+        self, report: Report = silent, nested: Sequence[Mapping[str, float]] = ()
+    ) -> Solution:
         """Return the best of several starts, `nested` optima first; a long log compares starts on an excerpt."""
         excerpt = self.problem.excerpt()
         if excerpt is None:
             return self.as_far_as_it_came(partial(self._from_several, nested, report))
         search = replace(self, problem=excerpt)
-        begun = search.as_far_as_it_came(partial(search._from_several, nested, between(report, 0.0, 0.5)))
+        begun = search.as_far_as_it_came(
+            partial(search._from_several, nested, between(report, 0.0, 0.5))
+        )
         if begun.unfinished:
             return replace(self.refit(begun.values, limit=1), unfinished=True)
         report(0.5)
@@ -157,13 +172,18 @@ class Search:
             return replace(best.result, unfinished=True)
         return best.result
 
-    def _from_several(self, nested: Sequence[Mapping[str, float]], report: Report, best: BestSoFar) -> None:
+    def _from_several(
+        self, nested: Sequence[Mapping[str, float]], report: Report, best: BestSoFar
+    ) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(rng) for _ in range(CANDIDATES)]
         drawn = [candidates[index] for index in np.argsort(self._costs(candidates))]
         starts = [*map(self.space.theta, nested), *drawn][: max(STARTS, len(nested) + 1)]
         for number, start in enumerate(starts):
-            report((number + 0.3) / (len(starts) + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
+            report(
+                (number + 0.3) / (len(starts) + 0.3),
+                f"best so far {self.percent(best.cost):.3g} %" if number else "",
+            )
             # A start that meets the end of another start would end there too.
             with suppress(_KnownError):
                 best.take(self.descend(start, best=best, again=False))
@@ -178,10 +198,19 @@ class Search:
 
     def percent(self, cost: float) -> float:
         """Return the root of a cost relative to the measured signal [%]."""
-        return 100.0 * math.sqrt(2.0 * cost) * self.unit / max(float(np.linalg.norm(self.problem.measured)), np.finfo(float).tiny)
+        return (
+            100.0
+            * math.sqrt(2.0 * cost)
+            * self.unit
+            / max(float(np.linalg.norm(self.problem.measured)), np.finfo(float).tiny)
+        )
 
     def refit(
-        self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3, best: BestSoFar | None = None
+        self,
+        start: Mapping[str, float],
+        rows: np.ndarray | None = None,
+        limit: int = EVALUATIONS // 3,
+        best: BestSoFar | None = None,
     ) -> Solution:
         """Return the solution from a nearby start; with some `rows`, to the accuracy of held-out errors."""
         chosen, tolerance = (slice(None), 0.0) if rows is None else (rows, HELD_OUT)
@@ -189,12 +218,18 @@ class Search:
 
     def finite(self, residual: np.ndarray) -> np.ndarray:
         """Return a residual over its unit, clipped to finite values."""
-        return np.clip(np.nan_to_num(residual / self.unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
+        return np.clip(
+            np.nan_to_num(residual / self.unit, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR
+        )
 
-    def residuals(self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None)) -> list[np.ndarray]:
+    def residuals(
+        self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None)
+    ) -> list[np.ndarray]:
         """Return the residual over its unit at each of several coordinates."""
         with np.errstate(over="ignore", invalid="ignore"):
-            residuals = abreast(self.problem.residual)([self.space.values(theta) for theta in thetas])
+            residuals = abreast(self.problem.residual)(
+                [self.space.values(theta) for theta in thetas]
+            )
             return [self.finite(residual)[rows] for residual in residuals]
 
     def descend(

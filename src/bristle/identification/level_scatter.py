@@ -28,11 +28,15 @@ class LevelScatter:
     share: np.ndarray
 
     @classmethod
-    def of(cls, starts: np.ndarray, column: np.ndarray, scatter: float, noise: float) -> LevelScatter:
+    def of(
+        cls, starts: np.ndarray, column: np.ndarray, scatter: float, noise: float
+    ) -> LevelScatter:
         """Return the level scatter for this relative `scatter` and this noise of the prediction [m or rad]."""
         square = np.add.reduceat(column**2, starts)
         share = 1.0 - 1.0 / np.sqrt(1.0 + scatter**2 * square / noise**2)
-        return cls(starts, column, np.divide(share, square, out=np.zeros_like(square), where=square > 0.0))
+        return cls(
+            starts, column, np.divide(share, square, out=np.zeros_like(square), where=square > 0.0)
+        )
 
     def whitened(self, rows: np.ndarray) -> np.ndarray:
         """Return rows, shape (row, column), whitened of the scatter."""
@@ -45,7 +49,9 @@ def starts_of(positions: Sequence[np.ndarray], settled: int, dt: float) -> np.nd
     """Return the rows at which half-cycles begin, of consecutive segments without their settling rows."""
     starts, first = [np.zeros(0, dtype=int)], 0
     for position in positions:
-        moving = np.diff(low_passed(position - position[0], min(SLOW, 0.2 / dt), dt), prepend=0.0)[settled:]
+        moving = np.diff(low_passed(position - position[0], min(SLOW, 0.2 / dt), dt), prepend=0.0)[
+            settled:
+        ]
         turns = np.flatnonzero(np.diff(np.signbit(moving))) + 1
         starts.append(first + np.append(0, turns))
         first += moving.size

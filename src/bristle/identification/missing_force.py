@@ -44,7 +44,9 @@ AS_GOOD = 1.05  # times the residual of another cause: gravity is preferred to a
 EVEN = 0.9  # of the share of a ripple, for a ripple equal in both directions, or opposite
 OVERTONES = range(2, 7)  # of a ripple
 FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
-WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range: build-up length of a force after a reversal
+WAYS = tuple(
+    np.geomspace(1e-4, 0.03, 6).tolist()
+)  # of the range: build-up length of a force after a reversal
 LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
 LEAST_OF_A_RIPPLE = 0.3  # of the residual: its period is searched, so random signs are no test
@@ -73,7 +75,9 @@ class Missing(NamedTuple):
         return self.share * self.force
 
 
-def missing_forces(rows: Rows, settings: Settings, *, static: bool = False) -> tuple[tuple[Missing, ...], float]:
+def missing_forces(
+    rows: Rows, settings: Settings, *, static: bool = False
+) -> tuple[tuple[Missing, ...], float]:
     """Return the forces that a model lacks away from reversals, strongest evidence first, and the remaining residual [N or N*m]."""
     # Noise dominates the acceleration at high frequencies: only a ripple is also sought there. A `static` model lacks the force
     # that builds up after reversals.
@@ -82,23 +86,37 @@ def missing_forces(rows: Rows, settings: Settings, *, static: bool = False) -> t
     columns_of, missing, left = columns_by_cause(rows), list[Missing](), 0.0
     behind = columns_of.pop("presliding")
     if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
-        explained, causes = rows.explained[rows.far], {name: columns[rows.far] for name, columns in columns_of.items()}
+        explained, causes = (
+            rows.explained[rows.far],
+            {name: columns[rows.far] for name, columns in columns_of.items()},
+        )
         # A ripple may be too fast for the filter: find it with its period in unfiltered rows.
         fast, left = _Search.of(away, explained, slow=False).causes_in(causes, settings)
         fast = [force for force in fast if force.cause == "ripple"]
         explained = np.column_stack([explained, *(_columns(force, away, causes) for force in fast)])
-        slow, of_all = _Search.of(away, explained, slow=True).causes_in(causes, settings, ripple=not fast)
+        slow, of_all = _Search.of(away, explained, slow=True).causes_in(
+            causes, settings, ripple=not fast
+        )
         missing, left = [*fast, *slow], left if fast else of_all
     if static:
         # A force that builds up over a way also lags: omit a lag from the explained columns.
-        explained = np.column_stack([rows.explained, *(_columns(force, rows, columns_of) for force in missing if force.cause != "lag")])
-        around, of_all = _Search.of(rows, explained, slow=True).causes_in({"presliding": behind}, settings, ripple=False)
+        explained = np.column_stack(
+            [
+                rows.explained,
+                *(_columns(force, rows, columns_of) for force in missing if force.cause != "lag"),
+            ]
+        )
+        around, of_all = _Search.of(rows, explained, slow=True).causes_in(
+            {"presliding": behind}, settings, ripple=False
+        )
         missing, left = [*missing, *around], left if missing else of_all
     return tuple(sorted(missing, key=attrgetter("evidence"), reverse=True)[:MOST_CAUSES]), left
 
 
 def _columns(force: Missing, rows: Rows, causes: Mapping[str, np.ndarray]) -> np.ndarray:
-    return waves(rows.position, rows.side, 1.0 / force.period) if force.period else causes[force.cause]
+    return (
+        waves(rows.position, rows.side, 1.0 / force.period) if force.period else causes[force.cause]
+    )
 
 
 @dataclass
@@ -118,15 +136,30 @@ class _Search:
         explained = passed(explained / np.maximum(np.linalg.norm(explained, axis=0), SMALLEST))
         residual = passed(rows.residual)
         residual = residual - explained @ unbounded(explained, residual, rcond=TINY)
-        return cls(rows, passed, fastest, Weighed.of(replace(rows, residual=residual, slope=passed(rows.slope))), explained)
+        return cls(
+            rows,
+            passed,
+            fastest,
+            Weighed.of(replace(rows, residual=residual, slope=passed(rows.slope))),
+            explained,
+        )
 
-    def causes_in(self, candidates: Mapping[str, np.ndarray], settings: Settings, *, ripple: bool = True) -> tuple[list[Missing], float]:
+    def causes_in(
+        self, candidates: Mapping[str, np.ndarray], settings: Settings, *, ripple: bool = True
+    ) -> tuple[list[Missing], float]:
         """Return the significant causes, including a `ripple` if requested, and the remaining residual."""
         least = settings.missing_evidence * float(np.sqrt(np.mean(self.rows.friction**2)))
-        causes, missing = {name: self.passed(columns) for name, columns in candidates.items()}, list[Missing]()
+        causes, missing = (
+            {name: self.passed(columns) for name, columns in candidates.items()},
+            list[Missing](),
+        )
         left = self.weighed.left(self.explained)
         for _ in range(MOST_SEARCHES):
-            waved, period = ripple_in(self.rows, self.weighed, self.explained, self.fastest) if ripple else (None, 0.0)
+            waved, period = (
+                ripple_in(self.rows, self.weighed, self.explained, self.fastest)
+                if ripple
+                else (None, 0.0)
+            )
             tried = causes | ({} if waved is None else {"ripple": self.passed(waved)})
             level = 1.0 - (1.0 - settings.missing_level) / max(len(tried), 1)
             forces = {name: self._force(name, columns, left) for name, columns in tried.items()}
@@ -134,7 +167,11 @@ class _Search:
                 name: force
                 for name, force in forces.items()
                 if force.evidence >= least
-                and (force.share >= LEAST_OF_A_RIPPLE if name == "ripple" else _no_chance(self.weighed, self.explained, tried[name], level))
+                and (
+                    force.share >= LEAST_OF_A_RIPPLE
+                    if name == "ripple"
+                    else _no_chance(self.weighed, self.explained, tried[name], level)
+                )
             }
             if not forces:
                 break
@@ -142,18 +179,27 @@ class _Search:
             if "gravity" in forces and best.cause in ("position", "ripple"):
                 # Prefer gravity to a force over the position or a ripple that, with its symmetric columns, explains no more.
                 alike = self._force(best.cause, tried[best.cause][:, :2], left)
-                best = forces["gravity"] if 1.0 - forces["gravity"].share <= AS_GOOD * (1.0 - alike.share) else best
+                best = (
+                    forces["gravity"]
+                    if 1.0 - forces["gravity"].share <= AS_GOOD * (1.0 - alike.share)
+                    else best
+                )
             columns = tried[best.cause]
             if best.cause == "ripple":
                 error = self.passed(_encoder_error(self.rows, period))
                 if self._force("ripple", error, left).share > best.share:
                     # The error of a scale has overtones: other waves over the position are also its error.
-                    self.explained, ripple = np.column_stack([self.explained, columns, error]), False
+                    self.explained, ripple = (
+                        np.column_stack([self.explained, columns, error]),
+                        False,
+                    )
                     left = self.weighed.left(self.explained)
                     continue
                 best, ripple = self._in_detail(best._replace(period=period), least), False
             if best.cause == "position":
-                best = best._replace(alike=self._force("position", columns[:, :2], left).share >= EVEN * best.share)
+                best = best._replace(
+                    alike=self._force("position", columns[:, :2], left).share >= EVEN * best.share
+                )
             missing.append(best)
             causes.pop(best.cause, None)
             self.explained = np.column_stack([self.explained, columns])
@@ -167,13 +213,18 @@ class _Search:
         after, force, coefficients = self.weighed.with_columns(self.explained, columns)
         share = 1.0 - float(after @ after) / max(float(left @ left), SMALLEST)
         amplitude = float(np.hypot(*coefficients)) if cause == "gravity" else 0.0
-        return Missing(cause, max(share, 0.0), float(np.sqrt(np.mean(force**2))), amplitude=amplitude)
+        return Missing(
+            cause, max(share, 0.0), float(np.sqrt(np.mean(force**2))), amplitude=amplitude
+        )
 
     def _in_detail(self, ripple: Missing, least: float) -> Missing:
         """Return a ripple with its symmetry between directions, and its overtones."""
         x, side, left = self.rows.position, self.rows.side, self.weighed.left(self.explained)
         columns = self.passed(waves(x, side, 1.0 / ripple.period))
-        even, odd = (self._force("ripple", part, left).share >= EVEN * ripple.share for part in (columns[:, :2], columns[:, 2:]))
+        even, odd = (
+            self._force("ripple", part, left).share >= EVEN * ripple.share
+            for part in (columns[:, :2], columns[:, 2:])
+        )
         if not even or odd:
             return ripple._replace(alike=False if odd and not even else None)
         overtones, beside = [1], replace(self, explained=np.column_stack([self.explained, columns]))
@@ -186,19 +237,28 @@ class _Search:
         return ripple._replace(alike=True, overtones=tuple(overtones))
 
 
-def ripple_in(rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float) -> tuple[np.ndarray | None, float]:
+def ripple_in(
+    rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float
+) -> tuple[np.ndarray | None, float]:
     """Return the waves over the position, up to the frequency `fastest` [Hz] at the usual speed, that explain most of the residual."""
     x, side = rows.position, rows.side
     most = float(np.ptp(x)) * fastest / float(np.median(np.abs(rows.velocity)))
     residual = weighed.without(explained)
     frequency = frequency_in(x, side, residual, most)
     frequency = None if frequency is None else refined(x, side, residual, frequency)
-    return (None, 0.0) if frequency is None or frequency * float(np.ptp(x)) < FEWEST_WAVES else (waves(x, side, frequency), 1.0 / frequency)
+    return (
+        (None, 0.0)
+        if frequency is None or frequency * float(np.ptp(x)) < FEWEST_WAVES
+        else (waves(x, side, frequency), 1.0 / frequency)
+    )
 
 
 def _encoder_error(rows: Rows, period: float) -> np.ndarray:
     """Return the acceleration error by a position error of this period: it grows with the square of the speed."""
-    return waves(rows.position, None, 1.0 / period) * (rows.velocity**2 / np.mean(rows.velocity**2))[:, None]
+    return (
+        waves(rows.position, None, 1.0 / period)
+        * (rows.velocity**2 / np.mean(rows.velocity**2))[:, None]
+    )
 
 
 def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
@@ -208,7 +268,9 @@ def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
     falls = np.exp(-speed[:, None] / np.array(FALLS))
     middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
     place = ((x - middle) / reach)[:, None]
-    turns = rows.kind == KINDS[1] and 2.0 * reach > 1.0  # [rad], over which the sine of an angle is more than a straight line
+    turns = (
+        rows.kind == KINDS[1] and 2.0 * reach > 1.0
+    )  # [rad], over which the sine of an angle is more than a straight line
     behind = rows.from_ends(x)[0][:, None] / (2.0 * reach * np.array(WAYS))
     return {
         "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
@@ -218,7 +280,10 @@ def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
         "position": np.column_stack([place, place**2, side * place, side * place**2]),
         "transmitted": side * np.abs(rows.predicted - rows.friction)[:, None],
         **({"gravity": np.column_stack([np.sin(x), np.cos(x)])} if turns else {}),
-        **{name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()},
+        **{
+            name: (rows.friction * (signal - np.mean(signal)))[:, None]
+            for name, signal in rows.surroundings.items()
+        },
     }
 
 
@@ -231,10 +296,14 @@ def lagging_columns(rows: Rows) -> np.ndarray:
     for lag in LAGS:
         keep, gain = np.exp(-step / lag), 1.0 - np.exp(-np.minimum(step, usual) / lag)
         lagged, late = np.empty_like(speed), float(speed[0])
-        for row, (share, gained) in enumerate(zip(keep.tolist(), (gain * speed).tolist(), strict=True)):
+        for row, (share, gained) in enumerate(
+            zip(keep.tolist(), (gain * speed).tolist(), strict=True)
+        ):
             late = share * late + gained
             lagged[row] = late
-        columns.append(np.exp(-lagged[:, None] / (falls * top)) - np.exp(-speed[:, None] / (falls * top)))
+        columns.append(
+            np.exp(-lagged[:, None] / (falls * top)) - np.exp(-speed[:, None] / (falls * top))
+        )
     return rows.side[:, None] * np.hstack(columns)
 
 
@@ -260,7 +329,10 @@ class _LowPass:
         behind = np.empty_like(signals, dtype=float)
         for start, end in zip(self.starts, self.ends, strict=True):
             weight = gaussian_filter1d(np.ones(end - start), self.width, mode="constant")
-            behind[start:end] = (gaussian_filter1d(signals[start:end], self.width, axis=0, mode="constant").T / weight).T
+            behind[start:end] = (
+                gaussian_filter1d(signals[start:end], self.width, axis=0, mode="constant").T
+                / weight
+            ).T
         return behind
 
 
@@ -273,7 +345,11 @@ def _no_chance(weighed: Weighed, explained: np.ndarray, columns: np.ndarray, lev
     part = np.arange(cycle.size) * FEWEST_UNITS // cycle.size
     units = Groups(cycle if count >= FEWEST_UNITS else cycle * FEWEST_UNITS + part)
     pulls = units.summed(free * weighed.without(explained)[:, None])
-    signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (DRAWS, units.count))  # drawn for each
+    signs = np.random.default_rng(units.count).choice(
+        [-1.0, 1.0], (DRAWS, units.count)
+    )  # drawn for each
     drawn = np.vstack([np.ones(units.count), signs]) @ pulls
-    squares = np.sum(drawn * np.linalg.solve(free.T @ free + SMALL * np.eye(free.shape[1]), drawn.T).T, axis=1)
+    squares = np.sum(
+        drawn * np.linalg.solve(free.T @ free + SMALL * np.eye(free.shape[1]), drawn.T).T, axis=1
+    )
     return bool(squares[0] > np.quantile(squares[1:], level))

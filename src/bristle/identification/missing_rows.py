@@ -51,13 +51,21 @@ class Rows:
 
     @classmethod
     def of(
-        cls, dataset: Dataset, cycles: Groups, residual: np.ndarray, jacobian: np.ndarray, friction: np.ndarray, slope: np.ndarray
+        cls,
+        dataset: Dataset,
+        cycles: Groups,
+        residual: np.ndarray,
+        jacobian: np.ndarray,
+        friction: np.ndarray,
+        slope: np.ndarray,
     ) -> Rows:
         """Return the rows of a data set."""
         surroundings = dict[str, np.ndarray]()
         for name, surrounding in CHANNELS.items():
             if holds(dataset, surrounding):
-                surroundings[name] = dataset.sampled([segment.surroundings[name] for segment in dataset.segments])
+                surroundings[name] = dataset.sampled(
+                    [segment.surroundings[name] for segment in dataset.segments]
+                )
         return cls(
             time=dataset.time,
             position=dataset.position,
@@ -74,14 +82,22 @@ class Rows:
             cutoff=dataset.cutoff,
             kind=dataset.kind,
             turned=dataset.samples_from_reversal * dataset.sample_time,
-            narrow=min((dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff),
+            narrow=min(
+                (dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff
+            ),
         )
 
     def at(self, rows: np.ndarray) -> Rows:
         """Return the rows selected by a mask."""
-        arrays = {entry.name: signal[rows] for entry in fields(self) if isinstance(signal := getattr(self, entry.name), np.ndarray)}
+        arrays = {
+            entry.name: signal[rows]
+            for entry in fields(self)
+            if isinstance(signal := getattr(self, entry.name), np.ndarray)
+        }
         surroundings = {name: signal[rows] for name, signal in self.surroundings.items()}
-        return replace(self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings)
+        return replace(
+            self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings
+        )
 
     def pieces(self, most: int) -> Rows:
         """Return at most `most` rows: pieces from the whole log."""
@@ -96,14 +112,20 @@ class Rows:
     @property
     def enough(self) -> bool:
         """Whether there are enough rows and half-cycles for cross-validation."""
-        return self.residual.size >= FEWEST_ROWS and bool(self.friction.any()) and self.cycles.count >= FEWEST_CYCLES
+        return (
+            self.residual.size >= FEWEST_ROWS
+            and bool(self.friction.any())
+            and self.cycles.count >= FEWEST_CYCLES
+        )
 
     @cached_property
     def far(self) -> np.ndarray:
         """Mask of the moving rows far from reversals and trembles."""
         speed = np.abs(self.velocity)
         periods = np.minimum(self.turned, np.minimum(*self.from_ends(self.time))) * self.cutoff
-        return (periods > 3.0) & (speed > SLOW[0] * float(np.quantile(speed, 0.99)))  # periods of the cut-off from a reversal
+        return (periods > 3.0) & (
+            speed > SLOW[0] * float(np.quantile(speed, 0.99))
+        )  # periods of the cut-off from a reversal
 
     @cached_property
     def stretch(self) -> np.ndarray:
@@ -126,7 +148,9 @@ class Rows:
     def explained(self) -> np.ndarray:
         """Columns that do not count as a missing force, shape (row, column): parameters, inertia, delay and filter, a constant."""
         rate = self.rate(self.predicted)
-        return np.column_stack([self.jacobian, self.acceleration, rate, self.rate(rate), np.ones_like(rate)])
+        return np.column_stack(
+            [self.jacobian, self.acceleration, rate, self.rate(rate), np.ones_like(rate)]
+        )
 
     def rate(self, signal: np.ndarray) -> np.ndarray:
         """Return the rate of a signal; 0 at gaps."""
@@ -155,7 +179,10 @@ class Weighed:
         band = np.digitize(nearest, BANDS) + (len(BANDS) + 1) * slow
         squares = np.bincount(band, residual**2) / np.maximum(np.bincount(band), 1)
         size = np.sqrt(squares)[band]
-        size = np.maximum(size, max(LEAST_BAND * float(np.median(size)), TINY * float(np.abs(rows.predicted).max())))
+        size = np.maximum(
+            size,
+            max(LEAST_BAND * float(np.median(size)), TINY * float(np.abs(rows.predicted).max())),
+        )
         weight = 1.0 / size
         weight /= float(np.sqrt(np.mean(weight**2)))
         part = np.arange(residual.size) * 2 * PARTS // residual.size
@@ -182,7 +209,9 @@ class Weighed:
         weighed = columns.reshape(columns.shape[0], -1) * self.weight[:, None]
         power, cycles = self.rows.cycles.summed(slope * slope), self.rows.cycles
         level = cycles.summed(slope[:, None] * weighed) / _floored(power)[:, None]
-        return (weighed - (self.lost[:, None] * level)[cycles.index] * slope[:, None]).reshape(columns.shape)
+        return (weighed - (self.lost[:, None] * level)[cycles.index] * slope[:, None]).reshape(
+            columns.shape
+        )
 
     @cached_property
     def residual(self) -> np.ndarray:
@@ -198,7 +227,9 @@ class Weighed:
         """Return the weighted residual of each part after a fit of columns to the other parts."""
         return self._fitted(self.of_columns(explained), explained.shape[1])[0]
 
-    def with_columns(self, explained: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def with_columns(
+        self, explained: np.ndarray, columns: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the same with the columns of a cause, their force beyond the explained columns [N or N*m], and coefficients."""
         together = np.column_stack([explained, columns])
         left, coefficients = self._fitted(self.of_columns(together), explained.shape[1])
@@ -226,4 +257,6 @@ class Weighed:
 
 
 def _floored(power: np.ndarray) -> np.ndarray:
-    return np.maximum(power, max(1e-12 * float(power.max()), SMALLEST))  # of the half-cycle with the most friction: below, it has no level
+    return np.maximum(
+        power, max(1e-12 * float(power.max()), SMALLEST)
+    )  # of the half-cycle with the most friction: below, it has no level

@@ -20,7 +20,14 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
-from bristle.identification.fixed_shape import ARRAYS, CURVE, TOTAL, ListedModel, ShapedModel, shaped
+from bristle.identification.fixed_shape import (
+    ARRAYS,
+    CURVE,
+    TOTAL,
+    ListedModel,
+    ShapedModel,
+    shaped,
+)
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Role, names_of, stroke_of
@@ -30,10 +37,16 @@ PER_DECADE, DECADES = 3.5, 3.0  # thresholds, at least
 NEAR = 1.25  # times a threshold: nearer elements are merged with it
 BEYOND = 1.4  # times the largest: an additional threshold
 LEAST_STEPS = 1.0  # of the encoder: the smallest threshold
-SLIPPED = 0.98  # of the level of elements that slip within half of the stroke: the largest threshold
+SLIPPED = (
+    0.98  # of the level of elements that slip within half of the stroke: the largest threshold
+)
 LEAST = 1e-100  # N or N*m: an element without force keeps its threshold
 SOFTEST = 1e-8  # N/m or N*m/rad: an element without force has a stiffness that a model file allows
-STARTS = (1.0, 4.0, 0.25)  # level of the first element over that of the last one, where further searches begin
+STARTS = (
+    1.0,
+    4.0,
+    0.25,
+)  # level of the first element over that of the last one, where further searches begin
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,14 +74,22 @@ class SpreadModel(ListedModel):
         variables: dict[str, Variable] = {}
         for name in self.names:
             variables[name] = replace(self.inner.variables[self.level], min=0.0)
-        variables |= {name: variable for name, variable in self.inner.variables.items() if name not in (self.level, *ARRAYS)}
+        variables |= {
+            name: variable
+            for name, variable in self.inner.variables.items()
+            if name not in (self.level, *ARRAYS)
+        }
         return ReadOnly(variables)
 
     def lists(self, values: Mapping[str, float]) -> dict[str, Any]:
         """Return the values of the model with its lists."""
         levels = np.maximum([values[name] for name in self.names], LEAST)
         total = float(np.sum(levels))
-        return self.of_inner(values) | {self.level: total} | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
+        return (
+            self.of_inner(values)
+            | {self.level: total}
+            | dict(zip(ARRAYS, (levels / self.thresholds, levels / total), strict=True))
+        )
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return the parameters of the kernels from the values of the model."""
@@ -77,7 +98,13 @@ class SpreadModel(ListedModel):
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values of the model from the parameters of the kernels."""
         values = self.inner.values(parameters)
-        levels = dict(zip(self.names, (values[self.level] * np.asarray(values[ARRAYS[1]])).tolist(), strict=True))
+        levels = dict(
+            zip(
+                self.names,
+                (values[self.level] * np.asarray(values[ARRAYS[1]])).tolist(),
+                strict=True,
+            )
+        )
         return {name: levels[name] if name in levels else values[name] for name in self.variables}
 
     def equal(self, values: Mapping[str, float]) -> dict[str, float]:
@@ -89,7 +116,13 @@ class SpreadModel(ListedModel):
         equal = self.equal(values)
         for ratio in STARTS:
             shares = np.geomspace(ratio, 1.0, len(equal))
-            yield {**values, **{name: equal[name] * share for name, share in zip(equal, shares / np.mean(shares), strict=True)}}
+            yield {
+                **values,
+                **{
+                    name: equal[name] * share
+                    for name, share in zip(equal, shares / np.mean(shares), strict=True)
+                },
+            }
 
 
 def spread_model(inner: FrictionModel, thresholds: tuple[float, ...]) -> SpreadModel:
@@ -101,10 +134,15 @@ def spreads(component: FrictionModel) -> bool:
     """Return whether observers support the elements of this model: they need one level without a Stribeck curve."""
     if not isinstance(component, ShapedModel):
         return False
-    return base_of(component.inner) is maxwell_slip and len(names_of(Role.LEVEL, component.inner.variables)) == 1
+    return (
+        base_of(component.inner) is maxwell_slip
+        and len(names_of(Role.LEVEL, component.inner.variables)) == 1
+    )
 
 
-def spread_out(inverse: InverseDynamics, values: Mapping[str, float]) -> tuple[InverseDynamics, dict[str, float]]:
+def spread_out(
+    inverse: InverseDynamics, values: Mapping[str, float]
+) -> tuple[InverseDynamics, dict[str, float]]:
     """Return a problem of elements of fixed shape as a problem of levels at thresholds, and the levels with the same virgin curve."""
     parameters = inverse.parameters
     assert isinstance(parameters.component, ShapedModel)
@@ -121,7 +159,9 @@ def spread_out(inverse: InverseDynamics, values: Mapping[str, float]) -> tuple[I
     slopes = np.append(np.diff(forces) / np.diff(thresholds, prepend=0.0), 0.0)
     start = {name: value for name, value in values.items() if name not in (component.level, TOTAL)}
     start |= dict(zip(component.names, (-np.diff(slopes) * thresholds).tolist(), strict=True))
-    free = tuple(name for name in (*parameters.plant.variables, *component.variables) if name in start)
+    free = tuple(
+        name for name in (*parameters.plant.variables, *component.variables) if name in start
+    )
     return replace(inverse, parameters=replace(parameters, component=component, free=free)), start
 
 
@@ -133,7 +173,10 @@ def _thresholds(slips: np.ndarray, levels: np.ndarray, least: float) -> np.ndarr
     for slip in (*slips[(slips > least) & (slips <= largest)].tolist(), BEYOND * largest):
         if slip > NEAR * known[-1]:
             known.append(slip)
-    parts = [np.geomspace(low, high, math.ceil(PER_DECADE * math.log10(high / low)) + 1)[1:] for low, high in itertools.pairwise(known)]
+    parts = [
+        np.geomspace(low, high, math.ceil(PER_DECADE * math.log10(high / low)) + 1)[1:]
+        for low, high in itertools.pairwise(known)
+    ]
     return np.concatenate([known[:1], *parts])
 
 
@@ -163,7 +206,9 @@ class SpreadSpace(ParameterSpace):
         sums[0, levels], sums[1, levels] = 1.0, 1.0 / thresholds
         for row, name in enumerate(self.reported[2:], 2):
             sums[row, self.inner.names.index(name)] = 1.0
-        sums[len(self.reported) :, levels] = np.minimum(np.divide.outer(np.array(self.curve), thresholds), 1.0)
+        sums[len(self.reported) :, levels] = np.minimum(
+            np.divide.outer(np.array(self.curve), thresholds), 1.0
+        )
         return sums
 
     def numbers(self, theta: np.ndarray) -> np.ndarray:
@@ -181,7 +226,9 @@ class SpreadSpace(ParameterSpace):
         names, values = self.component.names, self.inner.values(theta)
         levels = {name: max(values[name], LEAST) for name in names}
         share = max(float(self.numbers(theta)[0]), LEAST) / sum(levels.values())
-        lists = self.component.lists(values | {name: share * level for name, level in levels.items()})
+        lists = self.component.lists(
+            values | {name: share * level for name, level in levels.items()}
+        )
         return {name: value for name, value in values.items() if name not in names} | lists
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
@@ -198,7 +245,9 @@ def gathered(inverse: InverseDynamics, solution: Solution) -> tuple[InverseDynam
     view = shaped(component.inner, stiffness, stiffness * thresholds)
     curve = tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist())
     low = np.where([name in component.names for name in inner.names], -np.inf, inner.low)
-    space = SpreadSpace(inner.names, low, inner.high, linear=False, curve=curve, inner=inner, component=component)
+    space = SpreadSpace(
+        inner.names, low, inner.high, linear=False, curve=curve, inner=inner, component=component
+    )
     at_edge = {name: side for name, side in solution.at_edge.items() if name not in component.names}
     parameters = replace(inverse.parameters, component=view, free=space.reported)
     return replace(inverse, parameters=parameters), replace(solution, space=space, at_edge=at_edge)

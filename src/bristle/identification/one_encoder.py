@@ -50,7 +50,10 @@ PAD = 3.0  # s: continuation of a record for the position of its load
 CUT = Cut(longest=8.0, shortest=0.4, taper=1.0, slowest=3.0, of_rate=0.25)
 HOLD = 9  # the parameter after those of two encoders: exponent of sin(x) / x
 OF_WIDTH = 0.5  # standard error of a frequency of the response, as a share of its half-width
-DAMPED, RUBS = 0.03, 0.1  # at the start: damping of the antiresonance; viscous friction per mass [1/s]
+DAMPED, RUBS = (
+    0.03,
+    0.1,
+)  # at the start: damping of the antiresonance; viscous friction per mass [1/s]
 ALIKE = 0.2  # largest relative difference of antiresonance and resonance of the fit from those of the response
 OF_FRICTION = 2.0  # factor of the half-width of the mass of the response: error by friction at low frequencies
 CONTRADICTED = 10.0  # standard errors, by which the fit without the response as prior knowledge differs from it
@@ -72,7 +75,10 @@ class OneEncoder(MassFit):
     def noise(self, point: np.ndarray) -> np.ndarray:
         """Return the variance of the residual due to the encoder, shape (group, 1, 1)."""
         s = 2j * np.pi * self.spectra.frequency
-        gain = self._of_coupling(point) * (1.0 + s * point[DAMPING]) - (point[M_1] * s + point[VISCOUS_1]) * s
+        gain = (
+            self._of_coupling(point) * (1.0 + s * point[DAMPING])
+            - (point[M_1] * s + point[VISCOUS_1]) * s
+        )
         return (np.abs(self._held(point) * gain) ** 2 * self.spectra.noise[0, 0])[:, None, None]
 
     def _of_coupling(self, point: np.ndarray) -> np.ndarray:
@@ -89,41 +95,68 @@ class OneEncoder(MassFit):
         return _frequencies(point)
 
 
-def with_masses(coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None]]) -> Elastic | None:
+def with_masses(
+    coupling: Elastic | None, pairs: Sequence[tuple[Log, Axis | None]]
+) -> Elastic | None:
     """Return a coupling with the masses of the fit and the more precise frequencies, or with the reason for missing masses."""
     if coupling is None:
         return None
     step = max(step_of(log, axis) for log, axis in pairs)
     frequencies = np.log(2.0 * np.pi * np.array([coupling.antiresonance, coupling.resonance]))
-    widths = [coupling.antiresonance_half_width / coupling.antiresonance, coupling.resonance_half_width / coupling.resonance]
+    widths = [
+        coupling.antiresonance_half_width / coupling.antiresonance,
+        coupling.resonance_half_width / coupling.resonance,
+    ]
     motor = coupling.mass / (1.0 + coupling.inertia_ratio)
     load, kappa = coupling.mass - motor, math.exp(-2.0 * frequencies[0])
-    damping, prior = 2.0 * DAMPED * math.sqrt(kappa), Prior(frequencies, OF_WIDTH * np.array(widths))
+    damping, prior = (
+        2.0 * DAMPED * math.sqrt(kappa),
+        Prior(frequencies, OF_WIDTH * np.array(widths)),
+    )
     spectra = spectra_of(_records([log for log, _ in pairs], kappa, damping), step, cut=CUT)
     if spectra is None:
         return coupling._replace(masses=f"the log has too few strokes in one direction. {EXCITE}")
-    start = np.array([motor, load, kappa, damping, RUBS * motor, RUBS * load, coupling.delay, 0.0, 0.0, 0.0])
-    solved, contradicted = _solution(OneEncoder(spectra, prior, np.zeros((spectra.frequency.size, 1, 1), complex)), start)
+    start = np.array(
+        [motor, load, kappa, damping, RUBS * motor, RUBS * load, coupling.delay, 0.0, 0.0, 0.0]
+    )
+    solved, contradicted = _solution(
+        OneEncoder(spectra, prior, np.zeros((spectra.frequency.size, 1, 1), complex)), start
+    )
     masses, fitted = solved.masses, _frequencies(solved.point)
-    if not np.min(masses.values[: KAPPA + 1]) > 0.0 or not np.max(np.abs(fitted - frequencies)) < math.log1p(ALIKE):
-        return coupling._replace(masses=f"the fit of both masses has other frequencies than the frequency response. {EXCITE}")
+    if not np.min(masses.values[: KAPPA + 1]) > 0.0 or not np.max(
+        np.abs(fitted - frequencies)
+    ) < math.log1p(ALIKE):
+        return coupling._replace(
+            masses=f"the fit of both masses has other frequencies than the frequency response. {EXCITE}"
+        )
     hertz, ratio = np.exp(fitted) / (2.0 * np.pi), float(masses.values[M_2] / masses.values[M_1])
-    total, spread = np.sum(masses.values[: M_2 + 1]), solved.error(lambda points: points[..., M_1] + points[..., M_2])
-    values, errors = np.array([*hertz, total]), np.array([*(hertz * solved.error(_frequencies)), spread])
+    total, spread = (
+        np.sum(masses.values[: M_2 + 1]),
+        solved.error(lambda points: points[..., M_1] + points[..., M_2]),
+    )
+    values, errors = (
+        np.array([*hertz, total]),
+        np.array([*(hertz * solved.error(_frequencies)), spread]),
+    )
     of_fit = zip(half_width(values, errors).tolist(), values.tolist(), strict=True)
     of_response = (
         (coupling.antiresonance_half_width, coupling.antiresonance),
         (coupling.resonance_half_width, coupling.resonance),
         (OF_FRICTION * coupling.mass_half_width, coupling.mass),
     )
-    antiresonance, resonance, mass = of_fit if contradicted else map(min, of_fit, of_response)  # the more precise estimate of both
+    antiresonance, resonance, mass = (
+        of_fit if contradicted else map(min, of_fit, of_response)
+    )  # the more precise estimate of both
     return coupling._replace(
         antiresonance=antiresonance[1],
         antiresonance_half_width=antiresonance[0],
         resonance=resonance[1],
         resonance_half_width=resonance[0],
         inertia_ratio=ratio,
-        inertia_ratio_half_width=half_width(ratio, ratio * float(solved.error(lambda points: np.log(points[..., M_2] / points[..., M_1])))),
+        inertia_ratio_half_width=half_width(
+            ratio,
+            ratio * float(solved.error(lambda points: np.log(points[..., M_2] / points[..., M_1]))),
+        ),
         mass=mass[1],
         mass_half_width=mass[0],
         masses=masses,
@@ -171,7 +204,10 @@ def response_of(coupling: Elastic, pairs: Sequence[tuple[Log, Axis | None]]) -> 
 def _frequencies(points: np.ndarray) -> np.ndarray:
     """Return the logarithms of antiresonance and resonance [rad/s] of some points, shape (..., 2)."""
     antiresonance = -0.5 * np.log(points[..., KAPPA])
-    return np.stack([antiresonance, antiresonance + 0.5 * np.log1p(points[..., M_2] / points[..., M_1])], axis=-1)
+    return np.stack(
+        [antiresonance, antiresonance + 0.5 * np.log1p(points[..., M_2] / points[..., M_1])],
+        axis=-1,
+    )
 
 
 def _records(logs: Sequence[Log], kappa: float, damping: float) -> list[Record]:
@@ -187,5 +223,9 @@ def _records(logs: Sequence[Log], kappa: float, damping: float) -> list[Record]:
             s = 2j * np.pi * np.fft.rfftfreq(padded.size, log.sample_time)
             follows = (1.0 + damping * s) / (1.0 + damping * s + kappa * s**2)
             load = line + np.fft.irfft(follows * np.fft.rfft(padded - line), padded.size)
-            records.append(Record(motor, load[size : size + motor.size], log.effort.values[part], log.sample_time))
+            records.append(
+                Record(
+                    motor, load[size : size + motor.size], log.effort.values[part], log.sample_time
+                )
+            )
     return records

@@ -27,7 +27,15 @@ from bristle.core.variable import Variable
 from bristle.engine.translation.scope import NotExportableError
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.half_cycles import NUDGE, TIME, Disturbance, Groups, least_way, scaled, signs
+from bristle.identification.half_cycles import (
+    NUDGE,
+    TIME,
+    Disturbance,
+    Groups,
+    least_way,
+    scaled,
+    signs,
+)
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, linear
 from bristle.identification.outputs import LAG, Effort, Mechanism, Output, Position, slices_of
@@ -56,15 +64,35 @@ class OutputError:
     outputs: tuple[Output, ...]
 
     @classmethod
-    def of(cls, loop: type[Output], inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis], *, fine: bool = False) -> Self:
+    def of(
+        cls,
+        loop: type[Output],
+        inverse: InverseDynamics,
+        logs: Sequence[Log],
+        axes: Sequence[Axis],
+        *,
+        fine: bool = False,
+    ) -> Self:
         """Return the problem of several logs, simulated quickly, or finely for the end of a search."""
         if any(axis.seeks_lag for axis in axes):
             time, parameters = logs[0].sample_time, inverse.parameters
             description = "lag of the drive behind its controller"
-            lag = Variable("time", description, min=0.0, max=20.0 * time, nominal=time, excitation="drive")  # samples
-            inverse = replace(inverse, parameters=replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag}))
+            lag = Variable(
+                "time", description, min=0.0, max=20.0 * time, nominal=time, excitation="drive"
+            )  # samples
+            inverse = replace(
+                inverse,
+                parameters=replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag}),
+            )
         pairs = zip(logs, axes, strict=True)
-        return cls(inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in slices_of(log)))
+        return cls(
+            inverse,
+            tuple(
+                loop.of(log, axis, part, fine=fine)
+                for log, axis in pairs
+                for part in slices_of(log)
+            ),
+        )
 
     @property
     def loop(self) -> type[Output]:
@@ -119,9 +147,14 @@ class OutputError:
     def linearised(self, free: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the residual, shape (sample,), and the derivatives of the signal, (sample, free), if available."""
         values, names, inverse = self.parameters.complete(free), self.parameters.free, self.inverse
-        if has_own(self, OutputError, "residual", "simulated", "mechanism") or any(output.regressors for output in self.outputs):
+        if has_own(self, OutputError, "residual", "simulated", "mechanism") or any(
+            output.regressors for output in self.outputs
+        ):
             return self.residual(free), None
-        plant, friction = Perturbed(inverse.plant, values, names), Perturbed(inverse.model, values, names)
+        plant, friction = (
+            Perturbed(inverse.plant, values, names),
+            Perturbed(inverse.model, values, names),
+        )
         lag = values.get(LAG), np.array([float(name == LAG) for name in names])
         try:
             parts = [output.with_derivatives(plant, friction, *lag) for output in self.outputs]
@@ -135,7 +168,9 @@ class OutputError:
         """Return the minimised errors of a fit, and the lag of the drive if it was sought."""
         residual, measured = self.residual(free), self.measured
         errors = {
-            f"{self.loop.signal}_error_percent": relative_error_percent(measured, measured - residual),
+            f"{self.loop.signal}_error_percent": relative_error_percent(
+                measured, measured - residual
+            ),
             f"{self.loop.signal}_rmse": float(np.sqrt(np.mean(residual**2))),
         }
         return errors | ({LAG: free[LAG]} if LAG in free else {})
@@ -147,7 +182,9 @@ class OutputError:
         positions = [output.position for output in self.outputs]
         # The step between two samples has the number of the first: there the motion turns.
         turns = [turning_points(position, least) for position in positions]
-        return Groups(np.concatenate(half_cycle_numbers(turns, [position.size for position in positions])))
+        return Groups(
+            np.concatenate(half_cycle_numbers(turns, [position.size for position in positions]))
+        )
 
     @cached_property
     def away(self) -> Away:
@@ -156,32 +193,54 @@ class OutputError:
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the derivative of the signal of each sample by the relative friction level, shape (sample,)."""
-        return np.nan_to_num((self.simulated(scaled(self.parameters.component, values, 1.0 + NUDGE)) - self.simulated(values)) / NUDGE)
+        return np.nan_to_num(
+            (
+                self.simulated(scaled(self.parameters.component, values, 1.0 + NUDGE))
+                - self.simulated(values)
+            )
+            / NUDGE
+        )
 
-    def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> SignalReplicates:
+    def replicates(
+        self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray
+    ) -> SignalReplicates:
         """Return the replicates of the fitted model."""
         return SignalReplicates(self, values, slope, residual)
 
     def folds(self, count: int, settings: Settings | None = None) -> tuple[str, list[Fold]]:
         """Return `count` parts of the logs, or of their periods if they are periodic: a part has a block of each log."""
-        rows, of_sample = self.dataset, np.concatenate([np.floor(output.phase * count).astype(int) for output in self.outputs])
+        rows, of_sample = (
+            self.dataset,
+            np.concatenate([np.floor(output.phase * count).astype(int) for output in self.outputs]),
+        )
         of_row = None
         # A segment may be long enough for a simulation, and too short for the filters of the rows.
         if len(rows.segments) == len(self.outputs):
             begin = np.array([segment.time[0] for segment in rows.segments])[rows.segment_of_row]
-            period = rows.sample_time * np.array([output.period for output in self.outputs])[rows.segment_of_row]
+            period = (
+                rows.sample_time
+                * np.array([output.period for output in self.outputs])[rows.segment_of_row]
+            )
             of_row = np.floor((rows.time - begin) / period % 1.0 * count).astype(int)
         all_rows = np.ones(rows.effort.size, dtype=bool)
-        return TIME, [Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)]
+        return TIME, [
+            Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k)
+            for k in range(count)
+        ]
 
 
 def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     """Return the loop to simulate: that of the axis, else closed if possible; reject axes that disagree."""
     requested = {axis.loop for axis in axes if axis is not None} or {None}
     if len(requested) > 1:
-        raise InputError("differs between axes", path="identification.loop", mend="Write the same loop in all axis files")
+        raise InputError(
+            "differs between axes",
+            path="identification.loop",
+            mend="Write the same loop in all axis files",
+        )
     closed = all(
-        axis is not None and axis.controller is not None and log.reference is not None for log, axis in zip(logs, axes, strict=True)
+        axis is not None and axis.controller is not None and log.reference is not None
+        for log, axis in zip(logs, axes, strict=True)
     )
     loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
     if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
@@ -205,14 +264,22 @@ class SignalReplicates:
 
     doubt = 0.0
 
-    def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Changed:
+    def draw(
+        self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0
+    ) -> Changed:
         """Return the same fit to a new random log."""
         cycles = self.error.half_cycles
-        levels = self._split((disturbance.scatter * rng.standard_normal(cycles.count))[cycles.index])
+        levels = self._split(
+            (disturbance.scatter * rng.standard_normal(cycles.count))[cycles.index]
+        )
         pure, changes = [pure for pure, _ in self._pure], []
-        for output, (signal, leaning), level, left in zip(self.error.outputs, self._pure, levels, self._split(self.left), strict=True):
+        for output, (signal, leaning), level, left in zip(
+            self.error.outputs, self._pure, levels, self._split(self.left), strict=True
+        ):
             change = output.read(self._mechanism, signal, level * leaning, disturbance, rng)
-            changes.append(np.nan_to_num(change) + disturbance.unexplained * signs(signal.size, rng) * left)
+            changes.append(
+                np.nan_to_num(change) + disturbance.unexplained * signs(signal.size, rng) * left
+            )
         return Changed(self, np.concatenate(pure), side * np.concatenate(changes))
 
     def made_with(self, values: Mapping[str, float]) -> SignalReplicates:
@@ -223,13 +290,18 @@ class SignalReplicates:
     def _pure(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Signal of each segment without disturbance, and its change per relative friction level."""
         return [
-            (output.simulated(self._mechanism), np.nan_to_num(output.leaning(self._mechanism, slope)))
+            (
+                output.simulated(self._mechanism),
+                np.nan_to_num(output.leaning(self._mechanism, slope)),
+            )
             for output, slope in zip(self.error.outputs, self._split(self.slope), strict=True)
         ]
 
     def _split(self, signal: np.ndarray) -> list[np.ndarray]:
         """Return the samples of each segment."""
-        return np.split(signal, np.cumsum([output.measured.size for output in self.error.outputs])[:-1])
+        return np.split(
+            signal, np.cumsum([output.measured.size for output in self.error.outputs])[:-1]
+        )
 
     @property
     def _mechanism(self) -> Mechanism:
@@ -250,7 +322,9 @@ class Changed:
         if all(free[name] == values[name] for name in error.parameters.free):
             return self.change
         simulated = error.simulated(error.parameters.complete(free))
-        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, 1e12)  # for a signal that diverged
+        return (
+            self.pure + self.change - np.where(np.isfinite(simulated), simulated, 1e12)
+        )  # for a signal that diverged
 
 
 @dataclass(frozen=True)
@@ -264,7 +338,9 @@ class Simulation:
     @property
     def excerpts(self) -> list[Log]:
         """The parts of the logs for the start by inverse dynamics."""
-        return [self.loop.excerpt(log, axis) for log, axis in zip(self.logs, self.axes, strict=True)]
+        return [
+            self.loop.excerpt(log, axis) for log, axis in zip(self.logs, self.axes, strict=True)
+        ]
 
     def error(self, inverse: InverseDynamics, *, fine: bool = False) -> OutputError:
         """Return the problem, simulated quickly, or finely for the end of a search."""
@@ -278,10 +354,18 @@ class Simulation:
         else:
             start = context.search(problem, simulates=True).solve(between(report, 0.0, START))
         if start.unfinished:
-            return Estimation(problem, start, problem, (problem, start), lambda rows: problem.residual(start.values))
+            return Estimation(
+                problem,
+                start,
+                problem,
+                (problem, start),
+                lambda rows: problem.residual(start.values),
+            )
         return self.estimate(context, problem, start, between(report, START, 1.0))
 
-    def estimate(self, context: Context, inverse: InverseDynamics, start: Solution, report: Report) -> Estimation:
+    def estimate(
+        self, context: Context, inverse: InverseDynamics, start: Solution, report: Report
+    ) -> Estimation:
         """Return the estimation of a model from the solution `start` of inverse dynamics."""
         error = self.error(inverse)
         search = context.search(error, error.magnitude, simulates=True)
@@ -290,7 +374,9 @@ class Simulation:
         if self.loop.is_refined:
             error = self.error(inverse, fine=True)
             fine = context.search(error, error.magnitude, simulates=True)
-            ended = fine.refit(solution.values, limit=1 if solution.unfinished else LAST_EVALUATIONS)
+            ended = fine.refit(
+                solution.values, limit=1 if solution.unfinished else LAST_EVALUATIONS
+            )
             solution = replace(ended, unfinished=solution.unfinished)
         return Estimation(
             error.inverse,
@@ -301,14 +387,21 @@ class Simulation:
             diagnostics=(Diagnostic(self.loop.code, severity="note"),),
         )
 
-    def _from_several(self, search: Search, first: dict[str, float], report: Report, best: BestSoFar) -> None:
+    def _from_several(
+        self, search: Search, first: dict[str, float], report: Report, best: BestSoFar
+    ) -> None:
         def report_start(number: float) -> None:
-            report(number / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
+            report(
+                number / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %"
+            )
 
         rng = np.random.default_rng(SEED)
         best.take(search.refit(first, limit=FIRST_EVALUATIONS, best=best))
         for number in range(FURTHER_STARTS):
             report_start(number + 1.0)
-            away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}
+            away = {
+                name: value * float(np.exp(rng.normal(0.0, AWAY)))
+                for name, value in best.result.values.items()
+            }
             best.take(search.refit(away, limit=self.loop.away_evaluations, best=best))
         report_start(FURTHER_STARTS + 1.0)

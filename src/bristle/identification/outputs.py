@@ -53,7 +53,9 @@ class Output(ABC):
     signal: ClassVar[str]
     code: ClassVar[str]
     away_evaluations: ClassVar[int]  # of a descent from a further start
-    is_refined: ClassVar[bool] = False  # whether a simulation is integrated more finely at the end of a search
+    is_refined: ClassVar[bool] = (
+        False  # whether a simulation is integrated more finely at the end of a search
+    )
 
     @classmethod
     @abstractmethod
@@ -87,7 +89,12 @@ class Output(ABC):
 
     @abstractmethod
     def read(
-        self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
+        self,
+        mechanism: Mechanism,
+        pure: np.ndarray,
+        push: np.ndarray,
+        disturbance: Disturbance,
+        rng: np.random.Generator,
     ) -> np.ndarray:
         """Return the change of the `pure` signal by a push against the motion and an encoder with a random phase of its steps."""
 
@@ -112,7 +119,12 @@ class Position(Output):
         """Return a segment, integrated with a few steps per sample."""
         position = log.position.values[part]
         columns = tuple(column.values[part] for column in log.regressors)
-        return cls(position, position, open_loop_of(log, axis, part, FINE if fine else COARSE), regressors=columns)
+        return cls(
+            position,
+            position,
+            open_loop_of(log, axis, part, FINE if fine else COARSE),
+            regressors=columns,
+        )
 
     @staticmethod
     def excerpt(log: Log, axis: Axis) -> Log:
@@ -130,7 +142,9 @@ class Position(Output):
 
     def simulated(self, mechanism: Mechanism) -> np.ndarray:
         """Return the position of the model [m or rad]."""
-        return self.loop.position(*mechanism[:2], effort_of_columns(mechanism.plant, self.regressors))[0]
+        return self.loop.position(
+            *mechanism[:2], effort_of_columns(mechanism.plant, self.regressors)
+        )[0]
 
     def with_derivatives(
         self, plant: Perturbed, friction: Perturbed, lag: float | None, by_lag: np.ndarray
@@ -141,14 +155,23 @@ class Position(Output):
         return self.loop.with_derivatives(Sensitive(plant.model, plant.parameters()), moving)
 
     def read(
-        self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
+        self,
+        mechanism: Mechanism,
+        pure: np.ndarray,
+        push: np.ndarray,
+        disturbance: Disturbance,
+        rng: np.random.Generator,
     ) -> np.ndarray:
         """Return the change of that position by an encoder and a push, a change of the position [m or rad]."""
         change = push + disturbance.jitter * rng.standard_normal(self.measured.size)
         if disturbance.resolution <= 0.0:
             return change
         phase = rng.uniform(0.0, disturbance.resolution)
-        return disturbance.resolution * np.round((pure + change + phase) / disturbance.resolution) - phase - pure
+        return (
+            disturbance.resolution * np.round((pure + change + phase) / disturbance.resolution)
+            - phase
+            - pure
+        )
 
     def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
         """Return the slope as a change of the position [m or rad], without a new simulation."""
@@ -173,9 +196,17 @@ class Effort(Output):
     def of(cls, log: Log, axis: Axis, part: slice, *, fine: bool = False) -> Effort:
         """Return a segment."""
         assert log.effort is not None
-        loop = closed_loop_of(log, axis, part, "to fit the closed loop", 'write loop = "open" under [identification]')
+        loop = closed_loop_of(
+            log, axis, part, "to fit the closed loop", 'write loop = "open" under [identification]'
+        )
         columns = tuple(column.values[part] for column in log.regressors)
-        return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding or 0.0, regressors=columns)
+        return cls(
+            log.effort.values[part],
+            log.position.values[part],
+            loop,
+            axis.presliding or 0.0,
+            regressors=columns,
+        )
 
     @property
     def period(self) -> int:
@@ -200,16 +231,30 @@ class Effort(Output):
         states = self.loop.begun(turned(friction.model))[0].size
         by_state, by_memory = np.split(friction.slopes(begun), [states])
         parameters = friction.slopes(lambda near: pack(turned(near).parameters))
-        moving = Sensitive(turned(friction.model), parameters, state_tangents=by_state, memory_tangents=by_memory)
-        return self.loop.with_derivatives(Sensitive(plant.model, plant.parameters()), moving, lag, by_lag)
+        moving = Sensitive(
+            turned(friction.model), parameters, state_tangents=by_state, memory_tangents=by_memory
+        )
+        return self.loop.with_derivatives(
+            Sensitive(plant.model, plant.parameters()), moving, lag, by_lag
+        )
 
     def read(
-        self, mechanism: Mechanism, pure: np.ndarray, push: np.ndarray, disturbance: Disturbance, rng: np.random.Generator
+        self,
+        mechanism: Mechanism,
+        pure: np.ndarray,
+        push: np.ndarray,
+        disturbance: Disturbance,
+        rng: np.random.Generator,
     ) -> np.ndarray:
         """Return the change of that effort by both [N or N*m]; the controller sees the position through the encoder."""
         moved = self.loop.moved_by(rng.uniform(0.0, disturbance.resolution))
         seed = int(rng.integers(SEEDS))
-        sensor = encoder(kind=mechanism.plant.kind, resolution=disturbance.resolution, noise=disturbance.jitter, seed=seed)
+        sensor = encoder(
+            kind=mechanism.plant.kind,
+            resolution=disturbance.resolution,
+            noise=disturbance.jitter,
+            seed=seed,
+        )
         return self._whole(self._run(mechanism, moved, sensor, push).command) - pure
 
     def leaning(self, mechanism: Mechanism, slope: np.ndarray) -> np.ndarray:
@@ -217,18 +262,30 @@ class Effort(Output):
 
         While the body sticks, this is the static friction: with a higher level it breaks away later.
         """
-        return self._whole(self._run(mechanism).friction - offset_of(mechanism.friction.component.variables, mechanism.values))
+        return self._whole(
+            self._run(mechanism).friction
+            - offset_of(mechanism.friction.component.variables, mechanism.values)
+        )
 
     def _run(
-        self, mechanism: Mechanism, loop: ClosedLoop | None = None, sensor: Model | None = None, push: np.ndarray | None = None
+        self,
+        mechanism: Mechanism,
+        loop: ClosedLoop | None = None,
+        sensor: Model | None = None,
+        push: np.ndarray | None = None,
     ) -> LoopTrace:
         """Run this loop or another loop, by default with a perfect encoder."""
         plant, friction, values = mechanism
         beside = effort_of_columns(plant, self.regressors)
         if beside is not None:
             push = beside if push is None else push + beside
-        sensor, friction = sensor or encoder(kind=plant.kind, resolution=0.0), with_presliding(friction, self.presliding)
-        return (loop or self.loop).run(plant, friction, sensor, lag=values.get(LAG), disturbance=push)
+        sensor, friction = (
+            sensor or encoder(kind=plant.kind, resolution=0.0),
+            with_presliding(friction, self.presliding),
+        )
+        return (loop or self.loop).run(
+            plant, friction, sensor, lag=values.get(LAG), disturbance=push
+        )
 
     def _whole(self, signal: np.ndarray) -> np.ndarray:
         """Return a signal of all samples, NaN after the loop diverged."""

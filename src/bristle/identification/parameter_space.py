@@ -44,13 +44,17 @@ class ParameterSpace:
     high: np.ndarray
     linear: bool = True  # whether the signal is linear in the coordinates
     logarithmic: frozenset[str] = frozenset()  # coordinates that are logarithms
-    curve: tuple[float, ...] = ()  # displacements of the virgin curve, which is reported too [m or rad]
+    curve: tuple[
+        float, ...
+    ] = ()  # displacements of the virgin curve, which is reported too [m or rad]
 
     @classmethod
     def of(cls, parameters: ParameterSet) -> ParameterSpace:
         """Return the space of free parameters with the bounds of the model."""
         variables = [parameters.variables[name] for name in parameters.free]
-        low, high = (np.array([getattr(variable, side) for variable in variables]) for side in ("min", "max"))
+        low, high = (
+            np.array([getattr(variable, side) for variable in variables]) for side in ("min", "max")
+        )
         return ParameterSpace(parameters.free, low, high)
 
     @property
@@ -122,7 +126,11 @@ class Transform(NamedTuple):
     def theta(self, value: float, values: Mapping[str, float]) -> float:
         """Return the coordinate of a parameter, clipped to its range."""
         unit = self.scale if self.ceiling is None else self.ceiling.largest_value(values)
-        inside = math.log(max(value, 1e-300)) if self.form == "log" else (value - self.base(values)) / unit
+        inside = (
+            math.log(max(value, 1e-300))
+            if self.form == "log"
+            else (value - self.base(values)) / unit
+        )
         return min(max(inside, self.low), self.high)
 
     def derivative(self, values: Mapping[str, float]) -> dict[str, float]:
@@ -130,9 +138,15 @@ class Transform(NamedTuple):
         value = values[self.name]
         if self.ceiling is not None:
             below, factor = self.ceiling.smallest(values), self.ceiling.factor
-            return {self.name: self.ceiling.largest_value(values), below: value / values[below], factor: -value / values[factor]}
+            return {
+                self.name: self.ceiling.largest_value(values),
+                below: value / values[below],
+                factor: -value / values[factor],
+            }
         largest = sorted(self.above, key=lambda name: values[name])[-1:]
-        return {self.name: value if self.form == "log" else self.scale} | dict.fromkeys(largest, 1.0)
+        return {self.name: value if self.form == "log" else self.scale} | dict.fromkeys(
+            largest, 1.0
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,10 +167,20 @@ class TransformedSpace(ParameterSpace):
                 continue
             uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
             # A parameter with one value for both directions is above the values of both.
-            floor_names = [(lower,) for lower in lowers] if len(uppers) == len(lowers) else [lowers] * len(uppers)
+            floor_names = (
+                [(lower,) for lower in lowers]
+                if len(uppers) == len(lowers)
+                else [lowers] * len(uppers)
+            )
             for upper, below in zip(uppers, floor_names, strict=True):
-                has_values = all(lower in parameters.free or lower in parameters.fixed for lower in below)
-                if upper in parameters.free and has_values and not any(_hangs_on(lower, upper, bases) for lower in below):
+                has_values = all(
+                    lower in parameters.free or lower in parameters.fixed for lower in below
+                )
+                if (
+                    upper in parameters.free
+                    and has_values
+                    and not any(_hangs_on(lower, upper, bases) for lower in below)
+                ):
                     floors[upper], bases[upper] = Floor(below, match[2] == ">"), below
         ceilings, placed = _ceilings(parameters, floors, bases), list[str]()
 
@@ -170,13 +194,20 @@ class TransformedSpace(ParameterSpace):
 
         for name in parameters.free:
             place(name)
-        transforms = [_transform(name, parameters.variables[name], scales, floors.get(name), ceilings.get(name)) for name in placed]
+        transforms = [
+            _transform(
+                name, parameters.variables[name], scales, floors.get(name), ceilings.get(name)
+            )
+            for name in placed
+        ]
         return cls(
             tuple(placed),
             np.array([transform.low for transform in transforms]),
             np.array([transform.high for transform in transforms]),
             linear=False,
-            logarithmic=frozenset(transform.name for transform in transforms if transform.form == "log"),
+            logarithmic=frozenset(
+                transform.name for transform in transforms if transform.form == "log"
+            ),
             parameters=parameters,
             transforms=tuple(transforms),
         )
@@ -194,7 +225,9 @@ class TransformedSpace(ParameterSpace):
 
     def theta(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the coordinates of parameters [SI], clipped to their ranges."""
-        return np.array([transform.theta(values[transform.name], values) for transform in self.transforms])
+        return np.array(
+            [transform.theta(values[transform.name], values) for transform in self.transforms]
+        )
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
         """Return the derivative of the parameters [SI], shape (parameter, coordinate)."""
@@ -231,14 +264,20 @@ class Solution:
         return self.space.derivative(self.theta)
 
 
-def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | None, ceiling: Ceiling | None) -> Transform:
+def _transform(
+    name: str, variable: Variable, scales: Scales, floor: Floor | None, ceiling: Ceiling | None
+) -> Transform:
     scale, allowed = scales.magnitude(variable), (variable.min, variable.max)
     if ceiling is not None:
         return Transform(name, "below", 1.0, 0.0, SHARE_MOST, *allowed, ceiling=ceiling)
     if floor is not None:
         # A log does not show a force far above its efforts.
-        most = 2.0 * scales.peak / scale if variable.quantity == "force" else math.inf  # times the largest effort of the log
-        return Transform(name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.names)
+        most = (
+            2.0 * scales.peak / scale if variable.quantity == "force" else math.inf
+        )  # times the largest effort of the log
+        return Transform(
+            name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.names
+        )
     if variable.min > 0.0 and variable.quantity != "mass":
         low, high = scales.range(variable)
         low, high = max(low, variable.min), min(high, variable.max)
@@ -265,7 +304,9 @@ def _hangs_on(name: str, base: str, bases: Mapping[str, tuple[str, ...]]) -> boo
     return name == base or any(_hangs_on(further, base, bases) for further in bases.get(name, ()))
 
 
-def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor], bases: dict[str, tuple[str, ...]]) -> dict[str, Ceiling]:
+def _ceilings(
+    parameters: ParameterSet, floors: Mapping[str, Floor], bases: dict[str, tuple[str, ...]]
+) -> dict[str, Ceiling]:
     """Return the ceiling of each free parameter whose product with another is bounded by a relation."""
     # Parameters that may be negative, have a floor or depend on themselves are left to the validation of the model.
     # `bases` receives the dependencies.

@@ -27,12 +27,17 @@ from bristle.models.friction.variation import HALF_RANGE, MIDDLE, PITCH
 from bristle.models.plants.inertia import MODEL as inertia
 
 SLIDES = ("sliding", "stribeck", "presliding")
-STRIBECK_SHARE = 1.0 / 3.0  # of the largest speed: above, the log would not show the level after the fall
+STRIBECK_SHARE = (
+    1.0 / 3.0
+)  # of the largest speed: above, the log would not show the level after the fall
 ALIKE = 1e-9  # relative difference below which two unit factors are equal
 ONE_WAY = 0.01  # share of the samples below which a direction counts as missing
 SLIDES_FROM = 0.1  # of the largest speed: slower rows do not show a friction level
 SINGULAR = 1e-9
-STATED, PROPOSED = "held_known", "held_taken"  # reasons of a fixed value: the user gave it, or a first pass proposed it
+STATED, PROPOSED = (
+    "held_known",
+    "held_taken",
+)  # reasons of a fixed value: the user gave it, or a first pass proposed it
 
 
 class Role(Enum):
@@ -54,7 +59,11 @@ class Role(Enum):
 
 def names_of(role: Role | Variable, variables: Mapping[str, Variable]) -> list[str]:
     """Return the parameters of a role, or those equal to a `Variable`."""
-    return [name for name, variable in variables.items() if (role.fits(variable) if isinstance(role, Role) else variable == role)]
+    return [
+        name
+        for name, variable in variables.items()
+        if (role.fits(variable) if isinstance(role, Role) else variable == role)
+    ]
 
 
 def acts_in_sliding(variable: Variable) -> bool:
@@ -111,8 +120,15 @@ class Scales(NamedTuple):
             return typical.get(variable.quantity, variable.nominal)
         length, time = powers.get("length", 0.0), powers.get("time", 0.0)
         # Speed and acceleration together give every power of length and time.
-        parts = ((self.force, powers.get("force", 0.0)), (self.speed, 2.0 * length + time), (self.acceleration, -length - time))
-        above, below = (math.prod(part ** max(sign * power, 0.0) for part, power in parts) for sign in (1.0, -1.0))
+        parts = (
+            (self.force, powers.get("force", 0.0)),
+            (self.speed, 2.0 * length + time),
+            (self.acceleration, -length - time),
+        )
+        above, below = (
+            math.prod(part ** max(sign * power, 0.0) for part, power in parts)
+            for sign in (1.0, -1.0)
+        )
         return above / below
 
     def range(self, variable: Variable) -> tuple[float, float]:
@@ -146,7 +162,9 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
         peak=float(np.max(np.abs(dataset.effort))),
         speed=speed,
         slowest=slowest,
-        acceleration=max(float(np.sqrt(np.mean(dataset.acceleration**2))), 1e-9 * speed / dataset.sample_time),
+        acceleration=max(
+            float(np.sqrt(np.mean(dataset.acceleration**2))), 1e-9 * speed / dataset.sample_time
+        ),
         stroke=stroke,
         shortest=min(max(dataset.resolution, slowest * dataset.sample_time), 0.1 * stroke),
         duration=float(np.ptp(dataset.time)),
@@ -156,7 +174,9 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
 
 def holds(dataset: Dataset, surrounding: Surrounding) -> bool:
     """Return whether a log has this channel with this quantity."""
-    return all(surrounding.name in segment.surroundings for segment in dataset.segments) and _is_of_its_quantity(dataset, surrounding)
+    return all(
+        surrounding.name in segment.surroundings for segment in dataset.segments
+    ) and _is_of_its_quantity(dataset, surrounding)
 
 
 def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
@@ -167,7 +187,11 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
             _refuse_another(surrounding, dataset)
         elif surrounding.is_recorded:
             slot, unit = slot_needing(component, name), surrounding.variable.unit(dataset.kind)
-            written = f'{{ column = "...", unit = "{"%" if unit == "1" else unit}" }}' if surrounding.is_own else "..."
+            written = (
+                f'{{ column = "...", unit = "{"%" if unit == "1" else unit}" }}'
+                if surrounding.is_own
+                else "..."
+            )
             raise InputError(
                 f"has no {name}, needed by +{slot}",
                 path="log",
@@ -177,7 +201,9 @@ def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
 
 def _is_of_its_quantity(dataset: Dataset, surrounding: Surrounding) -> bool:
     unit, in_si = dataset.units.get(surrounding.name, ""), surrounding.variable.unit(dataset.kind)
-    return not surrounding.is_own or (units.compatible(unit, in_si) and abs(units.factor(unit, in_si) - 1.0) < ALIKE)
+    return not surrounding.is_own or (
+        units.compatible(unit, in_si) and abs(units.factor(unit, in_si) - 1.0) < ALIKE
+    )
 
 
 def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
@@ -194,7 +220,9 @@ def _refuse_another(surrounding: Surrounding, dataset: Dataset) -> None:
             allowed=f"{variable.description}, in {wanted} or a multiple of it",
             mend="Correct the unit in the axis file, or the channel in the file of the slot",
         )
-    usual = float(np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments])))
+    usual = float(
+        np.median(np.concatenate([segment.surroundings[name] for segment in dataset.segments]))
+    )
     if not variable.min <= usual <= variable.max:
         raise InputError(
             "has a median out of range",
@@ -212,7 +240,9 @@ class Fixed(NamedTuple):
     reason: str
     redundant: bool = False  # no log could identify it
     numbers: Mapping[str, Number] = {}
-    half_width: float | None = None  # of the 95 % interval of a parameter measured in this log before the fit, which has no reason
+    half_width: float | None = (
+        None  # of the 95 % interval of a parameter measured in this log before the fit, which has no reason
+    )
 
 
 @dataclass(frozen=True)
@@ -259,13 +289,20 @@ class PriorKnowledge:
     pitch: float | None = None
     free: tuple[str, ...] = ()  # shapes
     offset_reason: str = STATED
-    measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)  # before the fit: value and half-width of its 95 % interval
+    measured: Mapping[str, tuple[float, float]] = field(
+        default_factory=dict
+    )  # before the fit: value and half-width of its 95 % interval
     has_bodies: bool = False  # whether a known effort is that of the bodies of an arm
 
 
-def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Dataset) -> ParameterSet:
+def parameters_of(
+    component: FrictionModel, prior: PriorKnowledge, dataset: Dataset
+) -> ParameterSet:
     """Return the free and the fixed parameters of a model, with the reasons."""
-    held = {name: Fixed(value, reason="", half_width=width) for name, (value, width) in prior.measured.items()}
+    held = {
+        name: Fixed(value, reason="", half_width=width)
+        for name, (value, width) in prior.measured.items()
+    }
     held |= {name: Fixed(value, STATED) for name, value in prior.values.items()}
     # Redundant parameters are fixed at a round number of the right magnitude.
     length = 10.0 ** math.floor(math.log10(stroke_of(dataset)))
@@ -276,25 +313,41 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
     refuse_unrecorded(component, dataset)
     places = np.concatenate([segment.position for segment in dataset.segments])
     low, high = float(np.min(places)), float(np.max(places))
-    of_slots = {MIDDLE: Fixed(0.5 * (low + high), "held_middle"), HALF_RANGE: Fixed(0.5 * (high - low), "held_half_range")}
+    of_slots = {
+        MIDDLE: Fixed(0.5 * (low + high), "held_middle"),
+        HALF_RANGE: Fixed(0.5 * (high - low), "held_half_range"),
+    }
     if prior.pitch is not None:
         of_slots[PITCH] = Fixed(prior.pitch, "held_pitch")
-    held |= {name: of_slots[variable] for name, variable in component.variables.items() if variable in of_slots}
+    held |= {
+        name: of_slots[variable]
+        for name, variable in component.variables.items()
+        if variable in of_slots
+    }
     damped = name_of(Role.VISCOUS, prior.plant.variables) is not None
     for name, variable in component.variables.items():
         if variable == OFFSET:
             continue
         if damped and Role.VISCOUS.fits(variable):
             held[name] = Fixed(0.0, "held_plant_damping")
-        elif name in component.defaults and not variable.excitation and name not in (*held, *prior.free):
+        elif (
+            name in component.defaults
+            and not variable.excitation
+            and name not in (*held, *prior.free)
+        ):
             default = component.defaults[name]
-            held[name] = Fixed(variable.code(default, name) if variable.choices else default, "held_default")
+            held[name] = Fixed(
+                variable.code(default, name) if variable.choices else default, "held_default"
+            )
     ahead = float(np.mean(~np.signbit(dataset.all_velocities)))
     side = "backward" if ahead < ONE_WAY else "forward" if ahead > 1.0 - ONE_WAY else ""
     split = directional(component)
     if side and split:
         raise InputError(
-            f"the log contains only {side} motion", path="model", value=component.name, mend="Record both directions or drop +asymmetry"
+            f"the log contains only {side} motion",
+            path="model",
+            value=component.name,
+            mend="Record both directions or drop +asymmetry",
         )
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
@@ -305,16 +358,36 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         # In pre-sliding the effort covers all levels: only the constant keeps its sign in both directions.
         constant = 0.0
         if np.median(effort[forward]) * np.median(effort[~forward]) > 0.0:
-            columns = np.stack([forward, ~forward, v * forward, v * ~forward, dataset.acceleration[fast]], axis=1)
+            columns = np.stack(
+                [forward, ~forward, v * forward, v * ~forward, dataset.acceleration[fast]], axis=1
+            )
             constant = 0.5 * float(np.sum(unbounded(columns, effort, rcond=SINGULAR)[:2]))
-        offset = Fixed(constant, "held_constant" if constant else "held_levels", numbers={"levels": tuple(levels)})
+        offset = Fixed(
+            constant,
+            "held_constant" if constant else "held_levels",
+            numbers={"levels": tuple(levels)},
+        )
     else:
         variables = component.variables.items()
-        forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
-        offset = None if not side or not forces else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
+        forces = [
+            name
+            for name, variable in variables
+            if variable != OFFSET and variable.unit(dataset.kind) == force
+        ]
+        offset = (
+            None
+            if not side or not forces
+            else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
+        )
     numbers = {"levels": tuple(levels)} if prior.offset_reason == PROPOSED else {}
-    offset = offset if prior.offset is None else Fixed(prior.offset, prior.offset_reason, numbers=numbers)
+    offset = (
+        offset
+        if prior.offset is None
+        else Fixed(prior.offset, prior.offset_reason, numbers=numbers)
+    )
     if offset is not None:
         held |= dict.fromkeys(names_of(OFFSET, component.variables), offset)
-    free = tuple(name for name in (*prior.plant.variables, *component.variables) if name not in held)
+    free = tuple(
+        name for name in (*prior.plant.variables, *component.variables) if name not in held
+    )
     return ParameterSet(component, free, held, prior.plant)

@@ -16,8 +16,16 @@ from bristle.identification.settings import Settings
 
 MOST_OF_ONE = 0.5  # of the residual around changes of flank
 LARGER = 1.8  # times the residual elsewhere: residual where the load changes flanks
-BEFORE, AFTER, LASTS = 2, 4, 0.03  # rows before a change of flank; rows after it, at least; time after it [s]
-FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = 4, 10, 20  # changes of flank, rows of a kind for comparison, rows around the changes
+BEFORE, AFTER, LASTS = (
+    2,
+    4,
+    0.03,
+)  # rows before a change of flank; rows after it, at least; time after it [s]
+FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = (
+    4,
+    10,
+    20,
+)  # changes of flank, rows of a kind for comparison, rows around the changes
 SPEEDS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.6)  # of the largest
 JERKS = (0.5, 0.75, 0.9)  # quantiles
 
@@ -39,8 +47,13 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     # A number for the speed and the jerk of each row.
     speed, jerk = np.abs(rows.velocity), np.abs(rows.rate(rows.acceleration))
     fast = np.digitize(speed / float(np.quantile(speed, 0.99)), SPEEDS)
-    kind, away = fast * (len(JERKS) + 1) + np.digitize(jerk, np.quantile(jerk[far], JERKS)), far & (near < 0)
-    square = (rows.residual - rows.explained @ unbounded(rows.explained, rows.residual, rcond=TINY)) ** 2
+    kind, away = (
+        fast * (len(JERKS) + 1) + np.digitize(jerk, np.quantile(jerk[far], JERKS)),
+        far & (near < 0),
+    )
+    square = (
+        rows.residual - rows.explained @ unbounded(rows.explained, rows.residual, rcond=TINY)
+    ) ** 2
     count = np.bincount(kind[away], minlength=kind.max() + 1)
     usual = np.bincount(kind[away], square[away], minlength=count.size) / np.maximum(count, 1)
     around = far & (near >= 0) & (count[kind] >= FEWEST_ALIKE)
@@ -52,9 +65,14 @@ def play_at_flanks(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     if np.max(excesses) > MOST_OF_ONE * np.sum(excesses):
         around[np.flatnonzero(around)[changes == int(np.argmax(excesses))]] = False
     square_around, elsewhere = float(np.sum(square[around])), float(np.sum(usual[kind[around]]))
-    ratio, excess = math.sqrt(square_around / max(elsewhere, SMALLEST)), max(square_around - elsewhere, 0.0)
+    ratio, excess = (
+        math.sqrt(square_around / max(elsewhere, SMALLEST)),
+        max(square_around - elsewhere, 0.0),
+    )
     force = math.sqrt(excess / square.size)
     play = Missing("play", excess / float(np.sum(square)), force, ratio=ratio)
-    if ratio < LARGER or play.evidence < settings.missing_evidence * float(np.sqrt(np.mean(rows.friction**2))):
+    if ratio < LARGER or play.evidence < settings.missing_evidence * float(
+        np.sqrt(np.mean(rows.friction**2))
+    ):
         return (), 0.0
     return (play,), math.sqrt(elsewhere / np.count_nonzero(around))

@@ -17,7 +17,11 @@ from bristle.core.contracts import Model, Reference
 from bristle.logs.log import Log
 
 SMALL = 1e-9  # position error of a step [m or rad]
-SETTLED, STEPS, STEP = 500, 1000, 1e-3  # samples after which filters have settled, in all, and their time [s]
+SETTLED, STEPS, STEP = (
+    500,
+    1000,
+    1e-3,
+)  # samples after which filters have settled, in all, and their time [s]
 PARTS = 10  # of a log, for the interval
 ROUGHEST = 0.5  # largest half-width of the interval over the stiffness
 T_95 = 2.26  # quantile of the t distribution for the parts
@@ -35,7 +39,9 @@ def stiffness_of(controller: Model) -> Stiffness | None:
 
     The effort after a step of the error becomes a straight line in time, which begins at the effort without the integral.
     """
-    follows = controller.with_values(k_ff=0.0) if "k_ff" in controller.component.variables else controller
+    follows = (
+        controller.with_values(k_ff=0.0) if "k_ff" in controller.component.variables else controller
+    )
     efforts = _efforts_at(follows, SMALL) - _efforts_at(follows, 0.0)
     _, at_once = np.polyfit(np.arange(SETTLED + 1, STEPS + 1), efforts[SETTLED:], 1)
     slope = float(at_once) / SMALL
@@ -60,7 +66,10 @@ def stiffness_in(log: Log) -> Stiffness | None:
         return None
     parts = np.arange(effort.size) * PARTS // effort.size
     # The triangular factor of a part stands for its rows in every fit.
-    factors = [np.asarray(np.linalg.qr(np.column_stack([rows, effort])[parts == part], mode="r")) for part in range(PARTS)]
+    factors = [
+        np.asarray(np.linalg.qr(np.column_stack([rows, effort])[parts == part], mode="r"))
+        for part in range(PARTS)
+    ]
     slope = _coefficient(factors)
     left_out = [_coefficient(factors[:part] + factors[part + 1 :]) for part in range(PARTS)]
     half_width = float(T_95 * (np.std(left_out) * np.sqrt(PARTS - 1.0)))

@@ -60,10 +60,23 @@ def treat_all(
     for log, part in zip(logs, parts, strict=True):
         path = f"log {log.source.name}"
         if part.kind != first.kind:
-            raise InputError("has a different kind of axis than the first log", path=path, value=part.kind, allowed=first.kind)
-        if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:  # relative difference below which sample times count as equal
-            period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
-            raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path, mend="Resample one of the logs")
+            raise InputError(
+                "has a different kind of axis than the first log",
+                path=path,
+                value=part.kind,
+                allowed=first.kind,
+            )
+        if (
+            abs(part.sample_time / first.sample_time - 1.0) > 1e-3
+        ):  # relative difference below which sample times count as equal
+            period, first_period = (
+                with_unit(time, "s") for time in (part.sample_time, first.sample_time)
+            )
+            raise InputError(
+                f"was sampled every {period}, the first log every {first_period}",
+                path=path,
+                mend="Resample one of the logs",
+            )
         for name in ("cutoff", "decimation", "held"):
             if getattr(part, name) != getattr(first, name):
                 raise InputError(
@@ -76,7 +89,9 @@ def treat_all(
     for number, part in enumerate(parts):
         # Rows are identified by their time: each log begins where the previous log ends.
         later = end - part.segments[0].time[0]
-        segments += [replace(segment, log=number, time=segment.time + later) for segment in part.segments]
+        segments += [
+            replace(segment, log=number, time=segment.time + later) for segment in part.segments
+        ]
         end = segments[-1].time[-1] + first.sample_time
     merged = replace(
         first,
@@ -97,20 +112,29 @@ class Treatment(NamedTuple):
     stretches: list[slice]
 
 
-def stretches_of(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None) -> Treatment:
+def stretches_of(
+    log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None
+) -> Treatment:
     """Return the treatment of a log; refuse one that is too short for it."""
     # By default, the cut-off is a tenth of the sampling frequency and the decimation is 10, less for a plant with terms.
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     cutoff = axis.cutoff if cutoff is None else cutoff
     cutoff = CUTOFF_SHARE / dt if cutoff is None else float(cutoff)
     if not (np.isfinite(cutoff) and 0.0 < cutoff < 0.5 / dt):
-        raise InputError("out of range", path="cutoff", value=cutoff, allowed=f"between 0 and {0.5 / dt:g} Hz, half the sampling frequency")
+        raise InputError(
+            "out of range",
+            path="cutoff",
+            value=cutoff,
+            allowed=f"between 0 and {0.5 / dt:g} Hz, half the sampling frequency",
+        )
     decimation = axis.decimation if decimation is None else decimation
     if decimation is None:
         # An arm swings for a few seconds only; a longer log has the rows of a plant without terms.
         bends = axis.gravity or axis.cogging or axis.spring or axis.regressors
         decimation = min(max(len(log) // BENT_ROWS, 1), DECIMATION) if bends else DECIMATION
-    dropped = max(round(5 / (cutoff * dt)), 1)  # of the cut-off frequency: the transient of the filter
+    dropped = max(
+        round(5 / (cutoff * dt)), 1
+    )  # of the cut-off frequency: the transient of the filter
     shortest = 2 * dropped + ROWS_MIN * decimation
     parts = log.segments or (slice(0, len(log)),)
     lengths = [len(range(*part.indices(len(log)))) for part in parts]
@@ -120,12 +144,21 @@ def stretches_of(log: Log, axis: Axis | None, cutoff: float | None = None, decim
             path="log",
             value=f"{max(lengths)} samples without a gap",
             allowed=f"at least {shortest}",
-            mend="Record a longer motion" + ", raise the cut-off" * (dropped > 1) + ", lower the decimation" * (decimation > 1),
+            mend="Record a longer motion"
+            + ", raise the cut-off" * (dropped > 1)
+            + ", lower the decimation" * (decimation > 1),
         )
-    return Treatment(cutoff, decimation, dropped, [part for part, length in zip(parts, lengths, strict=True) if length >= shortest])
+    return Treatment(
+        cutoff,
+        decimation,
+        dropped,
+        [part for part, length in zip(parts, lengths, strict=True) if length >= shortest],
+    )
 
 
-def long_enough(pairs: Sequence[tuple[Log, Axis | None]], cutoff: float | None, decimation: int | None) -> list[tuple[Log, Axis | None]]:
+def long_enough(
+    pairs: Sequence[tuple[Log, Axis | None]], cutoff: float | None, decimation: int | None
+) -> list[tuple[Log, Axis | None]]:
     """Return logs with their axes; of several, without those that are too short for the treatment."""
 
     def examined(log: Log, axis: Axis | None) -> tuple[Log, Axis | None]:
@@ -133,10 +166,20 @@ def long_enough(pairs: Sequence[tuple[Log, Axis | None]], cutoff: float | None, 
             stretches_of(log, axis, cutoff, decimation)
         return log, axis
 
-    return without_short([partial(examined, *pair) for pair in pairs]) if len(pairs) > 1 else list(pairs)
+    return (
+        without_short([partial(examined, *pair) for pair in pairs])
+        if len(pairs) > 1
+        else list(pairs)
+    )
 
 
-def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None, like: Dataset | None = None) -> Dataset:
+def treat(
+    log: Log,
+    axis: Axis | None,
+    cutoff: float | None = None,
+    decimation: int | None = None,
+    like: Dataset | None = None,
+) -> Dataset:
     """Return the regression rows of a log, with noise and rows of the data set `like` of the same motion, if given."""
     cutoff, decimation, dropped, stretches = stretches_of(log, axis, cutoff, decimation)
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
@@ -155,11 +198,19 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
     def rows(*, creeping: bool) -> Dataset | None:
         noises = None if like is None else (like.noise, like.effort_noise)
         segments, noise, effort_noise = zip(
-            *(segment_of(log, part, cutoff, resolution, noises, held=bool(axis.held), creeping=creeping) for part in stretches), strict=True
+            *(
+                segment_of(
+                    log, part, cutoff, resolution, noises, held=bool(axis.held), creeping=creeping
+                )
+                for part in stretches
+            ),
+            strict=True,
         )
         moving = tuple(segment for segment in segments if np.any(segment.velocity != 0.0))
         if axis.in_cycle:
-            moving = tuple(replace(segment, first_cycle=_first_cycle(segment, log.kind)) for segment in moving)
+            moving = tuple(
+                replace(segment, first_cycle=_first_cycle(segment, log.kind)) for segment in moving
+            )
         dataset = Dataset(
             moving,
             log.kind,
@@ -193,7 +244,9 @@ def treat(log: Log, axis: Axis | None, cutoff: float | None = None, decimation: 
 
 def step_of(log: Log, axis: Axis | None) -> float:
     """Return the resolution of the encoder of an axis, or the smallest step of a log [m or rad]."""
-    return smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+    return (
+        smallest_step(log.position) if axis is None or axis.resolution is None else axis.resolution
+    )
 
 
 def smallest_step(position: Channel) -> float:
@@ -222,15 +275,26 @@ def segment_of(
     if held:
         # The mean of two consecutive values acts around the sample between them.
         effort = 0.5 * (effort + np.append(effort[:1], effort[:-1]))
-    smooth, smooth_effort = low_passed(position - origin, cutoff, dt), low_passed(effort, cutoff, dt)
+    smooth, smooth_effort = (
+        low_passed(position - origin, cutoff, dt),
+        low_passed(effort, cutoff, dt),
+    )
     if noises is None:
         left_over = (position - origin - smooth, effort - smooth_effort)
-        noise, effort_noise = (DEVIATION_OVER_MEDIAN * float(np.median(np.abs(part))) for part in left_over)
+        noise, effort_noise = (
+            DEVIATION_OVER_MEDIAN * float(np.median(np.abs(part))) for part in left_over
+        )
         # White noise above the cut-off determines the total noise.
         noises = noise, effort_noise / max(1.0 - 2.0 * (cutoff * dt), 0.1) ** 0.5
     velocity = np.gradient(smooth, dt)
-    window = max(round(5 / (cutoff * dt)), 1)  # five periods of the cut-off without an encoder step are a rest
-    rest = velocity == 0.0 if creeping else rests(smooth, window, max(1.5 * resolution, 4.0 * noises[0]))
+    window = max(
+        round(5 / (cutoff * dt)), 1
+    )  # five periods of the cut-off without an encoder step are a rest
+    rest = (
+        velocity == 0.0
+        if creeping
+        else rests(smooth, window, max(1.5 * resolution, 4.0 * noises[0]))
+    )
     segment = Segment(
         time=log.time.values[part],
         position=smooth + origin,
@@ -238,7 +302,10 @@ def segment_of(
         acceleration=np.gradient(velocity, dt),
         effort=smooth_effort,
         recorded=position,
-        surroundings={name: low_passed(values.values[part], cutoff, dt) for name, values in log.surroundings.items()},
+        surroundings={
+            name: low_passed(values.values[part], cutoff, dt)
+            for name, values in log.surroundings.items()
+        },
         regressors=tuple(low_passed(column.values[part], cutoff, dt) for column in log.regressors),
     )
     return segment, *noises
@@ -260,12 +327,16 @@ def _first_cycle(segment: Segment, kind: Kind) -> int:
 def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
     """Return the rows of a log with its channels aligned in time."""
     smoothing, of_position = alignment.smoothing or 0.0, alignment.of_position
-    moved = shifted(dataset, alignment.delay or 0.0, *((0.0, -smoothing) if of_position else (smoothing,)))
+    moved = shifted(
+        dataset, alignment.delay or 0.0, *((0.0, -smoothing) if of_position else (smoothing,))
+    )
     moved = differentiated(moved) if alignment.slow else moved
     return replace(moved, alignment=alignment)
 
 
-def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smoothing: float = 0.0) -> Dataset:
+def shifted(
+    dataset: Dataset, delay: float, smoothing: float = 0.0, position_smoothing: float = 0.0
+) -> Dataset:
     """Return the rows of a log without its `delay` [s] and the filters that cause it; a negative `smoothing` filters the effort now."""
     if not delay and not smoothing and not position_smoothing:
         return dataset
@@ -275,9 +346,15 @@ def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0, position_smo
         changes = {"effort": ahead(sharp, delay / dt)}
         if position_smoothing:
             origin = segment.position[0]
-            position, recorded = through_filter(np.stack([segment.position, segment.recorded]) - origin, -position_smoothing, dt)
+            position, recorded = through_filter(
+                np.stack([segment.position, segment.recorded]) - origin, -position_smoothing, dt
+            )
             velocity = with_sides(np.gradient(position, dt), segment.velocity == 0.0)
-            changes |= {"position": position + origin, "velocity": velocity, "recorded": recorded + origin}
+            changes |= {
+                "position": position + origin,
+                "velocity": velocity,
+                "recorded": recorded + origin,
+            }
             changes["acceleration"] = np.gradient(velocity, dt)
         moved.append(replace(segment, **changes))
     return replace(dataset, segments=tuple(moved), delay=delay)
@@ -293,9 +370,16 @@ def calmed(dataset: Dataset) -> tuple[int, float]:
     alignment, dt, rows = dataset.alignment, dataset.sample_time, dataset.decimation
     if alignment is None or alignment.mass is None:
         return rows, 0.0
-    forces = [segment.effort - alignment.mass * segment.acceleration for segment in dataset.segments]
+    forces = [
+        segment.effort - alignment.mass * segment.acceleration for segment in dataset.segments
+    ]
     slow = [dataset.without_edges(low_passed(force, alignment.slow, dt)) for force in forces]
-    noise = alignment.mass * (2.0 * np.pi) ** 2 * dataset.noise * (0.4 * dt * dataset.bandwidth**5) ** 0.5
+    noise = (
+        alignment.mass
+        * (2.0 * np.pi) ** 2
+        * dataset.noise
+        * (0.4 * dt * dataset.bandwidth**5) ** 0.5
+    )
     share = noise / max(float(np.std(np.concatenate(slow))), np.finfo(float).tiny)
     if share <= HIDES:
         return rows, share

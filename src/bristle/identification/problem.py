@@ -84,21 +84,35 @@ class Contrast:
         empty = cls(np.zeros((theta.size, 0)), np.zeros(0, dtype=int))
         if np.count_nonzero(away.rows) < FEWEST or not inner.any():
             return empty
-        places, columns = np.flatnonzero(inner), jacobian[:, inner] / np.linalg.norm(jacobian[:, inner], axis=0)
+        places, columns = (
+            np.flatnonzero(inner),
+            jacobian[:, inner] / np.linalg.norm(jacobian[:, inner], axis=0),
+        )
         # The standard errors of all coordinates for unit white noise; only forces that the columns do not contain.
-        usual, forces = np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1), away.beside(residual)[away.rows]
+        usual, forces = (
+            np.linalg.norm(np.linalg.pinv(columns, rcond=SINGULAR), axis=1),
+            away.beside(residual)[away.rows],
+        )
         length, basis = np.linalg.norm(forces, axis=0), np.linalg.qr(columns[away.rows])[0]
         beside = forces[:, length > 0.0] / length[length > 0.0]
-        beside = beside[:, np.linalg.norm(apart_from(basis, beside), axis=0) > 0.02]  # share of a force outside the columns
+        beside = beside[
+            :, np.linalg.norm(apart_from(basis, beside), axis=0) > 0.02
+        ]  # share of a force outside the columns
         while places.size:
             inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
             share = np.linalg.norm(inverse[: places.size], axis=1) / usual
             worst = int(np.argmax(share))
-            if share[worst] <= 3.0:  # times the standard error: limit for parameters determined away from reversals
+            if (
+                share[worst] <= 3.0
+            ):  # times the standard error: limit for parameters determined away from reversals
                 matrix = np.zeros((theta.size, inverse.shape[1]))
-                matrix[places] = inverse[: places.size] / np.linalg.norm(jacobian[:, places], axis=0)[:, None]
+                matrix[places] = (
+                    inverse[: places.size] / np.linalg.norm(jacobian[:, places], axis=0)[:, None]
+                )
                 return cls(matrix, np.flatnonzero(away.rows))
-            places, columns, usual = (np.delete(part, worst, axis=-1) for part in (places, columns, usual))
+            places, columns, usual = (
+                np.delete(part, worst, axis=-1) for part in (places, columns, usual)
+            )
         return empty
 
     @property
@@ -111,7 +125,9 @@ class Contrast:
         return self.matrix @ residual[self.rows]
 
 
-def between(change: np.ndarray, usual: np.ndarray, errors: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def between(
+    change: np.ndarray, usual: np.ndarray, errors: np.ndarray, rng: np.random.Generator
+) -> np.ndarray:
     """Return the shifts of draws towards the other fit, shape (draw, coordinate).
 
     `usual` are the changes in fits to replicates, `errors` are the errors of these fits, both in pairs and of the
@@ -152,7 +168,9 @@ class Replicates(Protocol):
         """Standard error of the mean offset of fits, as a share of the offset in replicates."""
         ...
 
-    def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Residual:
+    def draw(
+        self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0
+    ) -> Residual:
         """Return the same problem on a new random log, or on its mirror image with reversed disturbances (-1)."""
         ...
 
@@ -223,7 +241,9 @@ class Problem(Sought, Protocol):
         """Return the derivative of the signal of each row by the relative friction level, from all parameters."""
         ...
 
-    def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> Replicates:
+    def replicates(
+        self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray
+    ) -> Replicates:
         """Return the replicates of the fitted model; `slope` and `residual` belong to these parameters."""
         ...
 
@@ -245,7 +265,9 @@ class Covariance:
     condition_number: float
 
 
-def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.ndarray] = ()) -> Covariance:
+def covariance_of(
+    solution: Solution, residual: np.ndarray, errors: Sequence[np.ndarray] = ()
+) -> Covariance:
     """Return the standard errors of a solution with this residual [N or N*m], and with systematic `errors` of all rows."""
     names = list(solution.space.reported)
     inner = np.array([name not in solution.at_edge for name in names], dtype=bool)
@@ -271,12 +293,18 @@ def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.
     back, without_effect = derivative[:, sensitive] / scale[sensitive], derivative[:, ~sensitive]
     covariance = back @ plain @ back.T
     lost = (back[:, blind] != 0.0).any(axis=1) | (without_effect != 0.0).any(axis=1)
-    std, robust_std = np.where(lost, np.inf, _root(np.stack([np.diag(covariance), np.diag(back @ robust @ back.T)])))
+    std, robust_std = np.where(
+        lost, np.inf, _root(np.stack([np.diag(covariance), np.diag(back @ robust @ back.T)]))
+    )
     std[~inner], robust_std[~inner] = np.nan, np.nan
     usable = np.isfinite(std) & (std > 0.0)
     correlation = np.full((len(names), len(names)), np.nan)
-    correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
-    condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
+    correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(
+        std[usable], std[usable]
+    )
+    condition = (
+        float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
+    )
     return Covariance(std, robust_std, correlation, condition)
 
 

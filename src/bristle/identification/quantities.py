@@ -28,12 +28,20 @@ class Quantity(NamedTuple):
     meaning: str
 
 
-def quantities_of(masses: Masses, lost: LostMotion | None, kind: Kind, step: float, *, measured: bool = False) -> tuple[Quantity, ...]:
+def quantities_of(
+    masses: Masses, lost: LostMotion | None, kind: Kind, step: float, *, measured: bool = False
+) -> tuple[Quantity, ...]:
     """Return values with intervals and units; without play if the lost motion is unknown. A `measured` motor is a screw behind a sensor."""
     value, error = masses.values.tolist(), masses.errors.tolist()
-    damping_error = math.hypot(masses.stiffness * error[DAMPING], masses.damping * masses.stiffness_error / masses.stiffness)
+    damping_error = math.hypot(
+        masses.stiffness * error[DAMPING],
+        masses.damping * masses.stiffness_error / masses.stiffness,
+    )
     hertz = 0.5 / math.pi / math.sqrt(value[KAPPA])
-    unit = {name: unit_of(name, kind) for name in ("mass", "force/length", "force*time/length", "length")}
+    unit = {
+        name: unit_of(name, kind)
+        for name in ("mass", "force/length", "force*time/length", "length")
+    }
     of_lost_motion = list[Quantity]()
     if lost is not None:
         size, bound = lost.play if lost.clear else 0.0, lost.nut + FACTOR * lost.nut_error
@@ -44,7 +52,9 @@ def quantities_of(masses: Masses, lost: LostMotion | None, kind: Kind, step: flo
             Quantity("nut", nut, nut_width, "1", "friction of the nut per force of the coupling"),
         ]
         if lost.hysteresis is not None:
-            of_lost_motion += _of_hysteresis(lost.hysteresis, half_width(masses.stiffness, masses.stiffness_error), kind)
+            of_lost_motion += _of_hysteresis(
+                lost.hysteresis, half_width(masses.stiffness, masses.stiffness_error), kind
+            )
     mass, half = unit["mass"], half_width(value[M_1], error[M_1])
     motor = Quantity("motor", value[M_1], half, mass, f"{MASS[kind]} of the motor")
     if measured:
@@ -52,11 +62,35 @@ def quantities_of(masses: Masses, lost: LostMotion | None, kind: Kind, step: flo
         motor = Quantity("screw", size, half, mass, f"{MASS[kind]} between sensor and coupling")
     return (
         motor,
-        Quantity("load", value[M_2], half_width(value[M_2], error[M_2]), mass, f"{MASS[kind]} of the load"),
-        Quantity("stiffness", masses.stiffness, half_width(masses.stiffness, masses.stiffness_error), unit["force/length"], "stiffness"),
-        Quantity("damping", masses.damping, half_width(masses.damping, damping_error), unit["force*time/length"], "damping"),
+        Quantity(
+            "load",
+            value[M_2],
+            half_width(value[M_2], error[M_2]),
+            mass,
+            f"{MASS[kind]} of the load",
+        ),
+        Quantity(
+            "stiffness",
+            masses.stiffness,
+            half_width(masses.stiffness, masses.stiffness_error),
+            unit["force/length"],
+            "stiffness",
+        ),
+        Quantity(
+            "damping",
+            masses.damping,
+            half_width(masses.damping, damping_error),
+            unit["force*time/length"],
+            "damping",
+        ),
         *of_lost_motion,
-        Quantity("antiresonance", hertz, half_width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]), "Hz", "antiresonance"),
+        Quantity(
+            "antiresonance",
+            hertz,
+            half_width(hertz, 0.5 * hertz * error[KAPPA] / value[KAPPA]),
+            "Hz",
+            "antiresonance",
+        ),
     )
 
 
@@ -65,12 +99,34 @@ def _of_hysteresis(loop: Hysteresis, half_width: float, kind: Kind) -> Sequence[
     share, per_length = FACTOR * loop.error / loop.width, unit_of("force/length", kind)
     softer = share * (loop.small - loop.large)
     return (
-        Quantity("hysteresis", loop.width, share * loop.width, unit_of("force", kind), "width of the hysteresis of the coupling"),
         Quantity(
-            "loss", loop.loss, share * loop.loss, unit_of("force*length", kind), "loss of the coupling per cycle over the range of the log"
+            "hysteresis",
+            loop.width,
+            share * loop.width,
+            unit_of("force", kind),
+            "width of the hysteresis of the coupling",
         ),
-        Quantity("small_stiffness", loop.small, math.hypot(softer, half_width), per_length, "stiffness in small motions"),
-        Quantity("large_stiffness", loop.large, math.hypot(softer, half_width), per_length, "stiffness in large motions"),
+        Quantity(
+            "loss",
+            loop.loss,
+            share * loop.loss,
+            unit_of("force*length", kind),
+            "loss of the coupling per cycle over the range of the log",
+        ),
+        Quantity(
+            "small_stiffness",
+            loop.small,
+            math.hypot(softer, half_width),
+            per_length,
+            "stiffness in small motions",
+        ),
+        Quantity(
+            "large_stiffness",
+            loop.large,
+            math.hypot(softer, half_width),
+            per_length,
+            "stiffness in large motions",
+        ),
     )
 
 
@@ -80,7 +136,10 @@ def quantities_of_response(coupling: Elastic | None, kind: Kind) -> tuple[Quanti
         return ()
     hertz = {"value": coupling.antiresonance, "half_width": coupling.antiresonance_half_width}
     quantities = quantities_of(coupling.masses, None, kind, 0.0)
-    return tuple(quantity._replace(**hertz) if quantity.name == "antiresonance" else quantity for quantity in quantities)
+    return tuple(
+        quantity._replace(**hertz) if quantity.name == "antiresonance" else quantity
+        for quantity in quantities
+    )
 
 
 def unsure_of(quantities: Sequence[Quantity]) -> str:
@@ -88,4 +147,8 @@ def unsure_of(quantities: Sequence[Quantity]) -> str:
     judged = [quantity for quantity in quantities if quantity.name in JUDGED]
     widest = max(judged, key=lambda quantity: quantity.half_width / quantity.value)
     percent = 100.0 * widest.half_width / widest.value
-    return "" if percent < 100.0 * MOST_ERROR else f"the log determines the {widest.meaning} only within {percent:.0f} %"
+    return (
+        ""
+        if percent < 100.0 * MOST_ERROR
+        else f"the log determines the {widest.meaning} only within {percent:.0f} %"
+    )

@@ -40,7 +40,11 @@ class Refit:
         if np.any(scaled < low) or np.any(scaled > high):
             floored = np.isfinite(low)
             if np.any(np.isfinite(high)):
-                scaled = np.clip(bounded(r, target, np.minimum(low, -1e-300), np.maximum(high, 1e-300))[0], low, high)
+                scaled = np.clip(
+                    bounded(r, target, np.minimum(low, -1e-300), np.maximum(high, 1e-300))[0],
+                    low,
+                    high,
+                )
             else:
                 # Lower bounds only: non-negative least squares, with unbounded coordinates as differences.
                 base = np.where(floored, low, 0.0)
@@ -58,7 +62,10 @@ class Refit:
             change = jacobian @ step
             if self.linear or space.linear:
                 return theta + step, residual - change
-            variance, length = float(np.mean(residual[self.rows] ** 2)), float(np.sum(change[self.rows] ** 2))
+            variance, length = (
+                float(np.mean(residual[self.rows] ** 2)),
+                float(np.sum(change[self.rows] ** 2)),
+            )
             longest = max(longest, length)
             if length <= max(0.03**2 * variance, SHORT**2 * longest):  # of a standard error
                 break

@@ -40,7 +40,10 @@ def models_of(model: Any, *, transmits: bool = False) -> tuple[FrictionModel, ..
         component = _component_of(item)
         if component.name in components:
             raise InputError(
-                "is requested twice", path="model", value=component.name, mend="Write each model once, and give your own model another name"
+                "is requested twice",
+                path="model",
+                value=component.name,
+                mend="Write each model once, and give your own model another name",
             )
         for names, kind in _not_identified(component):
             raise InputError(
@@ -53,10 +56,17 @@ def models_of(model: Any, *, transmits: bool = False) -> tuple[FrictionModel, ..
     for name in filter(_is_all, requested):
         for base in MODELS:
             component = find(f"{base}{name.removeprefix(ALL)}", path="model")
-            if not _not_identified(component) and (transmits or TRANSMITTED not in component.variables.values()):
+            if not _not_identified(component) and (
+                transmits or TRANSMITTED not in component.variables.values()
+            ):
                 components.setdefault(component.name, component)
     if not components:
-        raise InputError("names no friction model", path="model", value=model, mend='Write the name of a model, such as "coulomb_viscous"')
+        raise InputError(
+            "names no friction model",
+            path="model",
+            value=model,
+            mend='Write the name of a model, such as "coulomb_viscous"',
+        )
     return tuple(components.values())
 
 
@@ -88,7 +98,9 @@ def _component_of(item: Any) -> SlottedModel:
             mend=f"Write model={item.name!r}, or model.component",
         )
     if not isinstance(item, FrictionModel):
-        raise InputError("must be a name, a friction model or a list of them", path="model", value=item)
+        raise InputError(
+            "must be a name, a friction model or a list of them", path="model", value=item
+        )
     component = item if isinstance(item, SlottedModel) else slotted(item, asymmetry=False)
     base = base_of(component)
     if MODELS.get(base.name, base) is not base:
@@ -106,7 +118,11 @@ def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
     """Return the parameters that no fit supports, and their kind."""
     slips = base_of(component) in ELEMENT_MODELS
     arrays = [name for name in component.variables if component.is_array(name) and not slips]
-    choices = [name for name, variable in component.variables.items() if variable.choices and name not in component.defaults]
+    choices = [
+        name
+        for name, variable in component.variables.items()
+        if variable.choices and name not in component.defaults
+    ]
     kinds = ((arrays, "lists of numbers"), (choices, "choices of names"))
     return [(names, kind) for names, kind in kinds if names]
 
@@ -117,7 +133,10 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
         name
         for component in components
         for name, variable in component.variables.items()
-        if name in component.defaults and not variable.excitation and not variable.choices and variable != MIDDLE
+        if name in component.defaults
+        and not variable.excitation
+        and not variable.choices
+        and variable != MIDDLE
     }
     for name in free:
         if name not in shapes:
@@ -125,7 +144,8 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
                 "is not a shape parameter with a default value",
                 path="free",
                 value=name,
-                allowed=", ".join(sorted(shapes)) or "no name, because the models have no such parameter",
+                allowed=", ".join(sorted(shapes))
+                or "no name, because the models have no such parameter",
             )
     return tuple(free)
 
@@ -142,29 +162,46 @@ def refuse_without_draws(method: str | None, draws: int) -> None:
         )
 
 
-def with_method(pairs: Sequence[tuple[Log, Axis | None]], method: str | None) -> list[tuple[Log, Axis | None]]:
+def with_method(
+    pairs: Sequence[tuple[Log, Axis | None]], method: str | None
+) -> list[tuple[Log, Axis | None]]:
     """Return logs with their axes, with the requested method."""
-    return [(log, axis if method is None else replace(axis or Axis(kind=log.kind), method=method)) for log, axis in pairs]
+    return [
+        (log, axis if method is None else replace(axis or Axis(kind=log.kind), method=method))
+        for log, axis in pairs
+    ]
 
 
 def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None) -> Settings:
     """Return the thresholds: those of the axis, overridden by `beside`."""
     of_axis = dict(axis.settings) if axis is not None else {}
     Settings.of(of_axis, "identification.settings")
-    return Settings.of(of_axis | (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})))
+    return Settings.of(
+        of_axis | (beside.as_data() if isinstance(beside, Settings) else dict(beside or {}))
+    )
 
 
-def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> PriorKnowledge:
+def prior_knowledge_of(
+    axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind
+) -> PriorKnowledge:
     """Return the prior knowledge from the arguments, in SI units or text with a unit, else from the axis file."""
     axis = axis or Axis(kind=kind, offset="identify")
     mass = axis.mass if mass is None else mass
     value = None if mass is None else quantity(mass, MASS, kind, path="mass")
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
-        raise InputError("out of range", path="mass", value=value, allowed="> 0", mend="Omit the mass to identify it")
+        raise InputError(
+            "out of range",
+            path="mass",
+            value=value,
+            allowed="> 0",
+            mend="Omit the mass to identify it",
+        )
     plant = with_terms(
         PLANTS[axis.plant],
         gravity=axis.gravity,
-        cogging={cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics},
+        cogging={
+            cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics
+        },
         columns=tuple(map(attrgetter("name"), axis.regressors)),
         spring=axis.spring,
     )
@@ -174,19 +211,31 @@ def prior_knowledge_of(axis: Axis | None, mass: float | str | None, offset: floa
         for name, variable in PLANTS[axis.plant].variables.items()
         if (number := by_quantity.get(variable.quantity)) is not None
     }
-    values |= {name: cogging.turn for cogging in axis.cogging if (name := TURNS[cogging.turner]) in plant.variables}
-    values |= {f"known_{known.name}": known.coefficient for known in axis.regressors if known.coefficient is not None}
+    values |= {
+        name: cogging.turn
+        for cogging in axis.cogging
+        if (name := TURNS[cogging.turner]) in plant.variables
+    }
+    values |= {
+        f"known_{known.name}": known.coefficient
+        for known in axis.regressors
+        if known.coefficient is not None
+    }
     constant = offset if offset is not None else axis.offset
     has_bodies = any(known.log for known in axis.regressors)
     if isinstance(constant, str) and constant == "identify":
         return PriorKnowledge(None, values, plant, axis.pitch, has_bodies=has_bodies)
     force = quantity(constant, OFFSET, kind, path="offset")
     if not math.isfinite(force):
-        raise InputError("must be a number", path="offset", value=constant, allowed='a force, or "identify"')
+        raise InputError(
+            "must be a number", path="offset", value=constant, allowed='a force, or "identify"'
+        )
     return PriorKnowledge(force, values, plant, axis.pitch, has_bodies=has_bodies)
 
 
-def refuse_options(function: Callable[..., Any], options: Mapping[str, Any], model: FrictionModel, kind: Kind) -> None:
+def refuse_options(
+    function: Callable[..., Any], options: Mapping[str, Any], model: FrictionModel, kind: Kind
+) -> None:
     """Refuse options of `identify`, or of a function in its place, that are wrong for every log."""
     options = vars(function).get("checked", dict)(**options)
     prior_knowledge_of(None, options.get("mass"), options.get("offset"), kind)

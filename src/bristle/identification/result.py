@@ -33,7 +33,10 @@ TRADED_IN = ("one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters with unreliable intervals."""
 CONSTANT_HELD = ("held_levels", "held_constant", "held_taken")
 TWO_MASSES = "the plant with two masses"  # in the parts of a result that are left out
-LARGE_OFFSET, SURE_OFFSET = 0.25, 3.0  # of the level by direction, and standard errors: a constant force above both is reported
+LARGE_OFFSET, SURE_OFFSET = (
+    0.25,
+    3.0,
+)  # of the level by direction, and standard errors: a constant force above both is reported
 LACKING = ("structure", "like_a_spring", "clipped", "saturates", "scale_steps", "high_passed")
 """Codes for a force missing in the model or in the effort of a log: the parameters in `names` absorb it."""
 
@@ -196,15 +199,29 @@ class Fit:
     @property
     def never_slid(self) -> bool:
         """Whether the log contains no sliding: the effort follows the position, or a level exceeds the largest effort."""
-        beyond = [item.name for item in self.estimates if item.reason is not None and item.reason.code == "beyond_effort"]
-        levels = [variable for name, variable in self.friction.component.variables.items() if name in beyond]
+        beyond = [
+            item.name
+            for item in self.estimates
+            if item.reason is not None and item.reason.code == "beyond_effort"
+        ]
+        levels = [
+            variable
+            for name, variable in self.friction.component.variables.items()
+            if name in beyond
+        ]
         is_stuck = any(diagnostic.code == "never_slides" for diagnostic in self.diagnostics)
-        return is_stuck or any(acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable) for variable in levels)
+        return is_stuck or any(
+            acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable) for variable in levels
+        )
 
     @property
     def lacking(self) -> tuple[str, ...]:
         """Codes of diagnostics of a missing force: ``structure`` if the model lacks it, other codes if the effort of the log lacks it."""
-        return tuple(code for code in LACKING if any(diagnostic.code == code for diagnostic in self.diagnostics))
+        return tuple(
+            code
+            for code in LACKING
+            if any(diagnostic.code == code for diagnostic in self.diagnostics)
+        )
 
     @property
     def effective(self) -> tuple[str, ...]:
@@ -218,9 +235,17 @@ class Fit:
 
     def _named_by(self, codes: tuple[str, ...]) -> tuple[str, ...]:
         """Return the identified parameters named by diagnostics of these codes."""
-        named = [diagnostic.numbers.get("names", ()) for diagnostic in self.diagnostics if diagnostic.code in codes]
+        named = [
+            diagnostic.numbers.get("names", ())
+            for diagnostic in self.diagnostics
+            if diagnostic.code in codes
+        ]
         names = {name for group in named if isinstance(group, tuple) for name in group}
-        return tuple(estimate.name for estimate in self.estimates if estimate.status == "identified" and estimate.name in names)
+        return tuple(
+            estimate.name
+            for estimate in self.estimates
+            if estimate.status == "identified" and estimate.name in names
+        )
 
     @property
     def levels(self) -> tuple[str, ...]:
@@ -243,23 +268,32 @@ class Fit:
     @property
     def friction_alone_error_percent(self) -> float:
         """Residual as a percentage of the friction, without its constant part (weight, bias)."""
-        friction = self.traces.friction - constant_of(self.friction.component.variables, self.friction.values)
+        friction = self.traces.friction - constant_of(
+            self.friction.component.variables, self.friction.values
+        )
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property
     def missed_percent(self) -> float:
         """Residual without effort noise and encoder steps, as a percentage of the friction; without replicates, the whole residual."""
-        percent, size = self.friction_alone_error_percent, float(np.sqrt(np.mean(self.traces.residual**2)))
+        percent, size = (
+            self.friction_alone_error_percent,
+            float(np.sqrt(np.mean(self.traces.residual**2))),
+        )
         if self.resampling is None or not size > 0.0:
             return percent
         bands = self.resampling.bands
-        return min(float(np.hypot(percent * bands.unexplained / size, 100.0 * bands.scatter)), percent)
+        return min(
+            float(np.hypot(percent * bands.unexplained / size, 100.0 * bands.scatter)), percent
+        )
 
     @property
     def error_percent(self) -> float:
         """The minimised error [%]: the error of a simulation, or else of the effort."""
         simulated = (self.position_error_percent, self.loop_error_percent)
-        return next((percent for percent in simulated if percent is not None), self.force_error_percent)
+        return next(
+            (percent for percent in simulated if percent is not None), self.force_error_percent
+        )
 
     @property
     def metrics(self) -> dict[str, float]:
@@ -270,7 +304,15 @@ class Fit:
             "friction_alone_error_percent": self.friction_alone_error_percent,
             "condition_number": self.condition_number,
         }
-        simulated = {name: getattr(self, name) for name in ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")}
+        simulated = {
+            name: getattr(self, name)
+            for name in (
+                "position_error_percent",
+                "position_rmse",
+                "loop_error_percent",
+                "loop_rmse",
+            )
+        }
         metrics |= {name: value for name, value in simulated.items() if value is not None}
         if self.held_out is not None:
             metrics["held_out_error_percent"] = self.held_out.mean_percent
@@ -335,11 +377,20 @@ class Identification:
         for log in logs:
             for note in log.notes:
                 logs_by_note.setdefault(note, []).append(log.source.name)
-        remarks = [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in logs_by_note.items()]
+        remarks = [
+            note if len(of) == len(logs) else f"{', '.join(of)}: {note}"
+            for note, of in logs_by_note.items()
+        ]
         # The best model describes by its two directions a constant force that another model found.
-        reasons = {estimate.name: estimate.reason for estimate in self.best.estimates if estimate.reason is not None}
+        reasons = {
+            estimate.name: estimate.reason
+            for estimate in self.best.estimates
+            if estimate.reason is not None
+        }
         name = next((name for name, reason in reasons.items() if reason.code == "held_levels"), "")
-        levels = names_of(Role.LEVEL, self.best.friction.component.variables) or self.best.with_constant
+        levels = (
+            names_of(Role.LEVEL, self.best.friction.component.variables) or self.best.with_constant
+        )
         level = max((abs(self.best.parameters[part].value) for part in levels), default=0.0)
         for fit in self.fits:
             estimate = fit.parameters.get(name)
@@ -353,7 +404,10 @@ class Identification:
                     f'{name} = "{estimate.value:.4g} {estimate.unit}" under [plant] of the axis file'
                 )
                 break
-        return (*remarks, *(f"{name} is omitted: {reason}" for name, reason in self.left_out.items()))
+        return (
+            *remarks,
+            *(f"{name} is omitted: {reason}" for name, reason in self.left_out.items()),
+        )
 
     @property
     def best(self) -> Fit:
@@ -373,8 +427,16 @@ class Identification:
         from bristle.identification.dahl_resonance import dahl_resonance
         from bristle.identification.elasticity import below_resonance
 
-        facts = [self.treatment[name] for name in ("antiresonance", "inertia_ratio") if name in self.treatment]
-        return dahl_resonance((self.log, *self.further_logs), self.log.position.step, below_resonance(*facts) if facts else math.inf)
+        facts = [
+            self.treatment[name]
+            for name in ("antiresonance", "inertia_ratio")
+            if name in self.treatment
+        ]
+        return dahl_resonance(
+            (self.log, *self.further_logs),
+            self.log.position.step,
+            below_resonance(*facts) if facts else math.inf,
+        )
 
     @cached_property
     def passages(self) -> tuple[Passage, ...]:

@@ -24,12 +24,19 @@ from bristle.simulation.statistics import relative_error_percent
 
 FALLS = (0.01, 0.03, 0.1, 0.3)  # of the largest speed, over which friction may fall
 ELEMENTS = 6  # deflections at which elements slip
-TERMS = {"level": Role.LEVEL, "damping": Role.VISCOUS, "fall": Role.FALL, "elements": Role.STIFFNESS}
+TERMS = {
+    "level": Role.LEVEL,
+    "damping": Role.VISCOUS,
+    "fall": Role.FALL,
+    "elements": Role.STIFFNESS,
+}
 PLANT = "plant"  # terms of every model
 Terms = frozenset[str]
 
 
-def screened(context: Context, components: Sequence[FrictionModel], blocks: int) -> list[FrictionModel]:
+def screened(
+    context: Context, components: Sequence[FrictionModel], blocks: int
+) -> list[FrictionModel]:
     """Return models, those first whose terms explain the rows best; of equally good terms, the fewest lead."""
     if len(components) < 2:
         return list(components)
@@ -42,7 +49,10 @@ def screened(context: Context, components: Sequence[FrictionModel], blocks: int)
         if difference <= max(margin, deviation):
             alike.append(chosen)
     first = min(alike, key=lambda chosen: (len(chosen), errors[chosen].mean_percent))
-    return sorted(components, key=lambda model: (terms[model.name] != first, errors[terms[model.name]].mean_percent))
+    return sorted(
+        components,
+        key=lambda model: (terms[model.name] != first, errors[terms[model.name]].mean_percent),
+    )
 
 
 def terms_of(component: FrictionModel) -> Terms:
@@ -53,15 +63,28 @@ def terms_of(component: FrictionModel) -> Terms:
 
 def _errors(context: Context, choices: set[Terms], blocks: int) -> dict[Terms, HeldOut]:
     """Return the error of a regression with each choice of terms."""
-    problem, dataset, errors = sliding_problem(context.dataset, context.prior), context.dataset, dict[Terms, HeldOut]()
+    problem, dataset, errors = (
+        sliding_problem(context.dataset, context.prior),
+        context.dataset,
+        dict[Terms, HeldOut](),
+    )
     variables, target = problem.parameters.variables, dataset.effort - problem.fixed_effort
     falls = np.exp(-np.abs(dataset.velocity)[:, None] / (context.scales.speed * np.array(FALLS)))
-    columns = np.column_stack([problem.columns, np.sign(dataset.velocity)[:, None] * falls, _elements(context)])
+    columns = np.column_stack(
+        [problem.columns, np.sign(dataset.velocity)[:, None] * falls, _elements(context)]
+    )
     columns /= np.maximum(np.linalg.norm(columns, axis=0), np.finfo(float).tiny)
-    owners = [next((term for term, role in TERMS.items() if role.fits(variables[name])), PLANT) for name in problem.parameters.free]
+    owners = [
+        next((term for term, role in TERMS.items() if role.fits(variables[name])), PLANT)
+        for name in problem.parameters.free
+    ]
     owners += ["fall"] * len(FALLS) + ["elements"] * ELEMENTS
     all_rows = np.ones(dataset.effort.size, dtype=bool)
-    folds = problem.folds(blocks, context.settings)[1] if blocks else [Fold(all_rows, all_rows, all_rows)] * 2
+    folds = (
+        problem.folds(blocks, context.settings)[1]
+        if blocks
+        else [Fold(all_rows, all_rows, all_rows)] * 2
+    )
     for chosen in choices:
         used, parts = columns[:, [owner in {PLANT, *chosen} for owner in owners]], list[float]()
         for fold in folds:

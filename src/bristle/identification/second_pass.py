@@ -21,7 +21,10 @@ from bristle.models.plants.inertia import MODEL as inertia
 
 INTERRUPTED = "interrupted: the second pass with the proposed lines is incomplete"
 OVER_PLACE = {"gravity", "spring"}  # keys of forces over the whole stroke
-REJECTED: dict[str, dict[str, Number]] = {"missing_ripple": {"harmonics": ()}, LIKE_A_SPRING: {"next": "motion"}}
+REJECTED: dict[str, dict[str, Number]] = {
+    "missing_ripple": {"harmonics": ()},
+    LIKE_A_SPRING: {"next": "motion"},
+}
 """Numbers of diagnostics whose lines a second pass rejected."""
 Pairs = list[tuple[Log, Axis | None]]
 
@@ -63,7 +66,12 @@ def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
     lines: list[ProposedLine] = []
     for diagnostic in fit.diagnostics:
         numbers, code = diagnostic.numbers, diagnostic.code
-        if code == "missing_ripple" and numbers["pulls"] == "alike" and numbers["harmonics"] and not axis.cogging:
+        if (
+            code == "missing_ripple"
+            and numbers["pulls"] == "alike"
+            and numbers["harmonics"]
+            and not axis.cogging
+        ):
             values = {key: numbers[key] for key in ("turner", "harmonics", "travel")}
             # Without a lead, the travel is an estimated period.
             if values["turner"] == "motor":
@@ -74,7 +82,9 @@ def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
         if code == "missing_gravity" and not axis.gravity:
             lines.append(ProposedLine("plant", "gravity", "link", code))
         is_spring = code == "missing_position" and "alike" in numbers
-        is_spring |= code == LIKE_A_SPRING and not OVER_PLACE.intersection(line.key for line in lines)
+        is_spring |= code == LIKE_A_SPRING and not OVER_PLACE.intersection(
+            line.key for line in lines
+        )
         if is_spring and not has_spring:
             lines.append(ProposedLine("plant", "spring", "cubic", code))
     return tuple(lines)
@@ -84,15 +94,26 @@ def axis_with(axis: Axis, lines: Sequence[ProposedLine]) -> Axis:
     """Return an axis with proposed lines, also in the text of its file."""
     values, changed = {line.key: line.value for line in lines}, axis
     if "travel" in values:
-        turn = math.tau * (values["travel"] / math.tau)  # as the reader of a file with this lead computes it
+        turn = math.tau * (
+            values["travel"] / math.tau
+        )  # as the reader of a file with this lead computes it
         lead = values["travel"] if axis.pitch is None and axis.kind == KINDS[0] else axis.pitch
-        changed = replace(changed, cogging=(Cogging(values["turner"], turn, tuple(values["harmonics"])),), pitch=lead)
+        changed = replace(
+            changed,
+            cogging=(Cogging(values["turner"], turn, tuple(values["harmonics"])),),
+            pitch=lead,
+        )
     text = axis.text.decode("utf-8", "surrogateescape")
     for table, key, value in reversed(_written(lines, axis)) if text else ():
         head = re.search(rf"^{re.escape(table)}.*\n", text, re.MULTILINE)
-        text, place = (text, head.end()) if head else (f"{text}\n{table}\n", len(text) + len(table) + 2)
+        text, place = (
+            (text, head.end()) if head else (f"{text}\n{table}\n", len(text) + len(table) + 2)
+        )
         text = f"{text[:place]}{key} = {value}\n{text[place:]}"
-    facts = {"offset": values.get("offset", axis.offset), "gravity": axis.gravity or "gravity" in values}
+    facts = {
+        "offset": values.get("offset", axis.offset),
+        "gravity": axis.gravity or "gravity" in values,
+    }
     facts["spring"] = values.get("spring", axis.spring)
     return replace(changed, text=text.encode("utf-8", "surrogateescape"), **facts)
 
@@ -111,7 +132,9 @@ def _written(lines: Sequence[ProposedLine], axis: Axis) -> list[tuple[str, str, 
     return [written[line.key](line.value) for line in lines if line.key != "travel" or not has_lead]
 
 
-def second_pass(first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Passed], gain: float) -> tuple[Passed, SecondPass | None]:
+def second_pass(
+    first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Passed], gain: float
+) -> tuple[Passed, SecondPass | None]:
     """Return a pass, or one with the lines that its best model proposes, each for a reason that lowers the held-out error by this share."""
     best, axis = first.fits[0], pairs[0][1] or Axis(kind=pairs[0][0].kind)
     lines, before = proposed_lines(best, axis), _held_out(best)
@@ -122,7 +145,10 @@ def second_pass(first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Pass
         # All models are fitted again: with a known force, another model may be the best.
         reason = PROPOSED if any(line.key == "offset" for line in lines) else STATED
         try:
-            again = fitted([(log, axis_with(axis or Axis(kind=log.kind), lines)) for log, axis in pairs], reason)
+            again = fitted(
+                [(log, axis_with(axis or Axis(kind=log.kind), lines)) for log, axis in pairs],
+                reason,
+            )
         except InputError:  # no model can be fitted with these lines
             return first, math.inf
         if again.unfinished or again.interrupted:
@@ -153,9 +179,22 @@ def _held_out(fit: Fit) -> float:
 def _noted(fit: Fit, second: SecondPass, axis: Axis) -> Fit:
     """Return a fit with the note about a second pass; rejected lines are no advice."""
     tables = groupby(_written(second.lines, axis), itemgetter(0))
-    texts = (f"{' and '.join(f'`{key} = {value}`' for _, key, value in keys)} under `{table}`" for table, keys in tables)
+    texts = (
+        f"{' and '.join(f'`{key} = {value}`' for _, key, value in keys)} under `{table}`"
+        for table, keys in tables
+    )
     numbers: dict[str, Number] = {line.key: line.value for line in second.lines}
-    numbers |= {"before": second.error_without, "percent": second.error_with, "taken": int(second.taken), "lines": tuple(texts)}
+    numbers |= {
+        "before": second.error_without,
+        "percent": second.error_with,
+        "taken": int(second.taken),
+        "lines": tuple(texts),
+    }
     rejected: dict[str, dict[str, Number]] = {} if second.taken else REJECTED
-    about = [replace(item, numbers={**item.numbers, **rejected.get(item.code, {})}) for item in fit.diagnostics]
-    return replace(fit, diagnostics=(*about, Diagnostic("second_pass", "", "note", numbers, axis.kind)))
+    about = [
+        replace(item, numbers={**item.numbers, **rejected.get(item.code, {})})
+        for item in fit.diagnostics
+    ]
+    return replace(
+        fit, diagnostics=(*about, Diagnostic("second_pass", "", "note", numbers, axis.kind))
+    )

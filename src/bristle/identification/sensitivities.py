@@ -36,14 +36,20 @@ Transmitted = Callable[[Segment], tuple[np.ndarray, np.ndarray]]
 class Perturbed:
     """A model, and copies with one parameter slightly larger or smaller."""
 
-    def __init__(self, model_of: ModelOf, values: Mapping[str, float], names: Sequence[str]) -> None:
+    def __init__(
+        self, model_of: ModelOf, values: Mapping[str, float], names: Sequence[str]
+    ) -> None:
         self.model, self.count = model_of(values), len(names)
         # Parameters of another component do not change this one.
-        self.places = [place for place, name in enumerate(names) if name in self.model.component.variables]
+        self.places = [
+            place for place, name in enumerate(names) if name in self.model.component.variables
+        ]
         self._pairs = list[tuple[Model, Model, float]]()
         for name in map(names.__getitem__, self.places):
             step = STEP * (abs(values[name]) or 1.0)
-            high, low = (model_of({**values, name: values[name] + change}) for change in (step, -step))
+            high, low = (
+                model_of({**values, name: values[name] + change}) for change in (step, -step)
+            )
             self._pairs.append((high, low, 2.0 * step))
 
     def slopes(self, numbers: Callable[[Model], np.ndarray]) -> np.ndarray:
@@ -52,7 +58,9 @@ class Perturbed:
         with np.errstate(invalid="ignore"):
             for place, (high, low, width) in zip(self.places, self._pairs, strict=True):
                 slopes[:, place] = (numbers(high) - numbers(low)) / width
-        return np.nan_to_num(slopes, copy=False, nan=0.0)  # an infinite number of both does not change
+        return np.nan_to_num(
+            slopes, copy=False, nan=0.0
+        )  # an infinite number of both does not change
 
     def parameters(self) -> np.ndarray:
         """Return the derivative of the packed parameters."""
@@ -61,7 +69,11 @@ class Perturbed:
 
 def warn_of_differences(component: FrictionModel, error: NotExportableError) -> None:
     """Warn about a law that is differentiated by differences, with the reason."""
-    warnings.warn(f"bristle differentiates {component.name} by finite differences: {error}", InputWarning, stacklevel=3)
+    warnings.warn(
+        f"bristle differentiates {component.name} by finite differences: {error}",
+        InputWarning,
+        stacklevel=3,
+    )
 
 
 class FrictionRows(NamedTuple):
@@ -81,19 +93,33 @@ def friction_rows(
     transmitted: Transmitted | None = None,
 ) -> FrictionRows:
     """Return the friction of each row with its derivatives; the initial contact is between -1 and 1, or virgin."""
-    perturbed, rows, stood = Perturbed(model_of, values, names), list[np.ndarray](), any(place is not None for place in contacts)
+    perturbed, rows, stood = (
+        Perturbed(model_of, values, names),
+        list[np.ndarray](),
+        any(place is not None for place in contacts),
+    )
     model, dt, count = perturbed.model, dataset.sample_time, stood + len(names)
     of_model = _led(perturbed.parameters(), stood)
     for segment, place in zip(dataset.segments, contacts, strict=True):
-        of_state = _led(perturbed.slopes(lambda near, place=place: pack(_begun(near, place))), stood)
+        of_state = _led(
+            perturbed.slopes(lambda near, place=place: pack(_begun(near, place))), stood
+        )
         if place is not None:
-            of_state[:, 0] = (pack(state_at(model, place)) - pack(state_at(model, _inside(place)))) / (place - _inside(place))
+            of_state[:, 0] = (
+                pack(state_at(model, place)) - pack(state_at(model, _inside(place)))
+            ) / (place - _inside(place))
         acting = None if transmitted is None else transmitted(segment)
         parts = list[np.ndarray]()
         # The force passes the filters as the last direction, in a separate run if the others are full.
         for first in range(0, count + 1, DIRECTIONS):
             now, left = slice(first, first + DIRECTIONS), count - first
-            run = TangentRun(model, of_model[:, now], _begun(model, place), of_state[:, now], acts=acting is not None)
+            run = TangentRun(
+                model,
+                of_model[:, now],
+                _begun(model, place),
+                of_state[:, now],
+                acts=acting is not None,
+            )
             moved = None if acting is None else (acting[0], _led(acting[1], stood)[:, now])
             if left or not count:
                 blocks = _blocks(run, segment, dt, moved, left)
@@ -114,14 +140,20 @@ def _alone(force: np.ndarray, out: np.ndarray) -> None:
 
 
 def _blocks(
-    run: TangentRun, segment: Segment, dt: float, acting: tuple[np.ndarray, np.ndarray] | None, place_of_force: int
+    run: TangentRun,
+    segment: Segment,
+    dt: float,
+    acting: tuple[np.ndarray, np.ndarray] | None,
+    place_of_force: int,
 ) -> Iterator[Block]:
     """Yield the blocks of the tangents of the force along a segment; one direction contains the force."""
 
     def write(samples: slice, out: np.ndarray) -> None:
         signals = segment.part(samples, dt, None if acting is None else acting[0])
         moved = {} if acting is None else {"transmitted": acting[1][samples]}
-        force = run.along(vector(signals.pop("v"), "v"), dt, vector(signals.pop("x"), "x"), signals, out, moved)
+        force = run.along(
+            vector(signals.pop("v"), "v"), dt, vector(signals.pop("x"), "x"), signals, out, moved
+        )
         if place_of_force < DIRECTIONS:
             out[:, place_of_force] = force
 
@@ -133,7 +165,10 @@ def _blocks(
 
 
 def by_differences(
-    force: Callable[[Mapping[str, float], Contacts], np.ndarray], values: Mapping[str, float], names: Sequence[str], contacts: Contacts
+    force: Callable[[Mapping[str, float], Contacts], np.ndarray],
+    values: Mapping[str, float],
+    names: Sequence[str],
+    contacts: Contacts,
 ) -> FrictionRows:
     """Return the `friction_rows` of a law without derivatives, from differences of the force of each row."""
 
@@ -143,8 +178,12 @@ def by_differences(
 
     base, by_contact = force(values, contacts), None
     if any(place is not None for place in contacts):
-        by_contact = base - force(values, [None if place is None else _inside(place) for place in contacts])
-    return FrictionRows(base, by_contact, np.reshape(abreast(column)(names), (len(names), base.size)).T)
+        by_contact = base - force(
+            values, [None if place is None else _inside(place) for place in contacts]
+        )
+    return FrictionRows(
+        base, by_contact, np.reshape(abreast(column)(names), (len(names), base.size)).T
+    )
 
 
 def _led(columns: np.ndarray, count: int) -> np.ndarray:
@@ -156,7 +195,9 @@ def _led(columns: np.ndarray, count: int) -> np.ndarray:
 
 def _begun(model: Model, place: float | None) -> Any:
     """Return the state of a friction model before a segment."""
-    return model.component.initial_state(model.parameters) if place is None else state_at(model, place)
+    return (
+        model.component.initial_state(model.parameters) if place is None else state_at(model, place)
+    )
 
 
 def _inside(place: float) -> float:

@@ -48,19 +48,29 @@ def records_of(log: Log) -> list[Record]:
             )
         twist = motor - load
         low, high = np.quantile(twist, [0.005, 0.995]).tolist()
-        records.append(Record(motor, load + 0.5 * (low + high), effort_of(log)[part], log.sample_time))
+        records.append(
+            Record(motor, load + 0.5 * (low + high), effort_of(log)[part], log.sample_time)
+        )
     return records
 
 
 def behind_sensor(log: Log) -> Log:
     """Return the log of the axis behind a sensor, which measures its effort."""
     effort, sensor = effort_of(log), log.further[COUPLING_EFFORT]
-    slow = [low_passed(signal - signal.mean(), min(SLOW, 0.1 / log.sample_time), log.sample_time) for signal in (effort, sensor.values)]
+    slow = [
+        low_passed(signal - signal.mean(), min(SLOW, 0.1 / log.sample_time), log.sample_time)
+        for signal in (effort, sensor.values)
+    ]
     share = float(slow[0] @ slow[1]) / max(float(slow[0] @ slow[0]), TINY)
     if not LEAST < share < MOST:
         place, value = f"columns.{COUPLING_EFFORT}", f"{share:.3g} times the effort"
         if share < 0.0:
-            raise InputError("has the opposite sign of the effort", path=place, value=value, mend="Write sign = -1 in its column")
+            raise InputError(
+                "has the opposite sign of the effort",
+                path=place,
+                value=value,
+                mend="Write sign = -1 in its column",
+            )
         raise InputError(
             "does not measure a part of the effort",
             path=place,
@@ -77,23 +87,42 @@ def effort_delay(logs: Sequence[Log], sensor_delay: float) -> float:
     squares = np.zeros(delays.size)
     for log, part in ((each, part) for each in logs for part in each.segments):
         dt = log.sample_time
-        x, effort, sensor = (low_passed(signal[part], min(CUTOFF / dt, HIGHEST), dt) for signal in _signals(log))
+        x, effort, sensor = (
+            low_passed(signal[part], min(CUTOFF / dt, HIGHEST), dt) for signal in _signals(log)
+        )
         speed = derivative(x, dt)
         top = max(float(np.quantile(np.abs(speed), 0.99)), TINY)
         side = np.tanh(speed / (SIGN * top))
-        columns = np.stack([derivative(speed, dt), speed, side, side * np.exp(-np.abs(speed) / (FADED * top)), np.ones(x.size)], axis=1)
-        forces = np.stack([ahead(effort, delay / dt) for delay in delays]) - ahead(sensor, sensor_delay / dt)
+        columns = np.stack(
+            [
+                derivative(speed, dt),
+                speed,
+                side,
+                side * np.exp(-np.abs(speed) / (FADED * top)),
+                np.ones(x.size),
+            ],
+            axis=1,
+        )
+        forces = np.stack([ahead(effort, delay / dt) for delay in delays]) - ahead(
+            sensor, sensor_delay / dt
+        )
         basis = np.linalg.qr(columns / np.linalg.norm(columns, axis=0))[0]
         squares += np.sum(forces**2, axis=1) - np.sum((forces @ basis) ** 2, axis=1)
     best = min(max(int(np.argmin(squares)), 1), delays.size - 2)
     bend, slope = np.polyfit([-1.0, 0.0, 1.0], squares[best - 1 : best + 2], 2)[:2].tolist()
-    return float(delays[best]) + (DELAY_STEP * min(max(-0.5 * slope / bend, -1.0), 1.0) if bend > 0.0 else 0.0)
+    return float(delays[best]) + (
+        DELAY_STEP * min(max(-0.5 * slope / bend, -1.0), 1.0) if bend > 0.0 else 0.0
+    )
 
 
 def _signals(log: Log) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return position, effort, and the effort of a sensor, 0 without a sensor."""
     sensor = log.further.get(COUPLING_EFFORT)
-    return log.position.values, effort_of(log), np.zeros(len(log)) if sensor is None else sensor.values
+    return (
+        log.position.values,
+        effort_of(log),
+        np.zeros(len(log)) if sensor is None else sensor.values,
+    )
 
 
 def without_sensor(log: Log, sensor_delay: float, delay: float) -> Log:
@@ -101,7 +130,9 @@ def without_sensor(log: Log, sensor_delay: float, delay: float) -> Log:
     _, effort, sensor = _signals(log)
     moved = np.zeros(len(log))
     for part in log.segments:
-        moved[part] = ahead(effort[part], delay / log.sample_time) - ahead(sensor[part], sensor_delay / log.sample_time)
+        moved[part] = ahead(effort[part], delay / log.sample_time) - ahead(
+            sensor[part], sensor_delay / log.sample_time
+        )
     return alone(log, moved)
 
 
@@ -109,24 +140,35 @@ def alone(log: Log, effort: np.ndarray, *, load: bool = False, softness: float =
     """Return the log of the motor or of the load, of one mass; the `softness` of a coupling gives the load a position."""
     assert log.effort is not None
     bare = replace(log, velocity=None, reference=None, injected=(), further={}, regressors=())
-    encoder, force = log.further.get(LOAD_ENCODER, log.position), Channel(effort, log.effort.unit, log.effort.column)
+    encoder, force = (
+        log.further.get(LOAD_ENCODER, log.position),
+        Channel(effort, log.effort.unit, log.effort.column),
+    )
     position = Channel(encoder.values - softness * effort, log.position.unit, encoder.column)
     return replace(bare, position=position if load else log.position, effort=force)
 
 
-def side_logs(log: Log, masses: Masses, lost: LostMotion, *, measured: bool = False) -> tuple[Log, Log]:
+def side_logs(
+    log: Log, masses: Masses, lost: LostMotion, *, measured: bool = False
+) -> tuple[Log, Log]:
     """Return the logs of the motor and of the load as axes with one mass; a `measured` effort is that behind a sensor."""
     pushed, pulled = np.zeros(len(log)), np.zeros(len(log))
     for part, record in zip(log.segments, records_of(log), strict=True):
         cutoff = min(CUTOFF / record.dt, HIGHEST)
         stretch = lost.dead(record.motor - record.load)
         smooth = low_passed(stretch, cutoff, record.dt)
-        spring = masses.stiffness * stretch if lost.hysteresis is None else lost.hysteresis.pull(smooth, record.dt)
+        spring = (
+            masses.stiffness * stretch
+            if lost.hysteresis is None
+            else lost.hysteresis.pull(smooth, record.dt)
+        )
         pulled[part] = spring + masses.damping * derivative(smooth, record.dt)
         nut = lost.nut_share(record) * np.abs(pulled[part])
         pushed[part] = ahead(record.effort, masses.delay / record.dt) - pulled[part] - nut
         if measured:  # the load as the sensor shows it: without friction of the nut and the mass in front of the coupling
-            speed = derivative(low_passed(record.motor - record.motor[0], cutoff, record.dt), record.dt)
+            speed = derivative(
+                low_passed(record.motor - record.motor[0], cutoff, record.dt), record.dt
+            )
             pulled[part] += pushed[part] - masses.values[M_1] * derivative(speed, record.dt)
     return alone(log, pushed), alone(log, pulled, load=True)
 
@@ -137,11 +179,20 @@ def advice(records: Sequence[Record]) -> str:
     size, dt = longest.motor.size, longest.dt
     twist, place = longest.motor - longest.load, longest.motor - longest.motor.mean()
     time = dt * np.arange(size)
-    signals = np.stack([place, time - time.mean(), np.gradient(low_passed(place, min(CUTOFF / dt, HIGHEST), dt), dt)])
+    signals = np.stack(
+        [
+            place,
+            time - time.mean(),
+            np.gradient(low_passed(place, min(CUTOFF / dt, HIGHEST), dt), dt),
+        ]
+    )
     centred = twist - twist.mean()
     slopes = signals @ centred / np.maximum(np.sum(signals**2, axis=1), TINY)
     shares = np.array(
-        [1.0 - rms(centred - slope * signal) ** 2 / max(rms(centred) ** 2, TINY) for slope, signal in zip(slopes, signals, strict=True)]
+        [
+            1.0 - rms(centred - slope * signal) ** 2 / max(rms(centred) ** 2, TINY)
+            for slope, signal in zip(slopes, signals, strict=True)
+        ]
     )
     best = int(np.argmax(shares))
     if shares[best] < MOSTLY:

@@ -46,7 +46,9 @@ from bristle.logs.turns import numbered, reversals, turning_points
 from bristle.models.friction import with_presliding
 from bristle.simulation.recorded.closed_loop import START_SAMPLES, Course, Stretch, can_be_simulated
 
-ROUNDING = 0.475 / NORMAL_95  # of a step: 95 % of the rounding errors, uniform over the step, are within 0.475 of it
+ROUNDING = (
+    0.475 / NORMAL_95
+)  # of a step: 95 % of the rounding errors, uniform over the step, are within 0.475 of it
 SIMULATED = 400_000  # samples of all simulations for the remaining error
 FEW, MANY = 3, 12  # simulations
 LEFT = {"closed-loop": "left_in_closed_loop", "open-loop": "left_in_open_loop"}
@@ -59,12 +61,15 @@ class Widths(NamedTuple):
     effort: np.ndarray
 
 
-def simulated_widths(bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch) -> Widths:
+def simulated_widths(
+    bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch
+) -> Widths:
     """Return the half-widths of the 95 % bands around a simulation; infinite where all other simulations diverged."""
     position, effort = _squares(bands, plant, friction, predicted, stretch, MEMBERS)
     left = getattr(bands, LEFT[stretch.loop])
     return Widths(
-        NORMAL_95 * np.sqrt(position + _rounding(stretch) ** 2 + left**2), NORMAL_95 * bands.inflation * np.sqrt(effort + bands.noise**2)
+        NORMAL_95 * np.sqrt(position + _rounding(stretch) ** 2 + left**2),
+        NORMAL_95 * bands.inflation * np.sqrt(effort + bands.noise**2),
     )
 
 
@@ -80,9 +85,13 @@ def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
             axis = axis or Axis(kind=log.kind)
             if can_be_simulated(log, axis, loop):
                 axis = axis if fit.lag is None else replace(axis, lag=fit.lag)
-                parts = (Stretch.of(log, axis, loop, part) for part in log.segments or (slice(None),))
+                parts = (
+                    Stretch.of(log, axis, loop, part) for part in log.segments or (slice(None),)
+                )
                 stretches += [stretch for stretch in parts if stretch.count > START_SAMPLES]
-        members = min(max(SIMULATED // max(sum(stretch.count for stretch in stretches), 1), FEW), MANY)
+        members = min(
+            max(SIMULATED // max(sum(stretch.count for stretch in stretches), 1), FEW), MANY
+        )
         # A plant or friction that needs another channel is not simulated, and not predicted either.
         with suppress(InputError):
             excesses = [np.zeros(0)]
@@ -95,7 +104,11 @@ def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
                 # contains every sample.
                 excesses.append((residual / NORMAL_95) ** 2 - spread - _rounding(stretch) ** 2)
             squares = np.concatenate(excesses)
-            found |= {name: max(float(np.quantile(squares, 0.95, method="higher")), 0.0) ** 0.5} if squares.size else {}
+            found |= (
+                {name: max(float(np.quantile(squares, 0.95, method="higher")), 0.0) ** 0.5}
+                if squares.size
+                else {}
+            )
     return replace(fit, resampling=replace(fit.resampling, bands=replace(bands, **found)))
 
 
@@ -103,20 +116,27 @@ def _rounding(stretch: Stretch) -> float:
     return ROUNDING * (stretch.axis.resolution or 0.0)
 
 
-def _squares(bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch, most: int) -> np.ndarray:
+def _squares(
+    bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch, most: int
+) -> np.ndarray:
     """Return the mean square deviation of other simulations in position and effort, shape (2, sample)."""
     count, dt, rng = predicted.position.size, stretch.log.sample_time, np.random.default_rng(SEED)
     # The half-cycle of each sample of the log, and the friction force there.
     log, resolution = stretch.log, stretch.axis.resolution or 0.0
     segment, noise, _ = segment_of(log, stretch.samples, CUTOFF_SHARE / dt, resolution)
     changes = reversals(segment.velocity, sided=True).tolist()
-    cycle = numbered(turning_points(segment.position, least_way(resolution, noise), changes), segment.position.size)
+    cycle = numbered(
+        turning_points(segment.position, least_way(resolution, noise), changes),
+        segment.position.size,
+    )
     force = along(friction, dt=dt, **segment.signals(dt, transmitted_by(friction, plant, segment)))
     block = (np.arange(cycle.size) * dt / max(bands.lasting, dt)).astype(int)
 
     def member(index: int, level: np.ndarray, left: np.ndarray) -> np.ndarray:
         mine = with_parameters(bands, index, plant), with_parameters(bands, index, friction)
-        trial = stretch.run(*mine, bands.scatter * level[cycle] * force + bands.unexplained * left[block])
+        trial = stretch.run(
+            *mine, bands.scatter * level[cycle] * force + bands.unexplained * left[block]
+        )
         off = np.full((2, count), np.nan)
         reached = min(trial.position.size, count)
         off[0, :reached] = trial.position[:reached] - predicted.position[:reached]
@@ -124,7 +144,9 @@ def _squares(bands: Bands, plant: Model, friction: Model, predicted: Course, str
         return off * off
 
     members = range(min(bands.count, most))
-    levels, left = (rng.standard_normal((len(members), int(numbers[-1]) + 1)) for numbers in (cycle, block))
+    levels, left = (
+        rng.standard_normal((len(members), int(numbers[-1]) + 1)) for numbers in (cycle, block)
+    )
     with Abreast() as pool:
         squares = np.array(list(pool.map(member, members, levels, left)))
     # The mean over the simulations that reached the sample.
@@ -200,7 +222,9 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
     return NORMAL_95 * bands.inflation * np.sqrt(spread + in_rows + bands.unexplained**2)
 
 
-def _efforts(bands: Bands, plant: Model, friction: Model, dataset: Dataset, most: int) -> list[np.ndarray]:
+def _efforts(
+    bands: Bands, plant: Model, friction: Model, dataset: Dataset, most: int
+) -> list[np.ndarray]:
     """Return the effort of each row with the parameters of the first draws, at most `most` times [N or N*m]."""
     starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
     members = list[np.ndarray]()
@@ -208,7 +232,9 @@ def _efforts(bands: Bands, plant: Model, friction: Model, dataset: Dataset, most
         efforts = list[np.ndarray]()
         for segment, turns in zip(dataset.segments, starts, strict=True):
             transmitted = transmitted_by(contact, body, segment)
-            force = force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng, transmitted)
+            force = force_with_scatter(
+                contact, segment, turns, dataset.sample_time, bands.scatter, rng, transmitted
+            )
             efforts.append(mechanical(body, segment) + dataset.filtered(force))
         members.append(dataset.rows_of(efforts))
     return members
@@ -221,26 +247,47 @@ def within_the_log(fit: Fit, dataset: Dataset) -> Fit:
         return fit
     bands = fit.resampling.bands
     values = {**fit.plant.values, **fit.friction.values}
-    values = {name: values[name] for name in bands.draws if np.all(np.isfinite(values.get(name, np.inf)))}
+    values = {
+        name: values[name] for name in bands.draws if np.all(np.isfinite(values.get(name, np.inf)))
+    }
     if any(np.shape(value) != bands.draws[name].shape[1:] for name, value in values.items()):
         return fit  # each draw has elements of its own, which lie on no line through the fit
     # The middle of the draws is free of a bias of the fit: it is the centre if it describes the log about as well.
-    pairs = {name: np.array([value, np.median(bands.draws[name], axis=0)]) for name, value in values.items()}
-    of_fit, of_middle = _efforts(replace(bands, draws=pairs, scatter=0.0), fit.plant, fit.friction, dataset, 2)
+    pairs = {
+        name: np.array([value, np.median(bands.draws[name], axis=0)])
+        for name, value in values.items()
+    }
+    of_fit, of_middle = _efforts(
+        replace(bands, draws=pairs, scatter=0.0), fit.plant, fit.friction, dataset, 2
+    )
     error = max(np.mean(fit.traces.residual**2), np.finfo(float).tiny)
     centre = int(np.mean((of_middle - of_fit) ** 2) <= 4.0 * error)  # twice the error of the fit
-    drawn = np.array(_efforts(replace(bands, scatter=0.0), fit.plant, fit.friction, dataset, bands.count))
+    drawn = np.array(
+        _efforts(replace(bands, scatter=0.0), fit.plant, fit.friction, dataset, bands.count)
+    )
     # A draw that diverges stays as it is; a prediction leaves it out.
-    off = np.nan_to_num(np.mean((drawn - (of_fit, of_middle)[centre]) ** 2, axis=1) / error, posinf=0.0)
+    off = np.nan_to_num(
+        np.mean((drawn - (of_fit, of_middle)[centre]) ** 2, axis=1) / error, posinf=0.0
+    )
     moved = {
-        name: pair[centre] + ((bands.draws[name][: off.size] - pair[centre]).T / np.sqrt(np.maximum(off, 1.0))).T
+        name: pair[centre]
+        + ((bands.draws[name][: off.size] - pair[centre]).T / np.sqrt(np.maximum(off, 1.0))).T
         for name, pair in pairs.items()
     }
-    return replace(fit, resampling=replace(fit.resampling, bands=replace(bands, draws={**bands.draws, **moved})))
+    return replace(
+        fit,
+        resampling=replace(fit.resampling, bands=replace(bands, draws={**bands.draws, **moved})),
+    )
 
 
 def with_parameters(bands: Bands, index: int, model: Model) -> Model:
     """Return a model with its parameters from one draw."""
-    own = {name: np.asarray(draws[index])[()] for name, draws in bands.draws.items() if name in model.values}
+    own = {
+        name: np.asarray(draws[index])[()]
+        for name, draws in bands.draws.items()
+        if name in model.values
+    }
     component = model.component
-    return Model(component, component.assemble(numbers_of(component, model.parameters) | own), model.kind)
+    return Model(
+        component, component.assemble(numbers_of(component, model.parameters) | own), model.kind
+    )

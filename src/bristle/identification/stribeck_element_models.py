@@ -41,10 +41,20 @@ class Curve(NamedTuple):
 
     def element(self, r: float) -> Model:
         """Return an element of stiffness 1 that breaks away at a deflection `r` [m or rad]."""
-        return gms(F_C=self.ratio * r, F_S=r, v_S=self.v_S, C=self.rate * r, k_i=[1.0], nu_i=[1.0], validate=False)
+        return gms(
+            F_C=self.ratio * r,
+            F_S=r,
+            v_S=self.v_S,
+            C=self.rate * r,
+            k_i=[1.0],
+            nu_i=[1.0],
+            validate=False,
+        )
 
 
-def estimate_stribeck_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:
+def estimate_stribeck_elements(
+    context: Context, component: FrictionModel, report: Report
+) -> Estimation:
     """Fit elements that slip by a curve, alternating between shape and curve."""
     model = StribeckElements(context, component)
     problem, solution, elements = model.solve(report)
@@ -86,7 +96,9 @@ class StribeckElements:
         values, scales = first.parameters.complete(plain.values), self.context.scales
         for static, level in zip(statics, levels, strict=True):
             values |= {static: values[level], level: COULOMB * values[level]}
-        values["C"] = scales.force / (30.0 * scales.sample_time)  # samples in which the force reaches the curve, at the start of the search
+        values["C"] = scales.force / (
+            30.0 * scales.sample_time
+        )  # samples in which the force reaches the curve, at the start of the search
         low, high = scales.range(problem.parameters.variables["v_S"])
         ends = []
         for number, v_S in enumerate(np.geomspace(low, high, STARTS + 2)[1:-1].tolist()):
@@ -96,11 +108,15 @@ class StribeckElements:
         best = min(ends, key=lambda end: end.cost)
         for number in range(ROUNDS):
             report((STARTS + number) / (STARTS + ROUNDS))
-            F_S, F_C = (float(np.mean([best.values[name] for name in names])) for names in (statics, levels))
+            F_S, F_C = (
+                float(np.mean([best.values[name] for name in names])) for names in (statics, levels)
+            )
             again = self._elements(Curve(F_C / F_S, best.values["v_S"], best.values["C"] / F_S))
             trial = self.problem(again.solution()[0].parameters.component)
             solution = self.context.search(trial).refit(best.values, limit=EVALUATIONS)
-            fell = solution.cost < 0.98 * best.cost  # of the previous sum of squares: a smaller decrease ends the search
+            fell = (
+                solution.cost < 0.98 * best.cost
+            )  # of the previous sum of squares: a smaller decrease ends the search
             if solution.cost < best.cost:
                 problem, best, elements = trial, solution, again
             if not fell:
@@ -109,9 +125,13 @@ class StribeckElements:
 
     def _elements(self, curve: Curve | None = None) -> Elements:
         """Return the problem of the elements alone, with slip by a curve or, at first, at a constant force."""
-        elements = elements_of(self.context, find(self.component.name.replace(gms.name, maxwell_slip.name, 1)))
+        elements = elements_of(
+            self.context, find(self.component.name.replace(gms.name, maxwell_slip.name, 1))
+        )
         return elements if curve is None else replace(elements, element=curve.element)
 
     def problem(self, view: Any) -> InverseDynamics:
         """Return the problem of elements of the shape of a view."""
-        return self.context.problem(shaped(self.component, *(np.array(part) for part in view.shape)))
+        return self.context.problem(
+            shaped(self.component, *(np.array(part) for part in view.shape))
+        )

@@ -20,7 +20,13 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.missing_force import Missing, missing_forces
 from bristle.identification.missing_rows import Rows
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import PriorKnowledge, Role, acts_in_sliding, name_of, names_of
+from bristle.identification.parameters import (
+    PriorKnowledge,
+    Role,
+    acts_in_sliding,
+    name_of,
+    names_of,
+)
 from bristle.identification.play import play_at_flanks
 from bristle.identification.problem import CLUSTERS
 from bristle.identification.result import Fit
@@ -44,23 +50,35 @@ CODES = {
 LIKE_A_SPRING = "like_a_spring"
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 WITHOUT_MODEL = ("gravity", "play")  # causes without a model to try next
-AS_OF_A_DRIVE = ("speed", "lag", "presliding")  # causes around reversals, also found with a drive that is not rigid
+AS_OF_A_DRIVE = (
+    "speed",
+    "lag",
+    "presliding",
+)  # causes around reversals, also found with a drive that is not rigid
 LOOKS_LIKE = "filter_suspect"  # diagnostic that a drive that is not rigid causes
 NEARLY = 0.1  # allowed deviation from a whole number of periods in a turn
 MOST_ROWS = 120_000  # of a log, in the search for missing forces
 AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 
-def missing_in(fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None = None) -> tuple[tuple[Missing, ...], float]:
+def missing_in(
+    fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None = None
+) -> tuple[tuple[Missing, ...], float]:
     """Return the forces missing in a fit along the measured motion, and the remaining residual [N or N*m]."""
     if not estimation.missing:  # the search takes seconds on a long log
         estimation.missing.append(_missing_in(fit, estimation, settings, coupling))
     return estimation.missing[0]
 
 
-def _missing_in(fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None) -> tuple[tuple[Missing, ...], float]:
+def _missing_in(
+    fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None
+) -> tuple[tuple[Missing, ...], float]:
     problem, solution = estimation.inverse, estimation.solution
-    if fit.unfinished or estimation.simulates or solution.jacobian.shape[0] != fit.traces.residual.size:
+    if (
+        fit.unfinished
+        or estimation.simulates
+        or solution.jacobian.shape[0] != fit.traces.residual.size
+    ):
         return (), 0.0
     rows = Rows.of(
         problem.dataset,
@@ -77,7 +95,9 @@ def _missing_in(fit: Fit, estimation: Estimation, settings: Settings, coupling: 
     if drive and (not missing or drive[0].share > missing[0].share):
         return drive, rest
     # An elastic drive causes such forces: they do not show that friction has them.
-    return tuple(force for force in missing if coupling is None or force.cause not in AS_OF_A_DRIVE), left
+    return tuple(
+        force for force in missing if coupling is None or force.cause not in AS_OF_A_DRIVE
+    ), left
 
 
 def with_structure(
@@ -90,17 +110,38 @@ def with_structure(
 ) -> Fit:
     """Return a fit with diagnostics of an elastic coupling and missing forces first; `compared` models are not suggested as the next."""
     if coupling is not None:
-        further = tuple(diagnostic for diagnostic in fit.diagnostics if diagnostic.code not in (LOOKS_LIKE, "delay_or_filter"))
-        fit = replace(fit, diagnostics=(about_coupling(coupling, estimation.inverse.dataset.cutoff), *further))
+        further = tuple(
+            diagnostic
+            for diagnostic in fit.diagnostics
+            if diagnostic.code not in (LOOKS_LIKE, "delay_or_filter")
+        )
+        fit = replace(
+            fit, diagnostics=(about_coupling(coupling, estimation.inverse.dataset.cutoff), *further)
+        )
     kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
     level = float(np.sqrt(np.mean(friction**2)))
-    if coupling is None and "never_slides" in map(attrgetter("code"), fit.diagnostics) and is_static(fit.friction):
+    if (
+        coupling is None
+        and "never_slides" in map(attrgetter("code"), fit.diagnostics)
+        and is_static(fit.friction)
+    ):
         # The residual of a static model builds up over a distance. Such a force depends on the position as much as on the way
         # since a reversal, and would be taken for a force over the position.
         left = float(np.sqrt(np.mean(fit.traces.residual**2)))
         percent = 100.0 * left / level if level > 0.0 else 100.0
-        numbers = {"force": left, "percent": percent, "share_percent": 100.0, **_next("hysteresis", fit.friction, compared)}
-        return replace(fit, diagnostics=(Diagnostic(CODES["presliding"], "", "warning", numbers, kind), *fit.diagnostics))
+        numbers = {
+            "force": left,
+            "percent": percent,
+            "share_percent": 100.0,
+            **_next("hysteresis", fit.friction, compared),
+        }
+        return replace(
+            fit,
+            diagnostics=(
+                Diagnostic(CODES["presliding"], "", "warning", numbers, kind),
+                *fit.diagnostics,
+            ),
+        )
     missing, left = missing_in(fit, estimation, settings, coupling)
     if not missing:
         return fit
@@ -114,14 +155,22 @@ def with_structure(
         "causes": tuple(map(attrgetter("cause"), missing)),
         "small": int(lacking < settings.missing_force * level),
     }
-    named = [_diagnostic(force, level, fit.friction, prior and prior.pitch, compared) for force in missing]
+    named = [
+        _diagnostic(force, level, fit.friction, prior and prior.pitch, compared)
+        for force in missing
+    ]
     if prior is not None and prior.has_bodies:  # the known effort contains their gravity
-        named = [replace(entry, code="bodies_differ") if entry.code == CODES["gravity"] else entry for entry in named]
+        named = [
+            replace(entry, code="bodies_differ") if entry.code == CODES["gravity"] else entry
+            for entry in named
+        ]
     structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
     if numbers["small"]:
         structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
     drive = any(force.cause == "play" for force in missing)
-    further = [diagnostic for diagnostic in fit.diagnostics if not drive or diagnostic.code != LOOKS_LIKE]
+    further = [
+        diagnostic for diagnostic in fit.diagnostics if not drive or diagnostic.code != LOOKS_LIKE
+    ]
     first = int(coupling is not None)
     return replace(fit, diagnostics=(*further[:first], *structure, *further[first:]))
 
@@ -131,11 +180,26 @@ def with_spring_named(fit: Fit, stroke: float) -> Fit:
     share = spring_share(fit.friction, stroke)
     if not share:
         return fit
-    names = tuple(name for name, variable in fit.friction.component.variables.items() if acts_in_sliding(variable))
-    numbers: dict[str, Number] = {"percent": 100.0 * share, "stroke": stroke, "names": names, "next": fit.friction.kind}
+    names = tuple(
+        name
+        for name, variable in fit.friction.component.variables.items()
+        if acts_in_sliding(variable)
+    )
+    numbers: dict[str, Number] = {
+        "percent": 100.0 * share,
+        "stroke": stroke,
+        "names": names,
+        "next": fit.friction.kind,
+    }
     if names_of(Role.SPRING, fit.plant.component.variables):
         numbers["next"] = "motion"
-    return replace(fit, diagnostics=(*fit.diagnostics, Diagnostic(LIKE_A_SPRING, "", "warning", numbers, fit.friction.kind)))
+    return replace(
+        fit,
+        diagnostics=(
+            *fit.diagnostics,
+            Diagnostic(LIKE_A_SPRING, "", "warning", numbers, fit.friction.kind),
+        ),
+    )
 
 
 def with_friction_alone(fit: Fit, stroke: float) -> Fit:
@@ -152,11 +216,17 @@ def with_friction_alone(fit: Fit, stroke: float) -> Fit:
 
 def about_coupling(coupling: Elastic, cutoff: float) -> Diagnostic:
     """Return the diagnostic of an elastic coupling, for rows up to a cut-off [Hz]."""
-    numbers: dict[str, Number] = {**coupling.facts, "cutoff": cutoff, "one_mass": int(cutoff <= coupling.one_mass)}
+    numbers: dict[str, Number] = {
+        **coupling.facts,
+        "cutoff": cutoff,
+        "one_mass": int(cutoff <= coupling.one_mass),
+    }
     return Diagnostic("elastic_load", "", "warning", numbers)
 
 
-def next_models(fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None = None) -> tuple[str, ...]:
+def next_models(
+    fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None = None
+) -> tuple[str, ...]:
     """Return the models with one more slot to try after a fit, suggested by its residual; empty for models of a user."""
     if not goes_by_name(fit.friction.component):
         return ()
@@ -164,8 +234,14 @@ def next_models(fit: Fit, estimation: Estimation, settings: Settings, coupling: 
     for force in missing_in(fit, estimation, settings, coupling)[0]:
         # A ripple that reverses with the motion is a ripple of the level.
         causes.append("level" if force.cause == "ripple" and force.alike is False else force.cause)
-    named = [name for cause in causes if cause in SLOT_OF and (name := model_with(cause, fit.friction))]
-    return tuple(dict.fromkeys([*named, *[name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]]))
+    named = [
+        name for cause in causes if cause in SLOT_OF and (name := model_with(cause, fit.friction))
+    ]
+    return tuple(
+        dict.fromkeys(
+            [*named, *[name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]]
+        )
+    )
 
 
 def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, Number]:
@@ -174,21 +250,38 @@ def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, N
     return {"model": "", "compared": name} if name in compared else {"model": name, "compared": ""}
 
 
-def _diagnostic(missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]) -> Diagnostic:
+def _diagnostic(
+    missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]
+) -> Diagnostic:
     cause = missing.cause
-    numbers: dict[str, Number] = {"force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share}
+    numbers: dict[str, Number] = {
+        "force": missing.force,
+        "percent": 100.0 * missing.force / level,
+        "share_percent": 100.0 * missing.share,
+    }
     if cause not in WITHOUT_MODEL:
         # A ripple that reverses with the motion is a ripple of the level.
-        numbers |= _next("level" if cause == "ripple" and missing.alike is False else cause, friction, compared)
+        numbers |= _next(
+            "level" if cause == "ripple" and missing.alike is False else cause, friction, compared
+        )
     if cause == "ripple":
         numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
         pulls = {True: "alike", False: "turning", None: ""}[missing.alike]
         turn = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
         orders = np.array(missing.overtones) * (turn / missing.period if turn else 1.0)
-        integral = orders.size > 0 and bool(np.all(orders > 0.5)) and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
+        integral = (
+            orders.size > 0
+            and bool(np.all(orders > 0.5))
+            and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
+        )
         harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
         turner = "screw" if turn else "motor"
-        numbers |= {"pulls": pulls, "harmonics": harmonics, "turner": turner, "travel": turn or missing.period}
+        numbers |= {
+            "pulls": pulls,
+            "harmonics": harmonics,
+            "turner": turner,
+            "travel": turn or missing.period,
+        }
     numbers |= {
         "gravity": {"amplitude": missing.amplitude},
         "position": {"alike": 1} if missing.alike else {},
@@ -204,7 +297,11 @@ DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
 
 def about_residual(percent: float, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning if the residual is a large part of the effort [%]."""
-    return (Diagnostic("unexplained", numbers={"percent": percent}),) if percent >= settings.poor_error else ()
+    return (
+        (Diagnostic("unexplained", numbers={"percent": percent}),)
+        if percent >= settings.poor_error
+        else ()
+    )
 
 
 def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[Diagnostic, ...]:
@@ -219,15 +316,24 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
             "rising_friction",
             first,
             "warning",
-            {"first": values[first], "level": values[level], "speed": values[speed], "direction": direction},
+            {
+                "first": values[first],
+                "level": values[level],
+                "speed": values[speed],
+                "direction": direction,
+            },
             problem.dataset.kind,
         )
-        for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False)
+        for first, level, direction in zip(
+            firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False
+        )
         if values[first] < values[level]
     )
 
 
-def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings) -> tuple[Diagnostic, ...]:
+def about_noise(
+    problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings
+) -> tuple[Diagnostic, ...]:
     """Return a warning if position noise biases the inertia, but leaves it identifiable."""
     share = problem.dataset.acceleration_noise_share
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
@@ -243,30 +349,52 @@ def about_noise(problem: InverseDynamics, estimates: Sequence[Estimate], setting
 def noisy_inertia(dataset: Dataset, name: str, settings: Settings) -> Diagnostic:
     """Return a warning with the bias of the inertia by position noise, and a cut-off that avoids it."""
     share = dataset.acceleration_noise_share
-    enough = dataset.bandwidth * (0.1 * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)  # of the reported share of noise
-    return Diagnostic("noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough})
+    enough = dataset.bandwidth * (0.1 * settings.acceleration_noise / share) ** (
+        1.0 / FALLS_WITH
+    )  # of the reported share of noise
+    return Diagnostic(
+        "noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough}
+    )
 
 
-def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.ndarray, settings: Settings) -> tuple[Diagnostic, ...]:
+def about_alignment(
+    problem: InverseDynamics, solution: Solution, residual: np.ndarray, settings: Settings
+) -> tuple[Diagnostic, ...]:
     """Return diagnostics of delay and filter, and a warning if the rows contradict the measured inertia."""
     dataset, alignment, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
     if alignment is None:
         return ()
     if alignment.delay is not None:
-        about.append(about_delay(alignment.delay, alignment.delay_half_width or 0.0, dataset.sample_time, settings))
+        about.append(
+            about_delay(
+                alignment.delay, alignment.delay_half_width or 0.0, dataset.sample_time, settings
+            )
+        )
     elif alignment.sought:
         about.append(Diagnostic("delay_unknown"))
     if alignment.smoothing is not None:
         numbers = {
             "lag": abs(alignment.smoothing),
             "half_width": alignment.smoothing_half_width or 0.0,
-            "channel": "effort" if alignment.smoothing > 0.0 else "position" if alignment.of_position else "command",
+            "channel": "effort"
+            if alignment.smoothing > 0.0
+            else "position"
+            if alignment.of_position
+            else "command",
         }
         about.append(Diagnostic("filter_suspect", numbers=numbers))
     if alignment.filter_open and alignment.delay is not None:
-        touched = tuple(name for role in (Role.STIFFNESS, Role.MICRO_DAMPING) for name in names_of(role, problem.parameters.variables))
+        touched = tuple(
+            name
+            for role in (Role.STIFFNESS, Role.MICRO_DAMPING)
+            for name in names_of(role, problem.parameters.variables)
+        )
         numbers = {"delay": abs(alignment.delay), "names": touched}
-        about.append(Diagnostic("delay_or_filter", severity="warning" if touched else "note", numbers=numbers))
+        about.append(
+            Diagnostic(
+                "delay_or_filter", severity="warning" if touched else "note", numbers=numbers
+            )
+        )
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""
     held = problem.parameters.fixed.get(inertia)
     if held is not None and held.half_width is not None:
@@ -277,28 +405,56 @@ def about_alignment(problem: InverseDynamics, solution: Solution, residual: np.n
             change, error = 0.0, np.inf
         else:
             scores = [float(np.sum(part)) for part in np.array_split(apart * residual, CLUSTERS)]
-            change, error = float(apart @ residual) / square, float(np.sum(np.square(scores))) ** 0.5 / square
+            change, error = (
+                float(apart @ residual) / square,
+                float(np.sum(np.square(scores))) ** 0.5 / square,
+            )
         joint = float(np.hypot(held.half_width / NORMAL_95, error))
         least = (settings.stages_apart + 2.0 * dataset.acceleration_noise_share) * held.value
         if abs(change) > max(settings.stages_differ * joint, least):
-            about.append(Diagnostic("stages_differ", inertia, "warning", {"first": held.value, "value": held.value + change}, dataset.kind))
+            about.append(
+                Diagnostic(
+                    "stages_differ",
+                    inertia,
+                    "warning",
+                    {"first": held.value, "value": held.value + change},
+                    dataset.kind,
+                )
+            )
     return tuple(about)
 
 
 def about_delay(delay: float, half_width: float, dt: float, settings: Settings) -> Diagnostic:
     """Return the diagnostic of the delay of the effort with its half-width [s]."""
-    code, severity = ("delay_rough", "warning") if half_width > settings.delay_rough * dt else ("delay_found", "note")
-    return Diagnostic(code, severity=severity, numbers={"delay": delay, "samples": delay / dt, "half_width": half_width})
+    code, severity = (
+        ("delay_rough", "warning")
+        if half_width > settings.delay_rough * dt
+        else ("delay_found", "note")
+    )
+    return Diagnostic(
+        code,
+        severity=severity,
+        numbers={"delay": delay, "samples": delay / dt, "half_width": half_width},
+    )
 
 
 def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
     """Return notes about the treatment of a log before the fits."""
-    treated = {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
+    treated = {
+        "cutoff": dataset.cutoff,
+        "dropped": dataset.dropped,
+        "decimation": dataset.decimation,
+    }
     remarks: list[tuple[str, dict[str, float]]] = [("filtered", treated)]
     if dataset.calmed_from:
-        remarks.append(("filtered", {"percent": 100.0 * dataset.calmed_from, "decimation": dataset.decimation}))
+        remarks.append(
+            ("filtered", {"percent": 100.0 * dataset.calmed_from, "decimation": dataset.decimation})
+        )
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
         remarks.append(("rests", {"percent": 100.0 * dataset.rest_share}))
     if dataset.creeping:
         remarks.append(("rests", {"resolution": dataset.resolution}))
-    return tuple(Diagnostic(code, severity="note", numbers=numbers) for code, numbers in (*remarks, ("standard_errors", {})))
+    return tuple(
+        Diagnostic(code, severity="note", numbers=numbers)
+        for code, numbers in (*remarks, ("standard_errors", {}))
+    )

@@ -39,20 +39,40 @@ from bristle.identification.elasticity import TINY, starts_of_groups
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import runs
 
-SIDES, FADING, BRISK, STEPS = 60.0, 150.0, 0.03, 30.0  # Hz: low-pass of speeds; of the top speed, and encoder steps: smallest slide
+SIDES, FADING, BRISK, STEPS = (
+    60.0,
+    150.0,
+    0.03,
+    30.0,
+)  # Hz: low-pass of speeds; of the top speed, and encoder steps: smallest slide
 FADES = 0.1  # of the top speed: decay of friction that fades
 FASTEST, NOISE_BAND = 500.0, (0.42, 0.49)  # Hz; of the sampling frequency
-WIDTH, POOLED, SEARCHED = 0.04, 0.15, 80.0  # of a group of bins; of pooled variances; Hz: highest frequency of the first fit
-NOISY, FLOOR = 0.15, 1e-5  # share of noise above which a frequency counts less; least residual, of the signal
+WIDTH, POOLED, SEARCHED = (
+    0.04,
+    0.15,
+    80.0,
+)  # of a group of bins; of pooled variances; Hz: highest frequency of the first fit
+NOISY, FLOOR = (
+    0.15,
+    1e-5,
+)  # share of noise above which a frequency counts less; least residual, of the signal
 LATE, EARLY, DELAY_STEP = 8e-3, 4e-3, 2.5e-4  # s: search range of the delay
-PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = 4, 15, 20, 6  # estimates of `Q`; steps; blocks of the jackknife; slides
+PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = (
+    4,
+    15,
+    20,
+    6,
+)  # estimates of `Q`; steps; blocks of the jackknife; slides
 NUDGE = 1e-5  # of a parameter, for a derivative
 SIGNALS = 10
 EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2, NUT = range(SIGNALS)
 M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
 
 EXCITE = "Record long strokes with noise or a chirp around antiresonance and resonance"
-FACTOR, SPARE = 4.0, 0.004  # of the intervals: factor of the standard error, smallest relative half-width
+FACTOR, SPARE = (
+    4.0,
+    0.004,
+)  # of the intervals: factor of the standard error, smallest relative half-width
 
 Dead = Callable[[np.ndarray], np.ndarray]
 
@@ -110,7 +130,10 @@ class Prior(NamedTuple):
     def moved(self) -> list[Prior]:
         """The same with each quantity larger by its standard error."""
         values = [self._replace(values=self.values + step) for step in np.diag(self.errors)]
-        return [*values, *([self._replace(nut=self.nut + self.nut_error)] if self.nut_error else [])]
+        return [
+            *values,
+            *([self._replace(nut=self.nut + self.nut_error)] if self.nut_error else []),
+        ]
 
 
 UNKNOWN = Prior()
@@ -136,7 +159,12 @@ class Solved(NamedTuple):
         def stiffness(points: np.ndarray) -> np.ndarray:
             return points[..., M_2] / points[..., KAPPA]
 
-        return Masses(self.point, self.error(np.asarray), float(stiffness(self.point)), float(self.error(stiffness)))
+        return Masses(
+            self.point,
+            self.error(np.asarray),
+            float(stiffness(self.point)),
+            float(self.error(stiffness)),
+        )
 
 
 @dataclass(frozen=True)
@@ -163,7 +191,9 @@ def half_width(value: Any, error: Any) -> Any:
     return FACTOR * error + SPARE * abs(value)
 
 
-def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, prior: Prior = UNKNOWN) -> Masses | None:
+def masses_of(
+    records: Sequence[Record], step: float, dead: Dead | None = None, prior: Prior = UNKNOWN
+) -> Masses | None:
     """Return the masses and the coupling that some records show, or None without twist; `dead` is the dead zone of a known play."""
     twisted = max(float(np.ptp(record.motor - record.load)) for record in records) > step
     spectra = spectra_of(records, step, dead) if twisted else None
@@ -176,14 +206,24 @@ def masses_of(records: Sequence[Record], step: float, dead: Dead | None = None, 
 def _slides(record: Record, step: float, cut: Cut) -> Iterator[slice]:
     """Yield the motions of both masses in one direction."""
     dt = record.dt
-    speeds = [np.gradient(low_passed(x - x[0], min(SIDES, 0.1 / dt), dt), dt) for x in (record.motor, record.load)]
+    speeds = [
+        np.gradient(low_passed(x - x[0], min(SIDES, 0.1 / dt), dt), dt)
+        for x in (record.motor, record.load)
+    ]
     least = BRISK * float(np.quantile(np.abs(speeds[0]), 0.99))
     for side in (1.0, -1.0):
         for run in runs((side * speeds[0] > least) & (side * speeds[1] > least)):
             size = run.stop - run.start
-            if size * dt < cut.shortest or abs(record.motor[run.stop - 1] - record.motor[run.start]) < STEPS * step:
+            if (
+                size * dt < cut.shortest
+                or abs(record.motor[run.stop - 1] - record.motor[run.start]) < STEPS * step
+            ):
                 continue
-            ends = np.linspace(run.start, run.stop, max(math.ceil(size * dt / cut.longest), 1) + 1).astype(int).tolist()
+            ends = (
+                np.linspace(run.start, run.stop, max(math.ceil(size * dt / cut.longest), 1) + 1)
+                .astype(int)
+                .tolist()
+            )
             yield from (slice(max(a, 1), min(b, record.motor.size - 1)) for a, b in pairwise(ends))
 
 
@@ -194,7 +234,11 @@ def _signals(record: Record, dead: Dead | None) -> np.ndarray:
     twist = twist if dead is None else dead(twist)
     rows = np.zeros((SIGNALS, twist.size))
     rows[EFFORT], rows[TWIST] = record.effort, twist
-    for x, second, first in ((record.motor, A_1, V_1), (record.load, A_2, V_2), (twist, None, TWIST_RATE)):
+    for x, second, first in (
+        (record.motor, A_1, V_1),
+        (record.load, A_2, V_2),
+        (twist, None, TWIST_RATE),
+    ):
         rows[first, 1:-1] = (x[2:] - x[:-2]) / (2.0 * dt)
         if second is not None:
             rows[second, 1:-1] = (x[2:] - 2.0 * x[1:-1] + x[:-2]) / dt**2
@@ -206,7 +250,9 @@ def _signals(record: Record, dead: Dead | None) -> np.ndarray:
     return rows
 
 
-def spectra_of(records: Sequence[Record], step: float, dead: Dead | None = None, cut: Cut = BOTH) -> Spectra | None:
+def spectra_of(
+    records: Sequence[Record], step: float, dead: Dead | None = None, cut: Cut = BOTH
+) -> Spectra | None:
     """Return the spectra of all slides; None if there are too few."""
     from scipy.signal.windows import tukey
 
@@ -220,7 +266,10 @@ def spectra_of(records: Sequence[Record], step: float, dead: Dead | None = None,
     # The gain of exact derivatives over those of differences.
     turn, turn_high = 2.0 * np.pi * frequency * dt, 2.0 * np.pi * hertz[high] * dt
     exact = np.ones((SIGNALS, turn.size))
-    exact[[A_1, A_2]], exact[[V_1, V_2, TWIST_RATE]] = turn**2 / (2.0 - 2.0 * np.cos(turn)), turn / np.sin(turn)
+    exact[[A_1, A_2]], exact[[V_1, V_2, TWIST_RATE]] = (
+        turn**2 / (2.0 - 2.0 * np.cos(turn)),
+        turn / np.sin(turn),
+    )
     slides, lengths, noise = list[np.ndarray](), list[float](), np.zeros((2, 2))
     for record in records:
         signals = _signals(record, dead)
@@ -231,12 +280,23 @@ def spectra_of(records: Sequence[Record], step: float, dead: Dead | None = None,
             ends = spectrum[A_1 : A_2 + 1, high] * dt**2 / (2.0 - 2.0 * np.cos(turn_high))
             noise += np.real(ends @ ends.conj().T) / turn_high.size
             spectrum = spectrum[:, inside] * exact
-            slides.append(np.add.reduceat(spectrum[:, None] * spectrum[None].conj(), starts, axis=2).transpose(2, 0, 1))
+            slides.append(
+                np.add.reduceat(
+                    spectrum[:, None] * spectrum[None].conj(), starts, axis=2
+                ).transpose(2, 0, 1)
+            )
             lengths.append(float(np.sum(taper**2)))
     if len(slides) < FEWEST:
         return None
     bins = np.diff([*starts, frequency.size])
-    return Spectra(np.add.reduceat(frequency, starts) / bins, bins, np.array(slides), np.array(lengths), noise / sum(lengths), dt)
+    return Spectra(
+        np.add.reduceat(frequency, starts) / bins,
+        bins,
+        np.array(slides),
+        np.array(lengths),
+        noise / sum(lengths),
+        dt,
+    )
 
 
 @dataclass(frozen=True)
@@ -279,7 +339,9 @@ class MassFit:
                     continue
                 crossed[row] += weight * total[:, a, EFFORT]
                 for column, b in enumerate(columns):
-                    gram[row, column] += 0.0 if b is None else float(np.real(weight @ total[:, a, b]))
+                    gram[row, column] += (
+                        0.0 if b is None else float(np.real(weight @ total[:, a, b]))
+                    )
         delays = np.arange(-EARLY, LATE, DELAY_STEP)
         rights = np.real(np.exp(-2j * np.pi * np.outer(delays, frequency)) @ crossed.T)
         solutions = normal(np.broadcast_to(gram, (delays.size, 6, 6)), rights, rcond=1e-12)
@@ -288,7 +350,9 @@ class MassFit:
         least = 0.05 * (motor + load)
         motor, load = max(motor, least), max(load, least)
         if not (least > 0.0 and k > load * (2.0 * np.pi * BOTH.slowest) ** 2):
-            raise InputError("has no antiresonance in the band of the log", path="the fit of both masses")
+            raise InputError(
+                "has no antiresonance in the band of the log", path="the fit of both masses"
+            )
         return np.array([motor, load, load / k, max(d / k, 0.0), *viscous, delays[best], 0.0, 0.0])
 
     def equations(self, point: np.ndarray) -> np.ndarray:
@@ -296,11 +360,22 @@ class MassFit:
         turn = 2.0 * np.pi * self.spectra.frequency
         rows = np.zeros((turn.size, 2, SIGNALS), complex)
         rows[:, 0, EFFORT] = np.exp(1j * turn * point[DELAY])
-        for signal, number in ((A_1, M_1), (A_2, M_2), (V_1, VISCOUS_1), (V_2, VISCOUS_2), (FADING_1, FRICTION_1), (FADING_2, FRICTION_2)):
+        for signal, number in (
+            (A_1, M_1),
+            (A_2, M_2),
+            (V_1, VISCOUS_1),
+            (V_2, VISCOUS_2),
+            (FADING_1, FRICTION_1),
+            (FADING_2, FRICTION_2),
+        ):
             rows[:, 0, signal] = -point[number]
         softness = point[KAPPA] / point[M_2]
         rows[:, 0, NUT] = -self.prior.nut / softness
-        rows[:, 1, A_2], rows[:, 1, V_2], rows[:, 1, FADING_2] = -point[KAPPA], -point[VISCOUS_2] * softness, -point[FRICTION_2] * softness
+        rows[:, 1, A_2], rows[:, 1, V_2], rows[:, 1, FADING_2] = (
+            -point[KAPPA],
+            -point[VISCOUS_2] * softness,
+            -point[FRICTION_2] * softness,
+        )
         rows[:, 1, TWIST], rows[:, 1, TWIST_RATE] = 1.0, point[DAMPING]
         return rows
 
@@ -308,9 +383,14 @@ class MassFit:
         """Return the covariance of the residuals due to both encoders, shape (group, 2, 2)."""
         s = 2j * np.pi * self.spectra.frequency
         spring, gains = 1.0 + s * point[DAMPING], np.zeros((s.size, 2, 2), complex)
-        gains[:, 0, 0], gains[:, 0, 1] = -(point[M_1] * s + point[VISCOUS_1]) * s, -(point[M_2] * s + point[VISCOUS_2]) * s
+        gains[:, 0, 0], gains[:, 0, 1] = (
+            -(point[M_1] * s + point[VISCOUS_1]) * s,
+            -(point[M_2] * s + point[VISCOUS_2]) * s,
+        )
         gains[:, 1, 0] = spring
-        gains[:, 1, 1] = -(point[KAPPA] * s + point[VISCOUS_2] * point[KAPPA] / point[M_2]) * s - spring
+        gains[:, 1, 1] = (
+            -(point[KAPPA] * s + point[VISCOUS_2] * point[KAPPA] / point[M_2]) * s - spring
+        )
         return gains @ self.spectra.noise @ gains.conj().transpose(0, 2, 1)
 
     def unexplained(self, point: np.ndarray, total: np.ndarray) -> np.ndarray:
@@ -322,17 +402,30 @@ class MassFit:
         residual = rows @ mean @ rows.conj().transpose(0, 2, 1)
         pooled = np.einsum("gh,hij->gij", near, residual - noise)
         inertial = rows[:, 0, A_1 : A_2 + 1]
-        signal = np.real(np.einsum("gi,gij,gj->g", inertial, mean[:, A_1 : A_2 + 1, A_1 : A_2 + 1], inertial.conj()))
-        displaced = np.maximum(point[KAPPA] ** 2 * np.real(mean[:, A_2, A_2]), np.real(mean[:, TWIST, TWIST]))
+        signal = np.real(
+            np.einsum(
+                "gi,gij,gj->g", inertial, mean[:, A_1 : A_2 + 1, A_1 : A_2 + 1], inertial.conj()
+            )
+        )
+        displaced = np.maximum(
+            point[KAPPA] ** 2 * np.real(mean[:, A_2, A_2]), np.real(mean[:, TWIST, TWIST])
+        )
         left = np.zeros_like(pooled)
-        for place, (signals, power) in enumerate(((EFFORT, signal), (TWIST, displaced))[: rows.shape[1]]):
-            left[:, place, place] = np.maximum(np.real(pooled[:, place, place]), FLOOR * (near @ np.real(mean[:, signals, signals])))
+        for place, (signals, power) in enumerate(
+            ((EFFORT, signal), (TWIST, displaced))[: rows.shape[1]]
+        ):
+            left[:, place, place] = np.maximum(
+                np.real(pooled[:, place, place]),
+                FLOOR * (near @ np.real(mean[:, signals, signals])),
+            )
             own = np.real(noise[:, place, place])
             left[:, place, place] += 10.0 * own * (own / np.maximum(power, TINY) / NOISY) ** 4
         if rows.shape[1] == 1:
             return left
         most = 0.9 * np.sqrt(np.real(left[:, 0, 0] * left[:, 1, 1]))
-        left[:, 0, 1] = pooled[:, 0, 1] * np.minimum(1.0, most / np.maximum(np.abs(pooled[:, 0, 1]), TINY))
+        left[:, 0, 1] = pooled[:, 0, 1] * np.minimum(
+            1.0, most / np.maximum(np.abs(pooled[:, 0, 1]), TINY)
+        )
         left[:, 1, 0] = left[:, 0, 1].conj()
         return left
 
@@ -341,9 +434,13 @@ class MassFit:
         from scipy.optimize import least_squares
 
         diagonal = np.real(np.einsum("gii->gi", total))
-        root = np.linalg.cholesky(total + np.einsum("gi,ij->gij", 1e-12 * diagonal, np.eye(SIGNALS))) * math.sqrt(self.spectra.lengths.size)
+        root = np.linalg.cholesky(
+            total + np.einsum("gi,ij->gij", 1e-12 * diagonal, np.eye(SIGNALS))
+        ) * math.sqrt(self.spectra.lengths.size)
         sides = 0.1 * point[M_1 : M_2 + 1]
-        spare = np.concatenate([[1e-9, 1e-9, 1e-12, 1e-4], sides, [1e-4], sides, [0.3]])[: point.size]  # smallest units of the parameters
+        spare = np.concatenate([[1e-9, 1e-9, 1e-12, 1e-4], sides, [1e-4], sides, [0.3]])[
+            : point.size
+        ]  # smallest units of the parameters
         unit, nudges = np.maximum(np.abs(point), spare), NUDGE * np.eye(point.size)
         bounds = self.lowest / unit, self.highest / unit
 
@@ -351,9 +448,13 @@ class MassFit:
             return self._whitened(unit * x, root)
 
         def slope(x: np.ndarray) -> np.ndarray:
-            return np.stack([residual(x + nudge) - residual(x - nudge) for nudge in nudges], axis=1) / (2.0 * NUDGE)
+            return np.stack(
+                [residual(x + nudge) - residual(x - nudge) for nudge in nudges], axis=1
+            ) / (2.0 * NUDGE)
 
-        ended = least_squares(residual, point / unit, jac=cast(Any, slope), bounds=bounds, ftol=1e-7, max_nfev=steps)
+        ended = least_squares(
+            residual, point / unit, jac=cast(Any, slope), bounds=bounds, ftol=1e-7, max_nfev=steps
+        )
         return unit * ended.x
 
     def of_prior(self, point: np.ndarray) -> np.ndarray:
@@ -364,5 +465,9 @@ class MassFit:
         """Return the residuals of unit variance, and those of the prior."""
         white = np.linalg.cholesky(self.noise(point) + self.left)
         residual = np.linalg.solve(white, self.equations(point) @ root)
-        of_prior = (self.of_prior(point) - self.prior.values) / self.prior.errors if self.prior.values.size else []
+        of_prior = (
+            (self.of_prior(point) - self.prior.values) / self.prior.errors
+            if self.prior.values.size
+            else []
+        )
         return np.concatenate([residual.real.ravel(), residual.imag.ravel(), of_prior])

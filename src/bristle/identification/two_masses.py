@@ -32,10 +32,35 @@ from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.one_encoder import response_of
 from bristle.identification.parameters import Role, names_of
 from bristle.identification.preprocessing import step_of
-from bristle.identification.quantities import JUDGED, MASS, Quantity, quantities_of, quantities_of_response, unsure_of
+from bristle.identification.quantities import (
+    JUDGED,
+    MASS,
+    Quantity,
+    quantities_of,
+    quantities_of_response,
+    unsure_of,
+)
 from bristle.identification.result import TWO_MASSES
-from bristle.identification.side_logs import advice, alone, behind_sensor, effort_delay, records_of, rms, side_logs, without_sensor
-from bristle.identification.two_encoders import EXCITE, SPARE, TINY, UNKNOWN, Masses, Prior, Record, masses_of
+from bristle.identification.side_logs import (
+    advice,
+    alone,
+    behind_sensor,
+    effort_delay,
+    records_of,
+    rms,
+    side_logs,
+    without_sensor,
+)
+from bristle.identification.two_encoders import (
+    EXCITE,
+    SPARE,
+    TINY,
+    UNKNOWN,
+    Masses,
+    Prior,
+    Record,
+    masses_of,
+)
 from bristle.logs.log import Log
 from bristle.models.friction import find
 from bristle.models.friction.next_model import goes_by_name, model_with
@@ -50,7 +75,10 @@ if TYPE_CHECKING:
 SPARE_LEVEL = 0.01  # smallest relative half-width of forces of friction
 RIGID_LEVEL = 0.15  # smallest relative half-width of friction of a load without an encoder
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
-MOST_LEFT, OF_BOTH = 0.7, 0.2  # of the force on a side, of both forces: largest rms that friction leaves unexplained
+MOST_LEFT, OF_BOTH = (
+    0.7,
+    0.2,
+)  # of the force on a side, of both forces: largest rms that friction leaves unexplained
 CHECK_SENSOR = "Check unit and sign of the sensor, and the constant of the effort"
 NO_SCALE = (
     "Without a second encoder, the load is rigid behind the sensor: its inertia and friction hold below the antiresonance, and contain "
@@ -134,7 +162,13 @@ class TwoMasses:
         value = {name: quantity.value for name, quantity in self.by_name.items()}
         J, lead = (value["motor"] + value.get("screw", 0.0)) * self.arm**2, 2.0 * math.pi * self.arm
         return ball_screw(
-            kind=self.kind, J=J, M=value["load"], lead=lead, k=value["stiffness"], d=value["damping"], backlash=value.get("play", 0.0)
+            kind=self.kind,
+            J=J,
+            M=value["load"],
+            lead=lead,
+            k=value["stiffness"],
+            d=value["damping"],
+            backlash=value.get("play", 0.0),
         )
 
     @property
@@ -146,8 +180,14 @@ class TwoMasses:
     def motor_friction(self) -> Model:
         """Friction of bearings and nut in units of the motor; without that of the nut if the model has no slot ``+transmitted``."""
         friction, nut = _determined(self.motor.best), self.nut
-        name = model_with("transmitted", friction) if nut > 0.0 and goes_by_name(friction.component) else ""
-        return self.at_the_motor(find(name)(kind=friction.kind, **friction.values, c_T=nut) if name else friction)
+        name = (
+            model_with("transmitted", friction)
+            if nut > 0.0 and goes_by_name(friction.component)
+            else ""
+        )
+        return self.at_the_motor(
+            find(name)(kind=friction.kind, **friction.values, c_T=nut) if name else friction
+        )
 
     def at_the_motor(self, friction: Model) -> Model:
         """Return a friction of the axis in units of the motor."""
@@ -171,7 +211,12 @@ class TwoMasses:
         """Return quantities and friction as plain data."""
         sides = {f"{name}_friction": _friction_data(side.best) for name, side in self.sides.items()}
         numbers = {quantity.name: plain(quantity) for quantity in self.quantities}
-        return {"quantities": numbers, "delay": self.delay, "play_is_clear": self.play_is_clear, **sides}
+        return {
+            "quantities": numbers,
+            "delay": self.delay,
+            "play_is_clear": self.play_is_clear,
+            **sides,
+        }
 
 
 def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
@@ -179,7 +224,17 @@ def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
     if not any(name in log.further for log, _ in pairs for name in OF_COUPLING):
         return list(pairs), ()
     rest = [
-        (replace(log, further={name: channel for name, channel in log.further.items() if name not in OF_COUPLING}), axis)
+        (
+            replace(
+                log,
+                further={
+                    name: channel
+                    for name, channel in log.further.items()
+                    if name not in OF_COUPLING
+                },
+            ),
+            axis,
+        )
         for log, axis in pairs
     ]
     return rest, pairs if any(_all_have(name, pairs) for name in OF_COUPLING) else ()
@@ -190,15 +245,26 @@ def _all_have(name: str, pairs: Pairs) -> bool:
 
 
 def two_masses(
-    pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None = None, coupling: Elastic | None = None
+    pairs: Pairs,
+    fitted: Callable[..., Identification],
+    progress: Progress | None = None,
+    coupling: Elastic | None = None,
 ) -> TwoMasses | str:
     """Return both masses and the friction of both sides, or the reason why the logs do not show them.
 
     Without a second encoder, a sensor shows both sides; `coupling` is that of the encoder of the motor.
     """
-    step, kind, measured = max(step_of(log, axis) for log, axis in pairs), pairs[0][0].kind, _all_have(COUPLING_EFFORT, pairs)
+    step, kind, measured = (
+        max(step_of(log, axis) for log, axis in pairs),
+        pairs[0][0].kind,
+        _all_have(COUPLING_EFFORT, pairs),
+    )
     logs = [behind_sensor(log) if measured else log for log, _ in pairs]
-    parted = _elastic(logs, step, kind, measured=measured) if _all_have(LOAD_ENCODER, pairs) else NO_SCALE
+    parted = (
+        _elastic(logs, step, kind, measured=measured)
+        if _all_have(LOAD_ENCODER, pairs)
+        else NO_SCALE
+    )
     if isinstance(parted, str):
         if not measured:
             return parted
@@ -206,18 +272,35 @@ def two_masses(
     delay, sides = parted.delay, parted.sides
     if measured:
         delay = effort_delay([log for log, _ in pairs], parted.delay)
-        sides = [(without_sensor(log, parted.delay, delay), load) for (log, _), (_, load) in zip(pairs, sides, strict=True)]
+        sides = [
+            (without_sensor(log, parted.delay, delay), load)
+            for (log, _), (_, load) in zip(pairs, sides, strict=True)
+        ]
     axes = [
-        replace(Axis(kind=kind), resolution=step, seeks_delay=False, method="inverse_dynamics", settings=axis.settings if axis else {})
+        replace(
+            Axis(kind=kind),
+            resolution=step,
+            seeks_delay=False,
+            method="inverse_dynamics",
+            settings=axis.settings if axis else {},
+        )
         for _, axis in pairs
     ]
-    reports = (None, None) if progress is None else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
+    reports = (
+        (None, None)
+        if progress is None
+        else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
+    )
     cutoffs = (
         None,
         coupling.one_mass if parted.rigid is NO_SCALE and coupling is not None else None,
     )  # a rigid load: below its antiresonance
     results = [
-        fitted([side[place] for side in sides], axis=[replace(axis, cutoff=cutoff) for axis in axes], progress=report)
+        fitted(
+            [side[place] for side in sides],
+            axis=[replace(axis, cutoff=cutoff) for axis in axes],
+            progress=report,
+        )
         for place, (report, cutoff) in enumerate(zip(reports, cutoffs, strict=True))
     ]
     forces = [rms(result.best.traces.friction) for result in results]
@@ -225,20 +308,45 @@ def two_masses(
     for name, force, rest in zip(("motor", "load"), forces, left, strict=True):
         if rest > max(MOST_LEFT * force, OF_BOTH * math.hypot(*forces)):
             explained = 100.0 * (1.0 - (rest / force) ** 2)
-            cure = advice([record for log in logs for record in records_of(log)]) if not parted.rigid else CHECK_SENSOR
+            cure = (
+                advice([record for log in logs for record in records_of(log)])
+                if not parted.rigid
+                else CHECK_SENSOR
+            )
             return f"friction explains only {explained:.0f} % of the squared force on the {name}. {cure}"
     quantity = {quantity.name: quantity for quantity in parted.quantities}
     doubts = _doubts(quantity, forces[1], nut=parted.nut_is_clear, measured=measured)
     if measured:
-        of_fits = [_mass_of(result, name, kind) for result, name in zip(results, ("motor", "load"), strict=True)]
+        of_fits = [
+            _mass_of(result, name, kind)
+            for result, name in zip(results, ("motor", "load"), strict=True)
+        ]
         if parted.rigid is NO_SCALE:  # errors by the motion of the load are unknown
-            doubts, of_fits[1] = (0.0, RIGID_LEVEL * forces[1]), of_fits[1]._replace(half_width=math.inf)
+            doubts, of_fits[1] = (
+                (0.0, RIGID_LEVEL * forces[1]),
+                of_fits[1]._replace(half_width=math.inf),
+            )
         quantity = {item.name: item for item in of_fits} | quantity
     widened = [
-        replace(result, fits=(_widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))), *result.fits[1:]))
+        replace(
+            result,
+            fits=(
+                _widened(result.best, math.hypot(SPARE_LEVEL, doubt / max(force, TINY))),
+                *result.fits[1:],
+            ),
+        )
         for result, force, doubt in zip(results, forces, doubts, strict=True)
     ]
-    return TwoMasses(tuple(quantity.values()), widened[0], widened[1], delay, _arm(pairs), parted.nut_is_masked, measured, parted.rigid)
+    return TwoMasses(
+        tuple(quantity.values()),
+        widened[0],
+        widened[1],
+        delay,
+        _arm(pairs),
+        parted.nut_is_masked,
+        measured,
+        parted.rigid,
+    )
 
 
 class _Parted(NamedTuple):
@@ -256,12 +364,23 @@ def _by_sensor(pairs: Pairs, logs: Sequence[Log], coupling: Elastic | None, reas
     """Return both sides of a sensor whose log does not show the deflection of the coupling for some `reason`."""
     kind, efforts = pairs[0][0].kind, [log.effort.values for log in logs if log.effort is not None]
     if reason is NO_SCALE:  # a rigid load; the coupling corrects its position
-        softness = (2.0 * math.pi * coupling.antiresonance) ** -2 / coupling.load if coupling is not None else 0.0
-        loads = [alone(log, effort, load=True, softness=softness) for log, effort in zip(logs, efforts, strict=True)]
+        softness = (
+            (2.0 * math.pi * coupling.antiresonance) ** -2 / coupling.load
+            if coupling is not None
+            else 0.0
+        )
+        loads = [
+            alone(log, effort, load=True, softness=softness)
+            for log, effort in zip(logs, efforts, strict=True)
+        ]
         delay, quantities = 0.0, quantities_of_response(coupling, kind)
     else:
         loads = [alone(log, effort, load=True) for log, effort in zip(logs, efforts, strict=True)]
-        delay, quantities, reason = effort_delay(loads, 0.0), (), f"The log does not show the coupling: {reason}"
+        delay, quantities, reason = (
+            effort_delay(loads, 0.0),
+            (),
+            f"The log does not show the coupling: {reason}",
+        )
         loads = [without_sensor(log, 0.0, delay) for log in loads]
     quantities = tuple(quantity for quantity in quantities if quantity.name not in JUDGED[:2])
     return _Parted(list(zip(logs, loads, strict=True)), quantities, delay, rigid=reason)
@@ -280,7 +399,10 @@ def _elastic(logs: Sequence[Log], step: float, kind: Kind, *, measured: bool) ->
     if lost.clear or lost.nut_is_clear:
         masses = _refined(masses, records, step, lost, UNKNOWN._replace(nut=lost.nut_as_known[0]))
         lost = lost_motion(records, step, masses, kind)
-    values, errors = [lost.stiffness], [math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness)]
+    values, errors = (
+        [lost.stiffness],
+        [math.hypot(lost.stiffness_error, LEAST_ERROR * lost.stiffness)],
+    )
     prior = Prior(np.array(values), np.array(errors), *lost.nut_as_known)
     masses = _refined(masses, records, step, lost, prior)
     quantities = quantities_of(masses, lost, kind, step, measured=measured)
@@ -296,22 +418,36 @@ def _mass_of(result: Identification, name: str, kind: Kind) -> Quantity:
     """Return the mass of the fit of a side as a quantity."""
     mass = result.best.inertia
     assert mass is not None
-    half = math.inf if mass.ends is None else math.hypot(0.5 * (mass.ends[1] - mass.ends[0]), SPARE * mass.value)
+    half = (
+        math.inf
+        if mass.ends is None
+        else math.hypot(0.5 * (mass.ends[1] - mass.ends[0]), SPARE * mass.value)
+    )
     return Quantity(name, mass.value, half, mass.unit, f"{MASS[kind]} of the {name}")
 
 
 def with_two_masses(
-    result: Identification, pairs: Pairs, fitted: Callable[..., Identification], progress: Progress | None, coupling: Elastic | None
+    result: Identification,
+    pairs: Pairs,
+    fitted: Callable[..., Identification],
+    progress: Progress | None,
+    coupling: Elastic | None,
 ) -> Identification:
     """Return a result with both masses, or with the reason why the logs do not show them."""
     masses = two_masses(pairs, fitted, progress, coupling)
-    if isinstance(masses, TwoMasses) and masses.load is not None:  # the plant with two masses explains what that of one mass does not
+    if (
+        isinstance(masses, TwoMasses) and masses.load is not None
+    ):  # the plant with two masses explains what that of one mass does not
         explained = tuple(item for item in result.best.diagnostics if item.code != "unexplained")
-        result = replace(result, fits=(replace(result.best, diagnostics=explained), *result.fits[1:]))
+        result = replace(
+            result, fits=(replace(result.best, diagnostics=explained), *result.fits[1:])
+        )
     return _with(result, masses)
 
 
-def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | None) -> Identification:
+def with_masses_of(
+    result: Identification, pairs: Pairs, coupling: Elastic | None
+) -> Identification:
     """Return a result with both masses of a coupling that one encoder shows, or with the reason why the logs do not show them."""
     if coupling is None:
         return result
@@ -323,7 +459,11 @@ def with_masses_of(result: Identification, pairs: Pairs, coupling: Elastic | Non
         return _with(result, f"{unsure}. {EXCITE}")
     total, mass = coupling.mass, result.best.inertia
     ends = None if mass is None else mass.ends
-    if mass and ends and not ends[0] - coupling.mass_half_width < total < ends[1] + coupling.mass_half_width:
+    if (
+        mass
+        and ends
+        and not ends[0] - coupling.mass_half_width < total < ends[1] + coupling.mass_half_width
+    ):
         sums = f"the fit of both masses has the sum {with_unit(total, mass.unit)}, but the axis has {with_unit(mass.value, mass.unit)}"
         return _with(result, f"{sums}: the recorded effort may have passed a filter")
     return _with(result, TwoMasses(quantities, result, None, coupling.masses.delay, _arm(pairs)))
@@ -338,24 +478,41 @@ def _with(result: Identification, found: TwoMasses | str) -> Identification:
 def _arm(pairs: Pairs) -> float:
     """Return the movement of the axis per radian of the motor; 1 if unknown, and on a rotational axis."""
     log, axis = pairs[0]
-    return axis.arm if axis is not None and axis.arm is not None and log.kind == "translational" else 1.0
+    return (
+        axis.arm
+        if axis is not None and axis.arm is not None and log.kind == "translational"
+        else 1.0
+    )
 
 
-def _doubts(quantity: Mapping[str, Quantity], force: float, *, nut: bool, measured: bool) -> tuple[float, float]:
+def _doubts(
+    quantity: Mapping[str, Quantity], force: float, *, nut: bool, measured: bool
+) -> tuple[float, float]:
     """Return the half-widths of the forces on motor and load, by the errors of stiffness, play, hysteresis and nut."""
     of_nut, loop = quantity["nut"].half_width * force if nut else 0.0, quantity.get("hysteresis")
     if measured:
         return 0.0, of_nut
-    doubt = _doubt(quantity["large_stiffness" if loop else "stiffness"], quantity["play"], force, loop.half_width if loop else 0.0)
+    doubt = _doubt(
+        quantity["large_stiffness" if loop else "stiffness"],
+        quantity["play"],
+        force,
+        loop.half_width if loop else 0.0,
+    )
     return math.hypot(doubt, of_nut) if nut else doubt, doubt
 
 
 def _doubt(stiffness: Quantity, play: Quantity, force: float, width: float = 0.0) -> float:
     """Return the half-width of a force of the coupling, by the errors of its stiffness, its play and the width of its hysteresis."""
-    return math.hypot(force * stiffness.half_width / stiffness.value, 0.5 * stiffness.value * play.half_width, 0.5 * width)
+    return math.hypot(
+        force * stiffness.half_width / stiffness.value,
+        0.5 * stiffness.value * play.half_width,
+        0.5 * width,
+    )
 
 
-def _refined(masses: Masses, records: Sequence[Record], step: float, lost: LostMotion, prior: Prior) -> Masses:
+def _refined(
+    masses: Masses, records: Sequence[Record], step: float, lost: LostMotion, prior: Prior
+) -> Masses:
     """Return the masses with a known play and stiffness, or the previous masses if the records do not show them."""
     try:
         return masses_of(records, step, lost.dead, prior) or masses
@@ -368,11 +525,19 @@ def _widened(fit: Fit, share: float) -> Fit:
     variables = fit.friction.component.variables
 
     def wider(estimate: Estimate) -> Estimate:
-        if estimate.ends is None or estimate.name not in variables or not exponents_of(variables[estimate.name].quantity).get("force"):
+        if (
+            estimate.ends is None
+            or estimate.name not in variables
+            or not exponents_of(variables[estimate.name].quantity).get("force")
+        ):
             return estimate
         low, high = estimate.ends
         middle, half = 0.5 * (low + high), math.hypot(0.5 * (high - low), share * estimate.value)
-        return replace(estimate, interval=(middle - half, middle + half), robust_std=max(estimate.larger_std or 0.0, half / NORMAL_95))
+        return replace(
+            estimate,
+            interval=(middle - half, middle + half),
+            robust_std=max(estimate.larger_std or 0.0, half / NORMAL_95),
+        )
 
     return replace(fit, estimates=tuple(map(wider, fit.estimates)))
 
@@ -382,14 +547,23 @@ def _determined(fit: Fit) -> Model:
     values, variables = fit.friction.values, fit.friction.component.variables
     pairs = zip(names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables), strict=False)
     return fit.friction.with_values(
-        **{peak: values[level] for peak, level in pairs if fit.parameters[peak].status not in ("identified", "held")}
+        **{
+            peak: values[level]
+            for peak, level in pairs
+            if fit.parameters[peak].status not in ("identified", "held")
+        }
     )
 
 
 def _friction_data(fit: Fit) -> dict[str, Any]:
     """Return model, parameters and intervals of a side."""
     values = {
-        item.name: {"value": item.value, "unit": item.unit, "interval": item.ends, "status": item.status}
+        item.name: {
+            "value": item.value,
+            "unit": item.unit,
+            "interval": item.ends,
+            "status": item.status,
+        }
         for item in fit.estimates
         if item.name in fit.friction.values
     }

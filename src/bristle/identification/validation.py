@@ -34,14 +34,22 @@ PLACES = frozenset({"position", "periodic"})  # slots that depend on the positio
 
 
 def held_out_error(
-    estimation: Estimation, blocks: int, settings: Settings, report: Callable[[float], None] = lambda share: None
+    estimation: Estimation,
+    blocks: int,
+    settings: Settings,
+    report: Callable[[float], None] = lambda share: None,
 ) -> HeldOut:
     """Return the error on each of several parts of a log, or on each log, fitted to all others."""
     name, folds = estimation.problem.folds(blocks, settings)
     measured, errors = estimation.problem.measured, []
     for number, fold in enumerate(folds):
         report(number / len(folds))
-        errors.append(relative_error_percent(measured[fold.held_out], (measured - estimation.residual_without(fold.fitted))[fold.held_out]))
+        errors.append(
+            relative_error_percent(
+                measured[fold.held_out],
+                (measured - estimation.residual_without(fold.fitted))[fold.held_out],
+            )
+        )
     return HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1)), name)
 
 
@@ -69,7 +77,11 @@ def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.
     if _doubtful(leader, settings):
         scatter = leader.held_out.std_percent if leader.held_out else 0.0
         sound = (
-            fit for fit in fits if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + scatter
+            fit
+            for fit in fits
+            if not _doubtful(fit, settings)
+            and _size(fit) < _size(leader)
+            and _error(fit) <= _error(leader) + scatter
         )
         leader = min(sound, key=_error, default=leader)
     if spread > 0.0:
@@ -108,7 +120,9 @@ def _size(fit: Fit) -> int:
 
 def _doubtful(fit: Fit, settings: Settings) -> bool:
     """Return whether too many of the free parameters are not identified."""
-    unsure = [estimate.status != "identified" for estimate in fit.estimates if estimate.status != "held"]
+    unsure = [
+        estimate.status != "identified" for estimate in fit.estimates if estimate.status != "held"
+    ]
     return bool(unsure) and sum(unsure) >= settings.doubtful_share * len(unsure)
 
 
@@ -117,8 +131,13 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
     sums = list[float]()
     for fit in fits:
         # The minimised error, as if each row had the mean square of the samples.
-        simulated, residual = fit.position_rmse if fit.loop_rmse is None else fit.loop_rmse, fit.traces.residual
-        sums.append(float(residual @ residual) if simulated is None else residual.size * simulated**2)
+        simulated, residual = (
+            fit.position_rmse if fit.loop_rmse is None else fit.loop_rmse,
+            fit.traces.residual,
+        )
+        sums.append(
+            float(residual @ residual) if simulated is None else residual.size * simulated**2
+        )
     squares = np.array(sums)
     if not np.all(squares > 0.0) or not fits:
         return list(fits)
@@ -127,4 +146,7 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
     plain, sizes = count * np.log(squares / best.size), np.array(list(map(_size, fits)))
     criteria = np.stack([plain + 2.0 * sizes, plain + sizes * np.log(count)])
     differences = criteria - criteria.min(axis=1, keepdims=True)
-    return [replace(fit, information=Information(aic, bic, count)) for fit, (aic, bic) in zip(fits, differences.T.tolist(), strict=True)]
+    return [
+        replace(fit, information=Information(aic, bic, count))
+        for fit, (aic, bic) in zip(fits, differences.T.tolist(), strict=True)
+    ]

@@ -20,7 +20,12 @@ from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
 from bristle.models.plants.terms import SPRINGS
 
-WIDTHS = (5.0, 10.0, 20.0, 40.0)  # sampling frequency over the cut-off of the wide rows, the widest first
+WIDTHS = (
+    5.0,
+    10.0,
+    20.0,
+    40.0,
+)  # sampling frequency over the cut-off of the wide rows, the widest first
 WIDEST = 250.0  # Hz
 SPEED_NOISE = 0.025  # of the top speed: noise of the speed in wide rows
 TOP = 0.995  # quantile of the speeds that defines the top speed
@@ -28,10 +33,17 @@ SLOW, FAST = 0.05, 0.15  # of the top speed: slower rows are omitted, faster row
 EDGE = 0.5  # s at the ends of a stretch
 FINE = 0.25  # periods of the wide cut-off from row to row
 SPEEDS = (0.03, 0.1, 0.3)  # of the top speed: scales of nonlinear friction
-REACH, REACH_TIME, REACH_STEP = 12.0, 8e-3, 0.4e-3  # search range of a delay in samples or s; step [s]
+REACH, REACH_TIME, REACH_STEP = (
+    12.0,
+    8e-3,
+    0.4e-3,
+)  # search range of a delay in samples or s; step [s]
 ROUGH = 25.0  # Hz: cut-off of the rough search
 STEPS = 8
-CALM, CALMEST = 2.0, 60.0  # of the narrow cut-off; Hz: above, noise dominates the slope of the acceleration
+CALM, CALMEST = (
+    2.0,
+    60.0,
+)  # of the narrow cut-off; Hz: above, noise dominates the slope of the acceleration
 CLOSE, CLOSE_FILTER = 0.02, 3e-8  # samples, s^2: converged steps
 BLOCKS = 20  # of the jackknife
 FILTER = 2e-6  # s^2: c of a filter of 2 ms, the prior of an undocumented filter
@@ -74,7 +86,11 @@ class InstrumentFit(NamedTuple):
         # The common random error of both fits, by blocks of time, cancels in their difference (Durbin, Wu, Hausman).
         apart, change = other.parts - self.parts, float(other.theta[0] - self.theta[0])
         surely = change > errors * ((BLOCKS - 1) / BLOCKS * float(apart @ apart)) ** 0.5
-        return change / float(other.theta[0]) if surely and change > least * float(other.theta[0]) else 0.0
+        return (
+            change / float(other.theta[0])
+            if surely and change > least * float(other.theta[0])
+            else 0.0
+        )
 
     def doubted(self, scale: float) -> InstrumentFit:
         """Return the same fit with errors multiplied by `scale`."""
@@ -92,7 +108,9 @@ class WideRows:
     noise: float  # of the position, sample by sample
     narrow: dict[float, np.ndarray] = field(default_factory=dict)
     passed: tuple[float, list[np.ndarray]] | None = None  # filter [s^2], and the columns after it
-    calm: tuple[tuple[float, float], list[np.ndarray]] | None = None  # cut-off and filter, and the acceleration after both
+    calm: tuple[tuple[float, float], list[np.ndarray]] | None = (
+        None  # cut-off and filter, and the acceleration after both
+    )
 
     def suffice(self) -> bool:
         """Return whether there are enough rows; drop columns without rows, as in a log in one direction."""
@@ -100,7 +118,12 @@ class WideRows:
             return False
         weight, largest = self._together("weight"), list[list[tuple[float, float]]]()
         for stretch in self.stretches:  # column by column, to save memory
-            largest.append([(float(np.abs(stretch.weight * column).max()), float(np.abs(column).max())) for column in stretch.columns])
+            largest.append(
+                [
+                    (float(np.abs(stretch.weight * column).max()), float(np.abs(column).max()))
+                    for column in stretch.columns
+                ]
+            )
         weighed, plain = np.moveaxis(np.max(largest, axis=0), -1, 0)
         present = weighed > 1e-6 * plain
         for stretch in self.stretches:
@@ -117,7 +140,12 @@ class WideRows:
     def behind(self, cutoff: float, signals: Sequence[np.ndarray]) -> np.ndarray:
         """Return weighted signals after the narrow filter, shape (signal, sample), all stretches concatenated."""
         stride, narrow = max(int(0.2 / (cutoff * self.step)), 1), butterworth(cutoff, self.step)
-        return np.hstack([filtered_every(stride, s.weight * x, *narrow) for s, x in zip(self.stretches, signals, strict=True)])
+        return np.hstack(
+            [
+                filtered_every(stride, s.weight * x, *narrow)
+                for s, x in zip(self.stretches, signals, strict=True)
+            ]
+        )
 
     def regressor(self, cutoff: float) -> np.ndarray:
         """Return the weighted columns after the narrow filter, shape (column, row)."""
@@ -129,7 +157,9 @@ class WideRows:
         """Return the absolute correlation of acceleration and position; 1 for a single sine."""
         constant = self.behind(cutoff, [np.ones((1, s.weight.size)) for s in self.stretches])[0]
         both = self.regressor(cutoff)[:2]
-        both = both - np.outer(both @ constant, constant) / max(float(constant @ constant), np.finfo(float).tiny)
+        both = both - np.outer(both @ constant, constant) / max(
+            float(constant @ constant), np.finfo(float).tiny
+        )
         lengths = float(np.prod(np.sum(both**2, axis=1)))
         return abs(float(both[0] @ both[1])) / lengths**0.5 if lengths > 0.0 else 0.0
 
@@ -144,7 +174,15 @@ class WideRows:
             left.append(np.sum((efforts - efforts @ basis @ basis.T) ** 2, axis=1))
         return float(delays[np.argmin(np.concatenate(left))])
 
-    def fit(self, cutoff: float, delay: float, c: float = 0.0, *, free: tuple[bool, bool], steps: int = STEPS) -> InstrumentFit:
+    def fit(
+        self,
+        cutoff: float,
+        delay: float,
+        c: float = 0.0,
+        *,
+        free: tuple[bool, bool],
+        steps: int = STEPS,
+    ) -> InstrumentFit:
         """Return the fit at one cut-off after at most `steps` steps; `free` are delay and filter."""
         rows, target = self._weighed(cutoff, delay, c)
         theta = normal(rows @ rows.T, rows @ target, rcond=SINGULAR)
@@ -154,26 +192,52 @@ class WideRows:
             slopes = list[np.ndarray]()
             for x, calm in zip(columns, self._calm(cutoff, c), strict=True):
                 effort = theta @ x
-                late = [-derivative(effort + theta[0] * (calm - x[0]), self.step)] if free[0] else []
+                late = (
+                    [-derivative(effort + theta[0] * (calm - x[0]), self.step)] if free[0] else []
+                )
                 bent = [derivative(derivative(effort, self.step), self.step)] if free[1] else []
                 slopes.append(np.reshape(late + bent, (-1, effort.size)))
             equations = np.vstack([rows, self.behind(cutoff, slopes)])
             full = normal(equations @ equations.T, equations @ target, rcond=SINGULAR)
             theta = full[: rows.shape[0]]
-            moved, further = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
+            moved, further = (
+                float(full[theta.size]) if free[0] else 0.0,
+                float(full[-1]) if free[1] else 0.0,
+            )
             converged = abs(moved) < CLOSE * self.dt and abs(further) < CLOSE_FILTER
             if converged or step == steps - 1:
                 # Bias of the inertia by white position noise.
                 first = np.zeros(equations.shape[0])
                 first[0] = 1.0
                 weight = self._together("weight")
-                noise = 0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * equations.shape[1] * float(np.mean(weight**2))
-                bias = abs(noise * float(theta[0]) * float(normal(equations @ equations.T, first, rcond=SINGULAR)[0]))
+                noise = (
+                    0.4
+                    * self.dt
+                    * self.noise**2
+                    * (2.0 * np.pi) ** 4
+                    * cutoff**5
+                    * equations.shape[1]
+                    * float(np.mean(weight**2))
+                )
+                bias = abs(
+                    noise
+                    * float(theta[0])
+                    * float(normal(equations @ equations.T, first, rcond=SINGULAR)[0])
+                )
                 # The covariance by a jackknife over blocks.
                 *_, parts = zip(*left_out(equations, target, BLOCKS, rcond=SINGULAR), strict=True)
                 changes = np.array(parts) - np.mean(parts, axis=0)
                 covariance = (BLOCKS - 1) / BLOCKS * changes.T @ changes
-                return InstrumentFit(cutoff, theta, delay + moved, c + further, covariance, bias, converged, changes[:, 0])
+                return InstrumentFit(
+                    cutoff,
+                    theta,
+                    delay + moved,
+                    c + further,
+                    covariance,
+                    bias,
+                    converged,
+                    changes[:, 0],
+                )
             delay += float(np.clip(moved, -2.0 * self.dt, 2.0 * self.dt))
             c = float(np.clip(c + np.clip(further, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
             rows, target = self._weighed(cutoff, delay, c)
@@ -185,7 +249,10 @@ class WideRows:
         if calm >= self.width:
             return [x[0] for x in self._filtered(c)]
         if self.calm is None or self.calm[0] != (calm, max(c, 0.0)):
-            self.calm = (calm, max(c, 0.0)), [low_passed(x[0], calm, self.step) for x in self._filtered(c)]
+            self.calm = (
+                (calm, max(c, 0.0)),
+                [low_passed(x[0], calm, self.step) for x in self._filtered(c)],
+            )
         return self.calm[1]
 
     def _filtered(self, c: float) -> list[np.ndarray]:
@@ -214,10 +281,18 @@ class WideRows:
         rows, target = self._weighed(bent.cutoff, bent.delay, bent.c)
         plain = self._weighed(bent.cutoff, delay, bent.c)[1]
         lag = (2.0 * abs(bent.c)) ** 0.5
-        columns = [s.columns if bent.c > 0.0 else through_filter(s.columns, lag, self.step) for s in self.stretches]
+        columns = [
+            s.columns if bent.c > 0.0 else through_filter(s.columns, lag, self.step)
+            for s in self.stretches
+        ]
         without = self.behind(bent.cutoff, columns)
         squares = [
-            np.array([float(np.sum((effort - theta @ part) ** 2)) for part, effort, theta in left_out(*pair, BLOCKS, rcond=SINGULAR)])
+            np.array(
+                [
+                    float(np.sum((effort - theta @ part) ** 2))
+                    for part, effort, theta in left_out(*pair, BLOCKS, rcond=SINGULAR)
+                ]
+            )
             for pair in ((without, plain), (rows, target))
         ]
         return squares[0] - squares[1]
@@ -234,7 +309,9 @@ class WideRows:
             if frequency is None:
                 return
             columns = apart_from(basis, weight[:, None] * waves(x, side, frequency))
-            if np.sum((np.linalg.qr(columns)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
+            if np.sum((np.linalg.qr(columns)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(
+                residual**2
+            ):
                 return
             for s in self.stretches:
                 s.columns = np.vstack([s.columns, waves(s.position, s.side, frequency).T])
@@ -242,7 +319,13 @@ class WideRows:
             self.passed = None
 
 
-def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence[float] = WIDTHS, *, few: bool = False) -> WideRows | None:
+def wide_rows(
+    logs: Sequence[Log],
+    axes: Sequence[Axis | None],
+    widths: Sequence[float] = WIDTHS,
+    *,
+    few: bool = False,
+) -> WideRows | None:
     """Return the rows after the widest filter with little noise of the speed; None if the log is too short."""
     dt = float(logs[0].sample_time)
     narrowest = 1.0 / (widths[-1] * dt)
@@ -255,10 +338,17 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence
             step = step_of(log, axis)
             for part in log.segments or (slice(0, len(log)),):
                 if len(range(*part.indices(len(log)))) * log.sample_time >= 4.0 * EDGE:
-                    segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
+                    segment, noise, _ = segment_of(
+                        log, part, width, step, held=bool(axis and axis.held)
+                    )
                     parts.append(replace(segment, time=segment.time - log.time.values[0]))
                     # White noise above the cut-off determines the total noise; it is at least that of rounding.
-                    noises.append(max(noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5, step / 12.0**0.5))
+                    noises.append(
+                        max(
+                            noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5,
+                            step / 12.0**0.5,
+                        )
+                    )
         speeds = [derivative(segment.position - segment.position[0], dt) for segment in parts]
         top = float(np.quantile(np.abs(np.concatenate([*speeds, [0.0]])), TOP))
         noise = float(np.sqrt(np.mean(np.square([*noises, 0.0][: max(len(noises), 1)]))))
@@ -269,10 +359,18 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None], widths: Sequence
             frequencies, degree = list[float](), 0
             if axes[0] is not None:
                 # The known waves of the plant over the position [1/m or 1/rad]: gravity, cogging.
-                frequencies = [2.0 * np.pi * n / cogging.turn for cogging in axes[0].cogging for n in cogging.harmonics or ()]
+                frequencies = [
+                    2.0 * np.pi * n / cogging.turn
+                    for cogging in axes[0].cogging
+                    for n in cogging.harmonics or ()
+                ]
                 frequencies = [1.0] * axes[0].gravity + frequencies
                 degree = SPRINGS.get(axes[0].spring or "", 0)
-            stretches = [_stretch(*pair, width, dt, stride, top, frequencies, degree, few=few) for pair in pairs if top > 0.0]
+            stretches = [
+                _stretch(*pair, width, dt, stride, top, frequencies, degree, few=few)
+                for pair in pairs
+                if top > 0.0
+            ]
             rows = WideRows(stretches, width, stride * dt, dt, noise)
             return rows if rows.suffice() else None
     return None
@@ -301,13 +399,17 @@ def _stretch(
         for side in (1.0, -1.0):
             along = speed * side > 0.0
             for rate in rates:
-                yield np.where(along, speed if rate is None else side * np.exp(-np.abs(speed) * rate), 0.0)
+                yield np.where(
+                    along, speed if rate is None else side * np.exp(-np.abs(speed) * rate), 0.0
+                )
         if not few:
             # While an axis warms up, faster motions at the end of a log seem to have another delay.
             yield np.sign(speed) * segment.time
         for wave in plant:
             yield from (bend(wave * segment.position) for bend in (np.cos, np.sin))
-        yield from ((segment.position - segment.position.mean()) ** power for power in range(2, degree + 1))
+        yield from (
+            (segment.position - segment.position.mean()) ** power for power in range(2, degree + 1)
+        )
         yield from segment.regressors
 
     def wide(signals: Iterable[np.ndarray]) -> np.ndarray:
@@ -325,4 +427,6 @@ def _stretch(
     weight[:edge], weight[-edge:] = 0.0, 0.0
     effort = spline_filter1d(segment.effort)
     position, side = smooth[0] + segment.position[0], np.sign(smooth[1])
-    return _Stretch(position, side, rows, weight, lambda delay: at_spline(effort, delay / dt)[::stride])
+    return _Stretch(
+        position, side, rows, weight, lambda delay: at_spline(effort, delay / dt)[::stride]
+    )

@@ -17,7 +17,9 @@ class Work:
     before: str = ""  # text in front of each task
     begun: float = field(default_factory=perf_counter)
     after_fits: float = inf  # duration of the tasks after all fits [s]
-    paces: list[float] = field(default_factory=list)  # duration of each fit so far, per parameter of its model [s]
+    paces: list[float] = field(
+        default_factory=list
+    )  # duration of each fit so far, per parameter of its model [s]
 
     def lasting(self, parameters: int) -> float:
         """Return the expected duration of fits of models with so many parameters together [s]."""
@@ -31,8 +33,14 @@ class Work:
         def report(share: float, remark: str = "") -> None:
             now = perf_counter()
             # The measured duration replaces the expected one little by little.
-            lasts = (now - begun) / share if expected == inf and share else now - begun + (1.0 - share) * expected
+            lasts = (
+                (now - begun) / share
+                if expected == inf and share
+                else now - begun + (1.0 - share) * expected
+            )
             done, left = now - self.begun, self.ahead + (1.0 - share) * lasts
-            self.progress(done / (done + left) if left else 1.0, ", ".join(filter(None, (words, remark))))
+            self.progress(
+                done / (done + left) if left else 1.0, ", ".join(filter(None, (words, remark)))
+            )
 
         return report

@@ -21,7 +21,10 @@ import numpy as np
 from bristle.core.errors import InputError, shortened
 from bristle.logs.table import Choice, Request, Table, damage_refused
 
-SECONDS, BYTES_A_SECOND = 6.0, 20e6  # of processor time, limit for a file that makes its reader loop
+SECONDS, BYTES_A_SECOND = (
+    6.0,
+    20e6,
+)  # of processor time, limit for a file that makes its reader loop
 PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
 # Files can ask for plugins of HDF5, which are libraries: load none. One thread of linear algebra is enough.
 # Ctrl-C in a terminal goes to the caller, which ends this process.
@@ -45,7 +48,9 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        env=os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
+        env=os.environ
+        | ENVIRONMENT
+        | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)},
         # A separate process group: Ctrl-C goes to the waiting program, which ends the reader.
         start_new_session=sys.platform != "win32",
         creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
@@ -53,7 +58,9 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
     out, ending = b"", None
     with process:
         try:
-            out, stderr = process.communicate(json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"])
+            out, stderr = process.communicate(
+                json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"]
+            )
         except subprocess.TimeoutExpired:
             process.kill()
             ending = "the library takes too long to read it"
@@ -66,7 +73,11 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
             if code == -getattr(signal, "SIGXCPU", 0) != 0:
                 ending = "the library takes too long to read it"
             elif code != 0:
-                ending = f"the library that reads this format crashed with signal {-code}" if code < 0 else last
+                ending = (
+                    f"the library that reads this format crashed with signal {-code}"
+                    if code < 0
+                    else last
+                )
     if ending is not None:
         message = f"is damaged, or in an unsupported format ({ending})"
         raise InputError(message, path=str(request.source), mend="Copy or save it again")
@@ -78,7 +89,9 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
     for name, size in record.pop("sizes").items():
         columns[name] = numbers[at : at + size].copy()
         at += size
-    return Table(columns, **record | {name: tuple(record[name]) for name in ("notes", "tables", "names")})
+    return Table(
+        columns, **record | {name: tuple(record[name]) for name in ("notes", "tables", "names")}
+    )
 
 
 def serve() -> None:
@@ -91,7 +104,11 @@ def serve() -> None:
         import resource
 
         most = 3 * 2**29 + 4 * head["limit"]  # of address space, in addition to the data
-        for name, soft, hard in (("CPU", head["seconds"], head["seconds"] + 1), ("AS", most, most), ("CORE", 0, 0)):
+        for name, soft, hard in (
+            ("CPU", head["seconds"], head["seconds"] + 1),
+            ("AS", most, most),
+            ("CORE", 0, 0),
+        ):
             # Some systems have a limit but refuse to set it, or already have a smaller limit.
             with suppress(AttributeError, ValueError, OSError):
                 resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (soft, hard))
@@ -106,7 +123,18 @@ def serve() -> None:
         value = error.value if isinstance(error.value, (str, int, float)) else None
         out.write(json.dumps({"refused": parts | {"value": value}}).encode() + b"\n")
     else:
-        attributes = ("units", "constants", "sample_time", "notes", "format", "tables", "names", "stamps", "facts", "about")
+        attributes = (
+            "units",
+            "constants",
+            "sample_time",
+            "notes",
+            "format",
+            "tables",
+            "names",
+            "stamps",
+            "facts",
+            "about",
+        )
         record = {name: getattr(table, name) for name in attributes}
         sizes = {name: int(values.size) for name, values in table.columns.items()}
         out.write(json.dumps({"sizes": sizes} | record).encode() + b"\n")

@@ -29,8 +29,14 @@ def read_hdf5(data: bytes, request: Request) -> Table:
     with h5py.File(io.BytesIO(data), "r") as content:
         for path, node in _data_sets(content, request.source):
             name = path.replace("/", separator)
-            stored = Stored((0,) if node.shape is None else node.shape, node.dtype, lambda node=node: node[()])
-            if not stored.holds_columns or _text(node, "MATLAB_class") in ("char", "cell", "function_handle"):
+            stored = Stored(
+                (0,) if node.shape is None else node.shape, node.dtype, lambda node=node: node[()]
+            )
+            if not stored.holds_columns or _text(node, "MATLAB_class") in (
+                "char",
+                "cell",
+                "function_handle",
+            ):
                 notes.append(f"bristle ignores {name}, because it holds no column of numbers")
                 continue
             unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), "")
@@ -55,14 +61,20 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
             count += 1
             path = f"{before}{name}"
             link = group.get(name, getlink=True)
-            elsewhere = f"{path} is a link to another file" if isinstance(link, h5py.ExternalLink) else ""
+            elsewhere = (
+                f"{path} is a link to another file" if isinstance(link, h5py.ExternalLink) else ""
+            )
             if not elsewhere and (name.startswith("#") or not isinstance(link, h5py.HardLink)):
                 continue
             node: Any = None if elsewhere else group[name]
             if isinstance(node, h5py.Dataset) and (node.is_virtual or node.external):
                 elsewhere = f"the numbers of {path} are in other files"
             if elsewhere:
-                raise InputError(f"{elsewhere}, but bristle reads only this file", path=str(source), mend=ONE_FILE)
+                raise InputError(
+                    f"{elsewhere}, but bristle reads only this file",
+                    path=str(source),
+                    mend=ONE_FILE,
+                )
             address = h5o.get_info(node.id).addr
             if address in visited or count > 100_000:
                 continue
@@ -78,7 +90,13 @@ def _text(node: Any, key: str) -> str:
         return ""
     value = node.attrs[key]
     value = value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value if isinstance(value, str) else ""
+    return (
+        value.decode("utf-8", "replace")
+        if isinstance(value, bytes)
+        else value
+        if isinstance(value, str)
+        else ""
+    )
 
 
 MOST_ARRAYS = 100_000
@@ -87,22 +105,37 @@ MOST_ARRAYS = 100_000
 def read_npz(data: bytes, request: Request) -> Table:
     """Return the columns of an NPY file with a table, or of an NPZ archive with one array per column."""
     if data.startswith(b"\x93NUMPY"):
-        return _table({request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)}, [], request)
+        return _table(
+            {request.source.stem: _stored(lambda: io.BytesIO(data), len(data), request.source)},
+            [],
+            request,
+        )
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
         if len(members) > MOST_ARRAYS:
-            raise InputError("holds too many arrays", path=str(request.source), value=len(members), allowed=f"up to {MOST_ARRAYS}")
+            raise InputError(
+                "holds too many arrays",
+                path=str(request.source),
+                value=len(members),
+                allowed=f"up to {MOST_ARRAYS}",
+            )
         names, notes = distinct(member.filename.removesuffix(".npy") for member in members)
         stored = {}
         for name, member in zip(names, members, strict=True):
             refuse_larger(member.file_size, request.limit, f"{request.source}: {name}")
-            stored[name] = _stored(lambda member=member: archive.open(member), member.file_size, request.source)
+            stored[name] = _stored(
+                lambda member=member: archive.open(member), member.file_size, request.source
+            )
         return _table(stored, notes, request)
 
 
 def _table(stored: dict[str, Stored], notes: list[str], request: Request) -> Table:
     columns = {name: array for name, array in stored.items() if array.holds_columns}
-    remarks = (f"bristle ignores {name}, because it holds no column of numbers" for name in stored if name not in columns)
+    remarks = (
+        f"bristle ignores {name}, because it holds no column of numbers"
+        for name in stored
+        if name not in columns
+    )
     return table_from(columns, request, "NPZ", notes=(*notes, *remarks))
 
 
@@ -110,10 +143,20 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
     """Return the array that its head describes; refuse a file that is too short for it."""
     with opened() as file:
         version = np.lib.format.read_magic(file)
-        header: Any = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, dtype = header(file, max_header_size=10_000)  # [byte] at most, before the numbers of an array
+        header: Any = (
+            np.lib.format.read_array_header_1_0
+            if version == (1, 0)
+            else np.lib.format.read_array_header_2_0
+        )
+        shape, _, dtype = header(
+            file, max_header_size=10_000
+        )  # [byte] at most, before the numbers of an array
     if dtype.hasobject:
-        raise InputError("holds Python objects, which bristle does not read", path=str(source), mend="Save arrays of numbers")
+        raise InputError(
+            "holds Python objects, which bristle does not read",
+            path=str(source),
+            mend="Save arrays of numbers",
+        )
 
     def read() -> np.ndarray:
         with opened() as file:
@@ -121,7 +164,9 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
 
     stored = Stored(tuple(shape), dtype, read)
     if stored.size * dtype.itemsize > size:
-        raise ValueError(f"the header of an array announces {stored.size} numbers, but the file is shorter")
+        raise ValueError(
+            f"the header of an array announces {stored.size} numbers, but the file is shorter"
+        )
     return stored
 
 
@@ -148,7 +193,11 @@ def read_mat(data: bytes, request: Request) -> Table:
             notes.append(f"bristle ignores {full}, because it has {values.ndim} dimensions")
         else:  # time runs along the longer side of a matrix
             vector = values.ndim == 1 or 1 in values.shape
-            columns = {full: values.reshape(-1)} if vector else {f"{full}[{k}]": column for k, column in enumerate(tall(values).T)}
+            columns = (
+                {full: values.reshape(-1)}
+                if vector
+                else {f"{full}[{k}]": column for k, column in enumerate(tall(values).T)}
+            )
             series += [Series(name, numbers) for name, numbers in columns.items()]
     return table_of_series(series, request, "MAT", constants=constants, notes=notes)
 
@@ -179,7 +228,9 @@ def _examine(data: bytes, source: Path, limit: int) -> None:
         _refuse_deep(element, order, source)
     if at != len(data) or at == HEADER_BYTES:
         announced = max(at, HEADER_BYTES + TAG_BYTES)
-        message = f"is truncated: it has {len(data)} bytes, but its content announces {announced} bytes"
+        message = (
+            f"is truncated: it has {len(data)} bytes, but its content announces {announced} bytes"
+        )
         raise InputError(message, path=str(source), mend="Copy or save it again")
 
 
@@ -204,7 +255,12 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
             at += -(-length // TAG_BYTES) * TAG_BYTES
         if len(ends) > DEEPEST:
             allowed = f"up to {DEEPEST} levels of cells"
-            raise InputError("holds too deeply nested cells", path=str(source), allowed=allowed, mend="Save the signals as vectors")
+            raise InputError(
+                "holds too deeply nested cells",
+                path=str(source),
+                allowed=allowed,
+                mend="Save the signals as vectors",
+            )
 
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -222,7 +278,9 @@ def read_parquet(data: bytes, request: Request) -> Table:
     count = len(names if selection is None else selection)
     refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, request.limit, request.source)
     content = file.read(columns=selection, use_threads=False)
-    columns = dict(zip(names if selection is None else content.schema.names, content.columns, strict=True))
+    columns = dict(
+        zip(names if selection is None else content.schema.names, content.columns, strict=True)
+    )
     series = []
     for name, part in zip(names, file.schema_arrow, strict=True):
         may_be_numbers = types.is_primitive(part.type) or types.is_decimal(part.type)
@@ -230,8 +288,18 @@ def read_parquet(data: bytes, request: Request) -> Table:
         if request.choice(name) and values is None:
             notes.append(f"bristle ignores column {name!r}, because it holds no numbers")
         elif may_be_numbers:
-            metadata, is_time = part.metadata or {}, types.is_timestamp(part.type) or types.is_time(part.type)
-            unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
+            metadata, is_time = (
+                part.metadata or {},
+                types.is_timestamp(part.type) or types.is_time(part.type),
+            )
+            unit = next(
+                (
+                    metadata[key].decode("utf-8", "replace")
+                    for key in (b"unit", b"units")
+                    if key in metadata
+                ),
+                "",
+            )
             series.append(Series(name, values, unit=unit or ("s" if is_time else "")))
     return table_of_series(series, request, "Parquet", notes=notes)
 
@@ -241,11 +309,17 @@ def _numbers(column: Any) -> np.ndarray | None:
     import pyarrow
 
     if pyarrow.types.is_time(column.type):
-        counts = column.cast(pyarrow.int32() if pyarrow.types.is_time32(column.type) else pyarrow.int64())
+        counts = column.cast(
+            pyarrow.int32() if pyarrow.types.is_time32(column.type) else pyarrow.int64()
+        )
         return counts.to_numpy().astype(float) * SECONDS[column.type.unit]
     # pandas would return integers and booleans with gaps as objects.
     may_lack = (pyarrow.types.is_decimal, pyarrow.types.is_integer, pyarrow.types.is_boolean)
-    values = (column.cast(pyarrow.float64(), safe=False) if any(is_so(column.type) for is_so in may_lack) else column).to_numpy()
+    values = (
+        column.cast(pyarrow.float64(), safe=False)
+        if any(is_so(column.type) for is_so in may_lack)
+        else column
+    ).to_numpy()
     if values.dtype.kind == "M":
         return (values - values[:1]) / np.timedelta64(1, "s")
     if values.dtype.kind == "m":

@@ -33,14 +33,28 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     """Return the time base of a log: its column of time, or the sample time of the axis file, or that of the log."""
     time, place, source = gathered.channels.get("time"), str(table.source), "the axis file"
     if time is None:
-        clock = clock_of(_period(table, axis, gathered) * np.arange(len(gathered.motion or ())), place, delay=axis.delay)
+        clock = clock_of(
+            _period(table, axis, gathered) * np.arange(len(gathered.motion or ())),
+            place,
+            delay=axis.delay,
+        )
     else:
         # Rows that repeat the previous row in all channels.
         values = [channel.values for name, channel in gathered.named() if name != "time"]
         repeats = np.append(False, np.all([np.diff(column) == 0.0 for column in values], axis=0))
-        position, source = gathered.motion.values if gathered.motion else None, f"column {time.column}"
+        position, source = (
+            gathered.motion.values if gathered.motion else None,
+            f"column {time.column}",
+        )
         place = f"{place}: column {time.column!r}"
-        clock = clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position, repeats=repeats)
+        clock = clock_of(
+            time.values,
+            place,
+            delay=axis.delay,
+            sample_time=axis.sample_time,
+            position=position,
+            repeats=repeats,
+        )
     if table.sample_time and abs(clock.sample_time / table.sample_time - 1.0) > UNIFORM:
         states = f"the log states a sample time of {table.sample_time:g} s, but {source} gives {clock.sample_time:.6g} s"
         gathered.notes.append(f"{states}: bristle uses {source}")
@@ -58,9 +72,15 @@ def _period(table: Table, axis: Axis, gathered: Gathered) -> float:
     columns = [name for name in table.names if is_time(name) and name not in used]
     if table.sample_time and not columns:
         return table.sample_time
-    ways = [f'time = {{ column = "{name}", unit = "{table.units.get(name, "s")}" }} in [columns]' for name in columns]
+    ways = [
+        f'time = {{ column = "{name}", unit = "{table.units.get(name, "s")}" }} in [columns]'
+        for name in columns
+    ]
     stated = stated_periods(table.facts, named=False).items()
-    ways += [f'sample_time = "{period:g} s" under [timing], which the line {line!r} states' for line, period in stated]
+    ways += [
+        f'sample_time = "{period:g} s" under [timing], which the line {line!r} states'
+        for line, period in stated
+    ]
     mend = f"Write in the axis file {', or '.join(ways or USUAL)}"
     raise InputError("has no column of time and no sample time", path=str(table.source), mend=mend)
 
@@ -104,8 +124,15 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         steps = 0.5 * clock.sample_time * (velocity.values[1:] + velocity.values[:-1])
         for segment in clock.segments[1:]:
             steps[segment.start - 1] = 0.0
-        way = (float(reference.values[0]) if reference else 0.0) + np.concatenate([[0.0], np.cumsum(steps)])
-        position = Channel(way, unit_of(CHANNELS["position"], axis.kind), velocity.column, velocity.step * clock.sample_time)
+        way = (float(reference.values[0]) if reference else 0.0) + np.concatenate(
+            [[0.0], np.cumsum(steps)]
+        )
+        position = Channel(
+            way,
+            unit_of(CHANNELS["position"], axis.kind),
+            velocity.column,
+            velocity.step * clock.sample_time,
+        )
         notes.append(_remark_on(velocity.column, axis, follows=reference is not None))
     if axis.delay:
         notes.append(f"bristle shifts the effort by {axis.delay:g} s, its delay in the axis file")
@@ -117,26 +144,49 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         reference=reference,
         load=on_grid("load"),
         temperature=on_grid("temperature"),
-        further={name: channel for name in gathered.channels if name not in COLUMNS and (channel := on_grid(name)) is not None},
+        further={
+            name: channel
+            for name in gathered.channels
+            if name not in COLUMNS and (channel := on_grid(name)) is not None
+        },
         injected=tuple(
-            Channel(clock.sampled(injected.values, axis.delay, smooth=False), injected.unit, injected.column)
+            Channel(
+                clock.sampled(injected.values, axis.delay, smooth=False),
+                injected.unit,
+                injected.column,
+            )
             for injected in gathered.injected
         ),
-        regressors=tuple(replace(column, values=clock.sampled(column.values, 0.0)) for column in gathered.regressors),
+        regressors=tuple(
+            replace(column, values=clock.sampled(column.values, 0.0))
+            for column in gathered.regressors
+        ),
         sample_time=clock.sample_time,
         segments=clock.segments,
         source=table.source,
         origin=table.origin,
         notes=(*notes, *_doubts_about_velocity(position, clock, axis)),
         kind=axis.kind,
-        findings=(*gathered.findings, *_of_clock(clock, gathered, axis), *limits_exceeded(gathered, axis)),
+        findings=(
+            *gathered.findings,
+            *_of_clock(clock, gathered, axis),
+            *limits_exceeded(gathered, axis),
+        ),
     )
 
 
 def _remark_on(column: str, axis: Axis, *, follows: bool) -> str:
     """Return the note on a position that bristle integrated from a velocity column."""
     begin = "the first value of the reference" if follows else "position 0"
-    terms = [name for name, stated in (("gravity", axis.gravity), ("cogging", axis.cogging), ("a spring", axis.spring)) if stated]
+    terms = [
+        name
+        for name, stated in (
+            ("gravity", axis.gravity),
+            ("cogging", axis.cogging),
+            ("a spring", axis.spring),
+        )
+        if stated
+    ]
     named = f" ({' and '.join(terms)})" if terms else ""
     return (
         f"the log has no position: bristle integrates the velocity in column {column} from {begin}. The true start is unknown, "
@@ -147,9 +197,16 @@ def _remark_on(column: str, axis: Axis, *, follows: bool) -> str:
 def _doubts_about_velocity(position: Channel, clock: Clock, axis: Axis) -> Iterator[str]:
     """Yield a sentence if the axis exceeds its velocity limit."""
     steps = [np.abs(np.diff(position.values[segment][::STRIDE])) for segment in clock.segments]
-    fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (STRIDE * clock.sample_time)
-    if axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit:  # of the limit, allowed for noise of the velocity
-        speed, limit = (with_unit(value, unit_of("length/time", axis.kind)) for value in (fastest, axis.velocity_limit))
+    fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (
+        STRIDE * clock.sample_time
+    )
+    if (
+        axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit
+    ):  # of the limit, allowed for noise of the velocity
+        speed, limit = (
+            with_unit(value, unit_of("length/time", axis.kind))
+            for value in (fastest, axis.velocity_limit)
+        )
         yield f"the axis moves at up to {speed}, faster than its limit of {limit} in the axis file. Check the unit of the position"
 
 
@@ -166,12 +223,20 @@ def within(log: R, span: tuple[float, float]) -> R:
     extent = f"{span[0]:g} to {span[1]:g} s"
     if last - first < 10:
         allowed = f"within {time[0]:g} to {time[-1]:g} s"
-        raise InputError("contains fewer than 10 samples of the log", path="log.span", value=extent, allowed=allowed)
+        raise InputError(
+            "contains fewer than 10 samples of the log",
+            path="log.span",
+            value=extent,
+            allowed=allowed,
+        )
 
     def part(channel: Channel) -> Channel:
         return replace(channel, values=channel.values[first:last])
 
-    segments = [(max(segment.start, first) - first, min(segment.stop, last) - first) for segment in log.segments]
+    segments = [
+        (max(segment.start, first) - first, min(segment.stop, last) - first)
+        for segment in log.segments
+    ]
     return replace(
         log,
         **{name: part(channel) for name in CHANNELS if (channel := getattr(log, name)) is not None},

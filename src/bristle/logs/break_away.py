@@ -66,26 +66,40 @@ class _Leg(NamedTuple):
 
 
 def break_aways(
-    recordings: Sequence[Recording], *, cutoff: float, sample_time: float, resolution: float, noise: float
+    recordings: Sequence[Recording],
+    *,
+    cutoff: float,
+    sample_time: float,
+    resolution: float,
+    noise: float,
 ) -> tuple[BreakAway, ...]:
     """Return the break-aways of a log, by rate."""
-    grain = max(2.5 * resolution, 10.0 * noise)  # of the encoder and of the position noise: smaller motions are ignored
+    grain = max(
+        2.5 * resolution, 10.0 * noise
+    )  # of the encoder and of the position noise: smaller motions are ignored
     legs: list[_Leg] = []
     for recording in recordings:
         stretch = Stretch(*recording, grain, None, 0)
         for leg in stretch.of_kind("break_away"):
-            rest = max((rest for rest in stretch.rests if rest.start <= leg.first), key=lambda rest: rest.start)
+            rest = max(
+                (rest for rest in stretch.rests if rest.start <= leg.first),
+                key=lambda rest: rest.start,
+            )
             # A faster leg would show the distance of the filter: it must last at least 1.0 of the filter.
             measured = _measured(leg, rest, recording, 1.0 / (sample_time * cutoff))
             legs += [measured] if measured is not None else []
     groups: list[list[int]] = []  # legs of one rate, the slowest group first
     for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
-        if not groups or legs[k].speed > 1.3 * legs[groups[-1][0]].speed:  # largest ratio of rates in one group
+        if (
+            not groups or legs[k].speed > 1.3 * legs[groups[-1][0]].speed
+        ):  # largest ratio of rates in one group
             groups.append([])
         groups[-1].append(k)
     speeds = [math.exp(float(np.mean(np.log([legs[k].speed for k in group])))) for group in groups]
     forces = _estimates(legs, groups, speeds, [leg.force for leg in legs], 0.0)
-    distances = _estimates(legs, groups, speeds, [leg.distance for leg in legs], resolution / math.sqrt(6.0))
+    distances = _estimates(
+        legs, groups, speeds, [leg.distance for leg in legs], resolution / math.sqrt(6.0)
+    )
     return tuple(
         BreakAway(speed, len(group), *force, *distance)
         for speed, group, force, distance in zip(speeds, groups, forces, distances, strict=True)
@@ -105,7 +119,9 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
     # A peak exceeds the sliding force by at least 3.0 standard deviations.
     most = peak if peak - level > 3.0 * float(np.std(sliding)) else level
     before = float(np.median(pulled[: rest.stop - rest.start]))
-    if most <= 0.0 or before > -0.5 * most:  # of the break-away force: a motion in the other direction leaves the contact loaded
+    if (
+        most <= 0.0 or before > -0.5 * most
+    ):  # of the break-away force: a motion in the other direction leaves the contact loaded
         return None
     share = (pulled - before) / (most - before)
     turned = int(np.argmax(share >= TURNED))
@@ -118,7 +134,11 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
 
 
 def _estimates(
-    legs: Sequence[_Leg], groups: Sequence[Sequence[int]], speeds: Sequence[float], values: Sequence[float], common: float
+    legs: Sequence[_Leg],
+    groups: Sequence[Sequence[int]],
+    speeds: Sequence[float],
+    values: Sequence[float],
+    common: float,
 ) -> list[tuple[float, tuple[float, float] | None]]:
     """Return the mean of both directions at each rate with its interval; `common` is an error shared by all legs."""
     from scipy.stats import t
@@ -141,7 +161,9 @@ def _estimates(
         interval = None
         if spare > 0:
             variance = float(np.sum((target - regressor @ weights) ** 2)) / spare
-            half = float(t.ppf(0.975, spare)) * math.sqrt(variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row))
+            half = float(t.ppf(0.975, spare)) * math.sqrt(
+                variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row)
+            )
             half = math.hypot(half, NORMAL_95 * common / math.exp(middle))
             interval = math.exp(middle - half), math.exp(middle + half)
         estimates.append((math.exp(middle), interval))

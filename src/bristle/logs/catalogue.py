@@ -27,15 +27,42 @@ def _is_markup(head: bytes, suffix: str) -> bool:
 
 
 FORMATS: tuple[LogFormat, ...] = (
-    LogFormat("hdf5", "HDF5", _begins(b"\x89HDF", b"MATLAB 7.3"), holds_tables=True, package="h5py", extra="io", module="array_files"),
-    LogFormat("parquet", "Parquet", _begins(b"PAR1"), package="pyarrow", extra="io", module="array_files"),
+    LogFormat(
+        "hdf5",
+        "HDF5",
+        _begins(b"\x89HDF", b"MATLAB 7.3"),
+        holds_tables=True,
+        package="h5py",
+        extra="io",
+        module="array_files",
+    ),
+    LogFormat(
+        "parquet", "Parquet", _begins(b"PAR1"), package="pyarrow", extra="io", module="array_files"
+    ),
     LogFormat("npz", "NPZ", is_archive_of_arrays, holds_tables=True, module="array_files"),
     LogFormat("mf4", "MF4", _begins(b"MDF "), package="asammdf", extra="mf4", module="recorders"),
-    LogFormat("mcap", "MCAP", _begins(b"\x89MCAP"), holds_tables=True, package="mcap_ros2", extra="mcap", module="recorders"),
-    LogFormat("tdms", "TDMS", _begins(b"TDSm", suffix=".tdms"), package="nptdms", extra="io", module="recorders"),
+    LogFormat(
+        "mcap",
+        "MCAP",
+        _begins(b"\x89MCAP"),
+        holds_tables=True,
+        package="mcap_ros2",
+        extra="mcap",
+        module="recorders",
+    ),
+    LogFormat(
+        "tdms",
+        "TDMS",
+        _begins(b"TDSm", suffix=".tdms"),
+        package="nptdms",
+        extra="io",
+        module="recorders",
+    ),
     LogFormat("mat", "MAT", _begins(b"MATLAB 5.0", suffix=".mat"), module="array_files"),
     LogFormat("sinumerik", "traces of SINUMERIK", _is_markup, module="recorders"),
-    *(known for known in tuple(vars().values()) if isinstance(known, LogFormat)),  # formats with a separate module
+    *(
+        known for known in tuple(vars().values()) if isinstance(known, LogFormat)
+    ),  # formats with a separate module
     LogFormat("csv", "text", lambda head, suffix: True, module="csv"),
 )
 """Every format of logs, in the order in which they are tried."""

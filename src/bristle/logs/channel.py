@@ -12,7 +12,19 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 from bristle.core.axis import CHANNELS
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.edge import KIND, TEXT, Converter, amount, array, guarded, instance, many, mapping, optional, taken
+from bristle.core.edge import (
+    KIND,
+    TEXT,
+    Converter,
+    amount,
+    array,
+    guarded,
+    instance,
+    many,
+    mapping,
+    optional,
+    taken,
+)
 from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
 from bristle.core.tabular import SIGNALS, Signal, Tabular, ranged
@@ -46,7 +58,9 @@ def clear_step(values: np.ndarray, *, most: float = 20) -> float:
 COLUMN = array(finite=False)  # readers check the samples first and report the place of bad values
 
 
-@guarded(values=COLUMN, recorded_step=optional(amount(Variable("1", "step of the recording", min=0.0))))
+@guarded(
+    values=COLUMN, recorded_step=optional(amount(Variable("1", "step of the recording", min=0.0)))
+)
 @dataclass(frozen=True, eq=False)
 class Channel(NDArrayOperatorsMixin):
     """One recorded signal. NumPy, plots and calculations use it as the array of its samples.
@@ -114,7 +128,9 @@ def channel(name: str) -> Converter:
 
     def convert(value: Any, path: str, kind: Kind | None) -> Channel:
         unit = unit_of(CHANNELS[name], kind or KINDS[0])
-        candidate = value if isinstance(value, Channel) else Channel(COLUMN(value, path, kind), unit, name)
+        candidate = (
+            value if isinstance(value, Channel) else Channel(COLUMN(value, path, kind), unit, name)
+        )
         array()(candidate.values, path, kind)
         return candidate
 
@@ -139,14 +155,23 @@ class LogData(Tabular):
     origin: Origin = taken(instance(Origin, "an Origin"), NOWHERE)
     notes: tuple[str, ...] = taken(many(TEXT), ())
     kind: Kind = taken(KIND, "translational")
-    findings: tuple[Diagnostic, ...] = taken(many(instance(Diagnostic, "an object of class Diagnostic")), ())
+    findings: tuple[Diagnostic, ...] = taken(
+        many(instance(Diagnostic, "an object of class Diagnostic")), ()
+    )
     regressors: tuple[Channel, ...] = taken(many(channel("load"), single=True), ())
-    further: Mapping[str, Channel] = taken(mapping(instance(Channel, "an object of class Channel")), default_factory=dict)
+    further: Mapping[str, Channel] = taken(
+        mapping(instance(Channel, "an object of class Channel")), default_factory=dict
+    )
 
     def __post_init__(self) -> None:
         for name, signal in self.channels():
             if signal.values.size != len(self):
-                raise InputError("has more or fewer samples than time", path=name, value=signal.values.size, allowed=f"{len(self)} samples")
+                raise InputError(
+                    "has more or fewer samples than time",
+                    path=name,
+                    value=signal.values.size,
+                    allowed=f"{len(self)} samples",
+                )
         if len(self) == 0:
             raise InputError("has no samples", path="time")
         if not self.sample_time:
@@ -165,12 +190,17 @@ class LogData(Tabular):
     @property
     def part(self) -> str:
         """Columns and time span of this log in its file: a file with two such parts gives two logs."""
-        columns = ", ".join(channel.column for channel in (self.position, self.effort) if channel is not None)
+        columns = ", ".join(
+            channel.column for channel in (self.position, self.effort) if channel is not None
+        )
         return f"columns {columns}, {self.time.values[0]:.6g} to {self.time.values[-1]:.6g} s"
 
     def is_part(self, part: str) -> bool:
         """Return whether another part of the same file, described as by `part`, shares columns and time with this log."""
-        found, own = (re.fullmatch(r"columns (.*), (\S+) to (\S+) s", text, re.DOTALL) for text in (part, self.part))
+        found, own = (
+            re.fullmatch(r"columns (.*), (\S+) to (\S+) s", text, re.DOTALL)
+            for text in (part, self.part)
+        )
         if found is None or own is None:
             return True
         (columns, *ends), (own_columns, *own_ends) = found.groups(), own.groups()
@@ -186,7 +216,9 @@ class LogData(Tabular):
     def surroundings(self) -> dict[str, Channel]:
         """Recorded channels of the surroundings of the axis, by name."""
         of_motion = {name: getattr(self, name) for name in RECORDED}
-        return {name: channel for name, channel in of_motion.items() if channel is not None} | dict(self.further)
+        return {name: channel for name, channel in of_motion.items() if channel is not None} | dict(
+            self.further
+        )
 
     def channels(self) -> Iterator[tuple[str, Channel]]:
         """Yield name and channel of all recorded signals, known inputs last."""
@@ -205,7 +237,11 @@ class LogData(Tabular):
             name: Signal(
                 channel.values,
                 channel.unit,
-                SIGNALS[name].description if name in SIGNALS else "known column" if name.startswith("known.") else "known input",
+                SIGNALS[name].description
+                if name in SIGNALS
+                else "known column"
+                if name.startswith("known.")
+                else "known input",
             )
             for name, channel in self.channels()
         }
@@ -236,5 +272,9 @@ def _spacing(time: np.ndarray) -> float:
     steps = np.diff(time)
     typical = float(np.median(steps)) if steps.size else 0.0
     if not (typical > 0.0 and np.all(steps > 0.0)):
-        raise InputError("must increase from sample to sample", path="time", mend="Sort the samples, or give sample_time")
+        raise InputError(
+            "must increase from sample to sample",
+            path="time",
+            mend="Sort the samples, or give sample_time",
+        )
     return typical

@@ -25,9 +25,23 @@ AnyLog = TypeVar("AnyLog", bound=LogData)
 COPIED_WITHIN = 1e-6  # of the range, within which a position is a copy of its reference
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
 SAMPLED = 1e-5, 0.5  # s from sample to sample of a servo axis
-SPRING_WORK, SPRING_LIKENESS = 0.3, 0.6  # of a spring: share of the work that stays in the axis, correlation of effort and position
-FARTHEST = {"translational": 0.05, "rotational": 0.5}  # [m, rad], more than the deflection of any contact
-RATIOS = {"2": 2.0, "pi": np.pi, "2 pi": 2.0 * np.pi, "60": 60.0, "30/pi": 30.0 / np.pi, "180/pi": 180.0 / np.pi, "1000": 1000.0}
+SPRING_WORK, SPRING_LIKENESS = (
+    0.3,
+    0.6,
+)  # of a spring: share of the work that stays in the axis, correlation of effort and position
+FARTHEST = {
+    "translational": 0.05,
+    "rotational": 0.5,
+}  # [m, rad], more than the deflection of any contact
+RATIOS = {
+    "2": 2.0,
+    "pi": np.pi,
+    "2 pi": 2.0 * np.pi,
+    "60": 60.0,
+    "30/pi": 30.0 / np.pi,
+    "180/pi": 180.0 / np.pi,
+    "1000": 1000.0,
+}
 INVERSES = ("1/2", "1/pi", "1/(2 pi)", "1/60", "pi/30", "pi/180", "1/1000")
 GEARS = RATIOS | {name: 1.0 / ratio for name, ratio in zip(INVERSES, RATIOS.values(), strict=True)}
 """Ratios of gears, leads and units, by which two equal quantities can differ."""
@@ -39,7 +53,10 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
     effort, lost, x = look.log.effort, look.lost, look.log.position.values
     if lost.size:
         step = float(np.max(np.abs(x[lost + 1] - x[lost])))
-        yield "rows_lost", {"places": int(lost.size), "time": float(look.log.time.values[lost[0]]), "step": step}
+        yield (
+            "rows_lost",
+            {"places": int(lost.size), "time": float(look.log.time.values[lost[0]]), "step": step},
+        )
     if look.high_pass is not None:
         yield "high_passed", {"cutoff": look.high_pass}
     elif look.is_reversed:
@@ -57,7 +74,10 @@ def _measured(look: Look) -> Iterator[tuple[str, Numbers | None]]:
         yield "effort_unsigned", {"largest": float(np.max(np.abs(effort.values)))}
     if cut := look.cut:
         time = float(look.log.time.values[cut.first])
-        yield "clipped", {"level": cut.level, "samples": cut.longest, "all": cut.samples, "time": time}
+        yield (
+            "clipped",
+            {"level": cut.level, "samples": cut.longest, "all": cut.samples, "time": time},
+        )
     reference = look.log.reference
     if reference is not None and np.ptp(reference.values - x) < COPIED_WITHIN * np.ptp(x):
         yield "reference_recorded", {}
@@ -90,7 +110,13 @@ def _of_motion(looks: Sequence[Look]) -> Iterator[tuple[str, Numbers | None]]:
     ahead, back = float(ways[ways > 0.0].sum()), -float(ways[ways < 0.0].sum())
     share = min(ahead, back) / max(ahead + back, np.finfo(float).tiny)
     if share < 0.03:  # of the travel is in the rarer direction
-        yield "one_direction", {"percent": max(100.0 * share, 0.0), "direction": "forward" if ahead >= back else "backward"}
+        yield (
+            "one_direction",
+            {
+                "percent": max(100.0 * share, 0.0),
+                "direction": "forward" if ahead >= back else "backward",
+            },
+        )
     yield "one_speed", _one_speed(moving)
     periods = list(map(_period, moving))
     if all(periods):
@@ -108,7 +134,9 @@ def _suspect_units(look: Look) -> Iterator[tuple[str, Numbers]]:
     """Yield times or speeds that no axis has, and units in names that contradict the axis file."""
     settings, dt, turns = look.settings, look.log.sample_time, look.log.kind != "translational"
     speeds = np.abs(look.rows.velocity)
-    speed = float(np.quantile(speeds, 0.999)) if speeds.size else 0.0  # of the rows: faster rows can be noise
+    speed = (
+        float(np.quantile(speeds, 0.999)) if speeds.size else 0.0
+    )  # of the rows: faster rows can be noise
     is_odd = not SAMPLED[0] <= dt <= SAMPLED[1]
     is_fast = speed > (settings.fastest_turning if turns else settings.fastest) and dt >= SAMPLED[0]
     for channel, bases, odd, numbers in (
@@ -118,7 +146,10 @@ def _suspect_units(look: Look) -> Iterator[tuple[str, Numbers]]:
         column, recorded = look.axis.columns.get(channel), getattr(look.log, channel).column
         called = other_unit_in(column.name, plain_unit(column.unit)) if column is not None else ""
         if column is not None and called and any(units.compatible(called, base) for base in bases):
-            yield channel, numbers | {"column": column.name, "declared": column.unit, "called": called}
+            yield (
+                channel,
+                numbers | {"column": column.name, "declared": column.unit, "called": called},
+            )
         elif odd:
             yield channel, numbers | {"column": recorded, "declared": "", "called": ""}
 
@@ -142,7 +173,9 @@ def _resolution_contradicts(look: Look) -> Numbers | None:
 def _gear(look: Look, of: str, ratio: float) -> Numbers | None:
     """Return a ratio if it is typical of gears or units."""
     name, value = min(GEARS.items(), key=lambda gear: abs(np.log(abs(ratio) / gear[1])))
-    return {"of": of, "ratio": ratio, "gear": name} if abs(abs(ratio) / value - 1.0) < 0.06 else None
+    return (
+        {"of": of, "ratio": ratio, "gear": name} if abs(abs(ratio) / value - 1.0) < 0.06 else None
+    )
 
 
 def _never_slides(look: Look) -> Numbers | None:
@@ -151,11 +184,15 @@ def _never_slides(look: Look) -> Numbers | None:
     # Limits of work and correlation (0.5 and 0.9) that a wide, inclined loop also exceeds.
     if log.effort is None or look.axis.plant != "inertia" or not 0.0 < abs(share) < 0.5:
         return None
-    likeness = likeness_of(*(channel.values - np.mean(channel.values) for channel in (log.position, log.effort)))
+    likeness = likeness_of(
+        *(channel.values - np.mean(channel.values) for channel in (log.position, log.effort))
+    )
     reach = 0.5 * float(np.ptp(log.position.values))
     # No contact sticks over such strokes: gravity, a spring or a cable outweighs the friction of an axis that slides.
     narrow = abs(share) < SPRING_WORK and likeness > SPRING_LIKENESS and reach < FARTHEST[log.kind]
-    if not narrow and not (likeness > (0.9 if reach < FARTHEST[log.kind] else SPRING_LIKENESS) and _builds_up(look)):
+    if not narrow and not (
+        likeness > (0.9 if reach < FARTHEST[log.kind] else SPRING_LIKENESS) and _builds_up(look)
+    ):
         return None
     return {"correlation": likeness, "percent": 100.0 * share, "reach": reach}
 
@@ -174,14 +211,27 @@ def _builds_up(look: Look) -> bool:
     if longest == 0.0:
         return False
     side, place, behind = np.sign(ways), (x - x.mean()) / np.ptp(x), np.abs(x - x[turns[way - 1]])
-    lacking = -side * np.exp(-behind / (0.25 * longest))  # of the longest stroke: build-up distance of such a loop
-    columns = (np.ones_like(x), place, place**2, place**3, rows.velocity, rows.acceleration, side, lacking)
+    lacking = -side * np.exp(
+        -behind / (0.25 * longest)
+    )  # of the longest stroke: build-up distance of such a loop
+    columns = (
+        np.ones_like(x),
+        place,
+        place**2,
+        place**3,
+        rows.velocity,
+        rows.acceleration,
+        side,
+        lacking,
+    )
     line = Line.through(np.column_stack(columns), rows.effort)
     if line is None:
         return False
     level, (missing, error) = float(line.coefficients[-2]), line.last
     # The deficit must exceed 2.0 standard errors.
-    return level > 0.0 and missing - 2.0 * error > 0.5 * level  # of friction: a larger deficit: the contact has not slid
+    return (
+        level > 0.0 and missing - 2.0 * error > 0.5 * level
+    )  # of friction: a larger deficit: the contact has not slid
 
 
 def _one_speed(looks: Sequence[Look]) -> Numbers | None:
@@ -194,7 +244,9 @@ def _one_speed(looks: Sequence[Look]) -> Numbers | None:
         ends = look.turns(x)
         for rest in rests_of(x, grain, look.log.sample_time):
             # After a rest within a stroke, the axis may go on at another speed.
-            if np.searchsorted(ends, rest.start - 1) == np.searchsorted(ends, rest.stop, side="right"):
+            if np.searchsorted(ends, rest.start - 1) == np.searchsorted(
+                ends, rest.stop, side="right"
+            ):
                 ends = np.sort([*ends, rest.start, rest.stop - 1])
         marks = np.linspace(ends[:-1], ends[1:], CHUNKS + 1).astype(int)[:, np.diff(ends) >= CHUNKS]
         times = look.log.sample_time * np.diff(marks, axis=0)
@@ -204,7 +256,9 @@ def _one_speed(looks: Sequence[Look]) -> Numbers | None:
         cruises = goes & (np.abs(speeds - top) <= CRUISING * top + 2.0 * grain / times)
         way = np.abs(np.diff(x[marks[[0, -1]]], axis=0))[0]
         every.append(way)
-        steady.append(np.stack([way, top])[:, (cruises.sum(axis=0) >= 0.6 * goes.sum(axis=0)) & (top > 0.0)])  # of the parts of a stroke
+        steady.append(
+            np.stack([way, top])[:, (cruises.sum(axis=0) >= 0.6 * goes.sum(axis=0)) & (top > 0.0)]
+        )  # of the parts of a stroke
     ways, tops = np.concatenate(steady, axis=1)
     if not ways.size or ways.sum() < 0.35 * np.concatenate(every).sum():
         return None
@@ -214,19 +268,42 @@ def _one_speed(looks: Sequence[Look]) -> Numbers | None:
     return {"slowest": slow, "fastest": fast} if fast < looks[0].settings.one_speed * slow else None
 
 
-SEVERITIES: dict[str, Severity] = {"sign_reversed": "error", "effort_unsigned": "error", "motion_repeats": "note"}
+SEVERITIES: dict[str, Severity] = {
+    "sign_reversed": "error",
+    "effort_unsigned": "error",
+    "motion_repeats": "note",
+}
 """Severities other than a warning."""
 
 RECORDED = (
-    *("rows_lost", "sign_reversed", "resolution_contradicts", "unit_suspect", "velocity_contradicts"),
-    *("gear_suspect", "effort_unsigned", "clipped", "saturates", "reference_recorded", "high_passed", "scale_steps"),
+    *(
+        "rows_lost",
+        "sign_reversed",
+        "resolution_contradicts",
+        "unit_suspect",
+        "velocity_contradicts",
+    ),
+    *(
+        "gear_suspect",
+        "effort_unsigned",
+        "clipped",
+        "saturates",
+        "reference_recorded",
+        "high_passed",
+        "scale_steps",
+    ),
     *("resampled", "unit_contradicts", "beyond_limit"),
 )
 """Codes of faults of a recording, whatever its use; readers find the last ones."""
 
 
-@guarded(log=instance(LogData, "a log", "Write read_log(...)"), settings=instance(CheckThresholds, "thresholds"))
-def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
+@guarded(
+    log=instance(LogData, "a log", "Write read_log(...)"),
+    settings=instance(CheckThresholds, "thresholds"),
+)
+def checked(
+    log: LogData, axis: Axis | None = None, settings: CheckThresholds = DEFAULT
+) -> tuple[Diagnostic, ...]:
     """Return contradictions within a log, and between the log and its axis; call it before a fit.
 
     Parameters
@@ -246,7 +323,9 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
     return checked_together([(log, axis)], settings)
 
 
-def checked_together(pairs: Sequence[tuple[LogData, Axis | None]], settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
+def checked_together(
+    pairs: Sequence[tuple[LogData, Axis | None]], settings: CheckThresholds = DEFAULT
+) -> tuple[Diagnostic, ...]:
     """Return the same for several logs of one axis, which are one experiment: the checks of the motion look at all logs."""
     looks, diagnostics = list[Look](), list[Diagnostic]()
     for log, axis in pairs:
@@ -258,9 +337,15 @@ def checked_together(pairs: Sequence[tuple[LogData, Axis | None]], settings: Che
     return (*diagnostics, *_diagnostics(_of_motion(looks), looks[0].log.kind))
 
 
-def _diagnostics(measured: Iterator[tuple[str, Numbers | None]], kind: Kind) -> Iterator[Diagnostic]:
+def _diagnostics(
+    measured: Iterator[tuple[str, Numbers | None]], kind: Kind
+) -> Iterator[Diagnostic]:
     """Yield the diagnostics of the checks that did not pass."""
-    return (Diagnostic(code, "", SEVERITIES.get(code, "warning"), numbers, kind) for code, numbers in measured if numbers is not None)
+    return (
+        Diagnostic(code, "", SEVERITIES.get(code, "warning"), numbers, kind)
+        for code, numbers in measured
+        if numbers is not None
+    )
 
 
 def parted(log: AnyLog, axis: Axis | None = None) -> AnyLog:
@@ -275,5 +360,7 @@ def _parted(log: AnyLog, starts: np.ndarray) -> AnyLog:
         first, last, _ = segment.indices(len(log))
         inside = starts[(starts >= first) & (starts < last - 1)] + 1
         # A stretch between lost rows has at least 10 samples.
-        segments += [slice(a, b) for a, b in pairwise([first, *inside.tolist(), last]) if b - a >= 10]
+        segments += [
+            slice(a, b) for a, b in pairwise([first, *inside.tolist(), last]) if b - a >= 10
+        ]
     return replace(log, segments=tuple(segments)) if segments else log

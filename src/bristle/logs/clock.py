@@ -29,16 +29,24 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
     """Return the rows of a log in the order of time; the rows after a restart of the clock are a second recording."""
     steps = np.diff(stamps)
     if not steps.any():
-        raise InputError(f"does not advance: all its values are {stamps[0]:.9g} s", path=place, mend=LEAVE_OUT)
+        raise InputError(
+            f"does not advance: all its values are {stamps[0]:.9g} s", path=place, mend=LEAVE_OUT
+        )
     if not np.any(steps < 0):
         return Order(EVERY, stamps)
     if np.all(steps <= 0):
-        return Order(np.arange(stamps.size)[::-1], stamps[::-1], ("the newest row came first: bristle reversed the rows",))
+        return Order(
+            np.arange(stamps.size)[::-1],
+            stamps[::-1],
+            ("the newest row came first: bristle reversed the rows",),
+        )
     backward = np.flatnonzero(steps < 0)
     # A clock that stepped back recovers within 32 rows, unless it restarted.
     restarts = [int(i) for i in backward if stamps[i + 1 : i + 1 + 32].max() < stamps[i]]
     local = backward.size - len(restarts)
-    if len(restarts) > 50 or local > 0.25 * steps.size:  # largest share of backward steps in a log that can be sorted
+    if (
+        len(restarts) > 50 or local > 0.25 * steps.size
+    ):  # largest share of backward steps in a log that can be sorted
         before, behind = stamps[backward[0] : backward[0] + 2]
         raise InputError(
             f"is not in order: {backward.size} of its {steps.size} steps go backward, the first at sample "
@@ -49,15 +57,22 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
     notes = []
     if restarts:  # continue the stamps of a restarted clock after a pause
         # Pause of 10.0 sample times before a restarted clock.
-        stamps, pause = stamps.copy(), 10.0 * median_step(stamps[: restarts[0] + 1]) if restarts[0] > 1 else 0.0
+        stamps, pause = (
+            stamps.copy(),
+            10.0 * median_step(stamps[: restarts[0] + 1]) if restarts[0] > 1 else 0.0,
+        )
         for last in restarts:
             stamps[last + 1 :] += stamps[last] + pause - stamps[last + 1]
         ends = ", ".join(str(i + 1) for i in restarts[:5])
-        notes.append(f"the clock restarts at row {ends}: bristle reads the log as {len(restarts) + 1} consecutive recordings")
+        notes.append(
+            f"the clock restarts at row {ends}: bristle reads the log as {len(restarts) + 1} consecutive recordings"
+        )
     if not local:
         return Order(EVERY, stamps, tuple(notes))
     rows = np.argsort(stamps, kind="stable")
-    notes.append(f"{local} {'row was' if local == 1 else 'rows were'} out of order: bristle sorted the rows by time")
+    notes.append(
+        f"{local} {'row was' if local == 1 else 'rows were'} out of order: bristle sorted the rows by time"
+    )
     return Order(rows, stamps[rows], tuple(notes))
 
 
@@ -77,15 +92,23 @@ def without_repeats(order: Order, repeats: np.ndarray | None, fewest: int, place
         return order
     different = stamps.size - int(repeated.sum())
     if different < fewest:
-        raise InputError(f"has only {different} different time stamps in {stamps.size} rows", path=place, mend=LEAVE_OUT)
+        raise InputError(
+            f"has only {different} different time stamps in {stamps.size} rows",
+            path=place,
+            mend=LEAVE_OUT,
+        )
     rows = np.arange(stamps.size)[order.rows]
     twice = repeated & (np.ones(stamps.size, dtype=bool) if repeats is None else repeats[rows])
     if count := int(twice.sum()):
-        notes.append(f"{count} {'row repeats' if count == 1 else 'rows repeat'} the previous row: bristle uses each row once")
+        notes.append(
+            f"{count} {'row repeats' if count == 1 else 'rows repeat'} the previous row: bristle uses each row once"
+        )
         stamps, rows, repeated = stamps[~twice], rows[~twice], repeated[~twice]
     if late := int(repeated.sum()):
         sentence = "1 time stamp repeats" if late == 1 else f"{late} time stamps repeat"
-        notes.append(f"{sentence} the previous time stamp: bristle interpolates between the neighbouring time stamps")
+        notes.append(
+            f"{sentence} the previous time stamp: bristle interpolates between the neighbouring time stamps"
+        )
     spread, usual = stamps.copy(), median_step(stamps) if late else 0.0
     for run in runs(repeated):
         # Spread the stamps of a burst evenly on the side with free time.
@@ -113,11 +136,16 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
     from scipy.ndimage import median_filter
 
     counts = np.ones(stamps.size - 1)
-    reach = min(33, stamps.size)  # rows before a step, and behind it: 16 late rows are no majority of them
+    reach = min(
+        33, stamps.size
+    )  # rows before a step, and behind it: 16 late rows are no majority of them
     for _ in range(8):  # lost rows close to each other are found one by one
         off = (stamps - usual * np.concatenate([[0.0], np.cumsum(counts)])) / usual
         # Medians of the values up to each row, and from each row on.
-        before, behind = (median_filter(side, size=reach, origin=(reach - 1) // 2, mode="nearest") for side in (off, off[::-1]))
+        before, behind = (
+            median_filter(side, size=reach, origin=(reach - 1) // 2, mode="nearest")
+            for side in (off, off[::-1])
+        )
         before, behind = before[:-1], behind[::-1][1:]
         rise = behind - before
         late = np.flatnonzero(rise > HALF)
@@ -126,7 +154,10 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
         jumps = np.diff(off)
         for near in np.split(late, np.flatnonzero(np.diff(late) > 1) + 1):
             missing = np.round(jumps[near])
-            if missing.min() >= 0.0 and abs(missing.sum() - (behind[near[-1]] - before[near[0]])) < HALF:
+            if (
+                missing.min() >= 0.0
+                and abs(missing.sum() - (behind[near[-1]] - before[near[0]])) < HALF
+            ):
                 counts[near] += missing  # the single steps agree with the stamps around all of them
                 continue
             at = near[np.argmax(jumps[near])]
@@ -140,7 +171,11 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
     counts[gaps] = 1.0
     lost = int(np.sum(counts - 1.0))
     rows = "1 row is" if lost == 1 else f"{lost} rows are"
-    return gaps, counts, [f"{rows} missing, at most {BRIDGED} consecutively: bristle interpolates"] if lost else []
+    return (
+        gaps,
+        counts,
+        [f"{rows} missing, at most {BRIDGED} consecutively: bristle interpolates"] if lost else [],
+    )
 
 
 GAP = 1.5  # sample times: half of the step of a lost row is left for jitter
@@ -181,7 +216,10 @@ class Clock:
     @property
     def segments(self) -> tuple[slice, ...]:
         """The segments as slices of the grid."""
-        return tuple(slice(int(a), int(b)) for a, b in pairwise(np.cumsum([0, *(grid.size for _, grid in self.pieces)])))
+        return tuple(
+            slice(int(a), int(b))
+            for a, b in pairwise(np.cumsum([0, *(grid.size for _, grid in self.pieces)]))
+        )
 
     def sampled(self, values: np.ndarray, lag: float = 0.0, *, smooth: bool = True) -> np.ndarray:
         """Return the values on the grid; the values were recorded later by `lag` [s]."""
@@ -205,7 +243,10 @@ class Clock:
             stamps, recorded = self.stamps[raw], values[raw]
             inside = slice(1, stamps.size - 1 - stamps.size % 2, 2)
             guessed = self._spline(raw)(stamps[::2], recorded[::2])(stamps[inside])
-            squares, count = squares + float(np.sum((guessed - recorded[inside]) ** 2)), count + guessed.size
+            squares, count = (
+                squares + float(np.sum((guessed - recorded[inside]) ** 2)),
+                count + guessed.size,
+            )
         return float(np.sqrt(squares / max(count, 1)))
 
     def _spline(self, raw: slice) -> Any:
@@ -231,14 +272,24 @@ def clock_of(
     usual = median_step(order.stamps)
     if not SHORTEST <= usual <= LONGEST:
         allowed = f"{SHORTEST:g} s to {LONGEST:g} s"
-        raise InputError(f"has a usual time step of {usual:.6g} s", path=place, allowed=allowed, mend="Correct the unit of the time column")
+        raise InputError(
+            f"has a usual time step of {usual:.6g} s",
+            path=place,
+            allowed=allowed,
+            mend="Correct the unit of the time column",
+        )
     even, step = _rounded(order.stamps, usual)
     order = order if step else without_repeats(order, repeats, SHORTEST_SEGMENT, place)
     stamps = order.stamps
     steps = np.diff(stamps)
     gaps, uneven, counts, bridged = np.zeros(steps.size, dtype=bool), False, np.ones(steps.size), []
     parts = [] if step else rates_of(steps)
-    rates = np.concatenate([np.full(part.stop - part.start, np.median(steps[part])) for part in parts or [slice(0, steps.size)]])
+    rates = np.concatenate(
+        [
+            np.full(part.stop - part.start, np.median(steps[part]))
+            for part in parts or [slice(0, steps.size)]
+        ]
+    )
     if parts:
         gaps = steps > (BRIDGED + GAP) * rates
     elif not step:
@@ -248,29 +299,50 @@ def clock_of(
         gaps, counts, bridged = samples_between(stamps, usual)
     mean = float(np.diff(even).mean()) if step else float(steps[~gaps].sum() / counts[~gaps].sum())
     if parts:
-        mean = sample_time or float(rates[max(parts, key=lambda part: stamps[part.stop] - stamps[part.start]).start])
-    period = float(f"{mean:.12g}")  # significant digits of the sample time: further digits are rounding by the unit of the stamps
+        mean = sample_time or float(
+            rates[max(parts, key=lambda part: stamps[part.stop] - stamps[part.start]).start]
+        )
+    period = float(
+        f"{mean:.12g}"
+    )  # significant digits of the sample time: further digits are rounding by the unit of the stamps
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         mend = "Remove sample_time from [timing] to use this column, or the column of time from [columns] to use sample_time"
         raise InputError(
-            f"has a time step of {period:.6g} s, unlike sample_time in the axis file", path=place, allowed=f"{sample_time:g} s", mend=mend
+            f"has a time step of {period:.6g} s, unlike sample_time in the axis file",
+            path=place,
+            allowed=f"{sample_time:g} s",
+            mend=mend,
         )
-    raws = [slice(a, b) for a, b in pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size])]
+    raws = [
+        slice(a, b) for a, b in pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size])
+    ]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
     notes, jitter = list(order.notes), None
     if len(raws) > 1:
-        ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6]) + (", …" if len(raws) > 6 else "")
+        ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6]) + (
+            ", …" if len(raws) > 6 else ""
+        )
         pauses = "1 gap" if len(raws) == 2 else f"{len(raws) - 1} gaps"
-        notes.append(f"{pauses} in the time stamps (after {ends}): bristle splits the log into {len(usable)} segments")
+        notes.append(
+            f"{pauses} in the time stamps (after {ends}): bristle splits the log into {len(usable)} segments"
+        )
         if lost := stamps.size - sum(raw.stop - raw.start for raw in usable):
-            notes.append(f"bristle ignores {lost} samples in segments shorter than {SHORTEST_SEGMENT} samples")
+            notes.append(
+                f"bristle ignores {lost} samples in segments shorter than {SHORTEST_SEGMENT} samples"
+            )
     notes += bridged
     if step:
         stamps = even
-        notes.append(f"time stamps are rounded to {step:.6g} s: bristle treats the samples as evenly spaced, {period:.6g} s apart")
+        notes.append(
+            f"time stamps are rounded to {step:.6g} s: bristle treats the samples as evenly spaced, {period:.6g} s apart"
+        )
     elif parts:
-        changes = ", ".join(f"{rates[part.start]:.6g} s until {stamps[part.stop]:.6g} s" for part in parts[:5])
-        notes.append(f"the sample time changes ({changes}): bristle resamples the log onto a uniform grid of {period:.6g} s")
+        changes = ", ".join(
+            f"{rates[part.start]:.6g} s until {stamps[part.stop]:.6g} s" for part in parts[:5]
+        )
+        notes.append(
+            f"the sample time changes ({changes}): bristle resamples the log onto a uniform grid of {period:.6g} s"
+        )
     else:
         places = np.concatenate([[0.0], np.cumsum(counts)])
         position = None if position is None else position[order.rows]
@@ -285,12 +357,20 @@ def clock_of(
     if not pieces:
         message = f"has fewer than {SHORTEST_SEGMENT} evenly spaced samples"
         message += f" in sequence after a shift by the delay of {delay:g} s" if delay else ""
-        raise InputError(message, path=place, mend="Correct the delay in [timing] of the axis file, or record without gaps")
+        raise InputError(
+            message,
+            path=place,
+            mend="Correct the delay in [timing] of the axis file, or record without gaps",
+        )
     is_uniform = jitter is None and not parts and not np.any(counts > 1.0)
     return Clock(period, tuple(pieces), stamps, is_uniform, order.rows, tuple(notes), jitter)
 
 
-CHANGES, EVEN, FEWEST = 1.2, 0.05, 100  # ratio of two sample times; deviation of 9 of 10 steps in each part; steps of a part
+CHANGES, EVEN, FEWEST = (
+    1.2,
+    0.05,
+    100,
+)  # ratio of two sample times; deviation of 9 of 10 steps in each part; steps of a part
 
 
 def rates_of(steps: np.ndarray) -> list[slice]:
@@ -299,10 +379,15 @@ def rates_of(steps: np.ndarray) -> list[slice]:
         return []
     from scipy.ndimage import median_filter
 
-    usual = median_filter(steps, size=33, mode="nearest")  # rows around a step: a median keeps the place of a change
+    usual = median_filter(
+        steps, size=33, mode="nearest"
+    )  # rows around a step: a median keeps the place of a change
     edges = np.flatnonzero(np.abs(np.diff(np.log(usual))) > np.log(CHANGES)) + 1
     parts = [slice(a, b) for a, b in pairwise([0, *edges.tolist(), steps.size])]
-    even = [np.quantile(np.abs(steps[part] / np.median(steps[part]) - 1.0), 0.9) < EVEN for part in parts]
+    even = [
+        np.quantile(np.abs(steps[part] / np.median(steps[part]) - 1.0), 0.9) < EVEN
+        for part in parts
+    ]
     sizes = [part.stop - part.start for part in parts]
     # Fewer slow rows than a tenth are rows with others missing between them.
     return parts if all(even) and min(sizes) >= FEWEST and max(sizes) < 0.9 * steps.size else []
@@ -317,7 +402,9 @@ def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarr
         at = candidates[candidates + 1 + rows < stamps.size]
         gaps[at[stamps[at + 1 + rows] - stamps[at] < (rows + GAP) * usual]] = False
     uneven = bool(gaps.mean() > 0.05)  # with a larger share of gaps, the samples are uneven
-    return steps > 10.0 * float(np.median(steps)) if uneven else gaps, uneven  # sample times of a pause that splits a log of uneven samples
+    return steps > 10.0 * float(
+        np.median(steps)
+    ) if uneven else gaps, uneven  # sample times of a pause that splits a log of uneven samples
 
 
 def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
@@ -342,13 +429,20 @@ def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
         slope += float(np.polyfit(index - index.mean(), error, 1)[0]) if error.any() else 0.0
     error = stamps - slope * index
     largest = float(np.ptp(error))
-    if largest > 1.05 * step or largest <= 2 * UNIFORM * usual:  # of the step of the stamps: largest deviation by rounding of even samples
+    if (
+        largest > 1.05 * step or largest <= 2 * UNIFORM * usual
+    ):  # of the step of the stamps: largest deviation by rounding of even samples
         return stamps, 0.0
     return slope * index + 0.5 * float(error.max() + error.min()), step
 
 
 def _deviation(
-    stamps: np.ndarray, places: np.ndarray, raws: list[slice], period: float, uneven: bool, position: np.ndarray | None
+    stamps: np.ndarray,
+    places: np.ndarray,
+    raws: list[slice],
+    period: float,
+    uneven: bool,
+    position: np.ndarray | None,
 ) -> tuple[np.ndarray, Jitter | None, list[str]]:
     """Return the times of the samples, their deviation from even times, and notes."""
     # `places` counts the samples, including interpolated lost rows.
@@ -362,7 +456,11 @@ def _deviation(
     local = [error - uniform_filter1d(error, min(101, error.size)) for error in errors]
     sizes = np.abs(np.concatenate(local))
     jitter = Jitter(float(np.quantile(sizes, 0.95)), float(np.max(sizes)))
-    if not uneven and position is not None and _samples_are_even(stamps, places, raws, local, position):
+    if (
+        not uneven
+        and position is not None
+        and _samples_are_even(stamps, places, raws, local, position)
+    ):
         even = stamps.copy()
         for raw, error, off in zip(raws, errors, local, strict=True):
             # With interpolated rows, keep lasting shifts of the stamps: a miscounted row shifts few others.
@@ -371,10 +469,20 @@ def _deviation(
         note = f"time stamps jitter by {jitter}, but the position changes evenly: bristle treats the samples as evenly spaced"
         return even, None, [f"{note}, {period:.6g} s apart"]
     reason = "samples are unevenly spaced: their times deviate" if uneven else "time stamps jitter"
-    return stamps, jitter, [f"{reason} by {jitter}. bristle resamples the log onto a uniform grid of {period:.6g} s"]
+    return (
+        stamps,
+        jitter,
+        [f"{reason} by {jitter}. bristle resamples the log onto a uniform grid of {period:.6g} s"],
+    )
 
 
-def _samples_are_even(stamps: np.ndarray, places: np.ndarray, raws: list[slice], local: list[np.ndarray], position: np.ndarray) -> bool:
+def _samples_are_even(
+    stamps: np.ndarray,
+    places: np.ndarray,
+    raws: list[slice],
+    local: list[np.ndarray],
+    position: np.ndarray,
+) -> bool:
     """Return whether the position moves evenly from row to row although its stamps are uneven."""
     by_row, by_stamp, count = 0.0, 0.0, 0
     for raw, error in zip(raws, local, strict=True):
@@ -386,4 +494,6 @@ def _samples_are_even(stamps: np.ndarray, places: np.ndarray, raws: list[slice],
         by_row += float(np.sum((middle - 0.5 * (x[:-2] + x[2:]))[off] ** 2))
         by_stamp += float(np.sum((middle - x[:-2] - share * (x[2:] - x[:-2]))[off] ** 2))
         count += int(off.sum())
-    return count >= 20 and 4.0 * by_row < by_stamp  # times less error with one time base than with the other
+    return (
+        count >= 20 and 4.0 * by_row < by_stamp
+    )  # times less error with one time base than with the other

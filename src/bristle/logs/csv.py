@@ -14,7 +14,16 @@ import numpy as np
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs import stamped_text
-from bristle.logs.layout import COMMENTS, HEAD_LINES, Layout, cells_of, is_number, layout_of, why_no_number, without_comments
+from bristle.logs.layout import (
+    COMMENTS,
+    HEAD_LINES,
+    Layout,
+    cells_of,
+    is_number,
+    layout_of,
+    why_no_number,
+    without_comments,
+)
 from bristle.logs.table import NUMBER_BYTES, Request, Table
 from bristle.logs.tables import note_of_text
 from bristle.logs.words import is_time
@@ -40,40 +49,80 @@ def read_csv(data: bytes, request: Request) -> Table:
         return stamped_text.read_archive(data.decode(encoding).split("\n"), request)
     starts = _starts_of_lines(data, HEAD_LINES, request.source)
     last = data.find(b"\n", starts[-1]) % (len(data) + 1)
-    lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], last + 1], strict=True)]
+    lines = [
+        data[a : b - 1].decode(encoding)
+        for a, b in zip(starts, [*starts[1:], last + 1], strict=True)
+    ]
     layout = layout_of(lines[:HEAD_LINES], request.source)
     body, facts = data[starts[layout.first] :], stamped_text.facts_above(lines, layout)
     body, notes = _without_open_end(body, layout, request.source, encoding)
     # The first rows may have no decimals.
-    has_commas = layout.delimiter != "," and re.search(rb"\d,\d", body) is not None and re.search(rb"\d\.\d", body) is None
+    has_commas = (
+        layout.delimiter != ","
+        and re.search(rb"\d,\d", body) is not None
+        and re.search(rb"\d\.\d", body) is None
+    )
     layout = replace(layout, decimal_comma=layout.decimal_comma or has_commas)
     words = stamped_text.words_in(body, layout, encoding)
-    late = {i for i, column in words.items() if is_number(next(filter(None, column), ""), layout.decimal_comma)}
-    layout = replace(layout, numeric=tuple(numeric or i in late for i, numeric in enumerate(layout.numeric)))
-    layout = replace(layout, units=tuple(map(stamped_text.units_of_labview(lines, layout).get, layout.names, layout.units)))
+    late = {
+        i
+        for i, column in words.items()
+        if is_number(next(filter(None, column), ""), layout.decimal_comma)
+    }
+    layout = replace(
+        layout, numeric=tuple(numeric or i in late for i, numeric in enumerate(layout.numeric))
+    )
+    layout = replace(
+        layout,
+        units=tuple(
+            map(stamped_text.units_of_labview(lines, layout).get, layout.names, layout.units)
+        ),
+    )
     # A signal of a SINUMERIK has an address, which names its column.
-    program = "SINUMERIK trace, CSV" if any(re.match(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/", name) for name in layout.names) else ""
+    program = (
+        "SINUMERIK trace, CSV"
+        if any(re.match(r"\+?/(Nck|DriveVsa|Channel|Bag|Plc)/", name) for name in layout.names)
+        else ""
+    )
     dates = stamped_text.stamps_in(body, layout, encoding)
     words = {i: column for i, column in words.items() if i not in late and i not in dates}
     columns = _irregular(body, layout, request, encoding, has_words=any(map(all, words.values())))
-    apart = None if columns is None else stamped_text.signals_of_rows(words, dates, columns, layout, request, notes)
+    apart = (
+        None
+        if columns is None
+        else stamped_text.signals_of_rows(words, dates, columns, layout, request, notes)
+    )
     notes += note_of_text([layout.names[i] for i in words])
     if columns is not None:
         named = replace(layout, names=stamped_text.names_beside_times(layout.names))
-        apart = apart or stamped_text.with_own_times(columns, named, request, [*layout.notes, *notes])
+        apart = apart or stamped_text.with_own_times(
+            columns, named, request, [*layout.notes, *notes]
+        )
     if apart is not None:
         return replace(apart, facts=facts, format=program or apart.format)
-    chosen = [i for i, numeric in enumerate(layout.numeric) if numeric and request.choice(layout.names[i], i + 1)]
-    values = _numbers(body, layout, request, chosen, encoding) if columns is None else [columns[i] for i in chosen]
+    chosen = [
+        i
+        for i, numeric in enumerate(layout.numeric)
+        if numeric and request.choice(layout.names[i], i + 1)
+    ]
+    values = (
+        _numbers(body, layout, request, chosen, encoding)
+        if columns is None
+        else [columns[i] for i in chosen]
+    )
     read = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
-    read |= {layout.names[i]: stamps for i, stamps in dates.items() if request.choice(layout.names[i])}
+    read |= {
+        layout.names[i]: stamps for i, stamps in dates.items() if request.choice(layout.names[i])
+    }
     texts = {}
     for i, column in words.items():
         message, mend = why_no_number(column[0])  # for a caller that needs this column
         place = f"{request.source}: line {layout.first + 1}, column {layout.names[i]!r}"
         texts[layout.names[i]] = InputError(message, path=place, value=column[0], mend=mend)
     names = [name for i, name in enumerate(layout.names) if i not in words]
-    units = {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]}
+    units = {
+        layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]
+    }
     return Table(
         read,
         units | {layout.names[i]: "s" for i in dates},
@@ -86,14 +135,27 @@ def read_csv(data: bytes, request: Request) -> Table:
     )
 
 
-def _irregular(body: bytes, layout: Layout, request: Request, encoding: str, *, has_words: bool) -> dict[int, np.ndarray] | None:
+def _irregular(
+    body: bytes, layout: Layout, request: Request, encoding: str, *, has_words: bool
+) -> dict[int, np.ndarray] | None:
     """Return all columns of a file with empty cells, with several columns of time, or with words that may name the rows."""
     separator = (layout.delimiter or "").encode()
-    gaps = bool(separator) and (separator * 2 in body or separator + b"\n" in body or b"\n" + separator in body or body[:1] == separator)
-    is_short = bool(separator) and body.count(separator) != body.count(b"\n") * (len(layout.numeric) - 1)
+    gaps = bool(separator) and (
+        separator * 2 in body
+        or separator + b"\n" in body
+        or b"\n" + separator in body
+        or body[:1] == separator
+    )
+    is_short = bool(separator) and body.count(separator) != body.count(b"\n") * (
+        len(layout.numeric) - 1
+    )
     columns = stamped_text.partly_empty(body, layout, encoding) if gaps or is_short else None
     times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
-    has_clocks = times > 1 and times < len(layout.names) and any(not name.startswith("column_") for name in layout.names)
+    has_clocks = (
+        times > 1
+        and times < len(layout.names)
+        and any(not name.startswith("column_") for name in layout.names)
+    )
     numeric = [i for i, is_numeric in enumerate(layout.numeric) if is_numeric]
     if columns is None and has_clocks:
         return dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
@@ -112,9 +174,17 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
         try:
             data = data.decode("utf-16").encode("utf-8", "replace")
         except UnicodeDecodeError:
-            raise InputError("is truncated: it ends within a character", path=str(source), mend="Copy or export it again") from None
+            raise InputError(
+                "is truncated: it ends within a character",
+                path=str(source),
+                mend="Copy or export it again",
+            ) from None
     elif b"\0" in data:
-        raise InputError("is neither text nor a log in a known format", path=str(source), mend="Export it as CSV, in UTF-8")
+        raise InputError(
+            "is neither text nor a log in a known format",
+            path=str(source),
+            mend="Export it as CSV, in UTF-8",
+        )
     data = data.removeprefix(codecs.BOM_UTF8)
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
@@ -126,7 +196,9 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
             decoder.decode(data[at : at + PIECE])
         decoder.decode(b"", final=True)
     except UnicodeDecodeError:  # the code page of Windows has signs such as ‰ that Latin-1 lacks
-        return data, "latin-1" if any(sign in data for sign in (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")) else "cp1252"
+        return data, "latin-1" if any(
+            sign in data for sign in (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")
+        ) else "cp1252"
     return data, "utf-8"
 
 
@@ -135,33 +207,53 @@ def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
     lines = data.split(b"\n", most)
     for number, line in enumerate(lines[:most], 1):
         if len(line) > LONGEST_LINE:
-            message, mend = f"has a line of more than {LONGEST_LINE} characters", "Export one row per sample"
+            message, mend = (
+                f"has a line of more than {LONGEST_LINE} characters",
+                "Export one row per sample",
+            )
             raise InputError(message, path=f"{source}: line {number}", mend=mend)
     return [0, *accumulate(len(line) + 1 for line in lines[:-1])]
 
 
-def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) -> tuple[bytes, list[str]]:
+def _without_open_end(
+    body: bytes, layout: Layout, source: Path, encoding: str
+) -> tuple[bytes, list[str]]:
     """Leave out a last line without a line break: its last cell may be cut."""
     if body.endswith(b"\n"):
         return body, []
     end = body.rfind(b"\n") + 1
     last = body[end:][:LONGEST_LINE].decode(encoding, "replace")
     cells, lines = cells_of(last, layout.delimiter), body[:end].rsplit(b"\n", BEFORE)[-BEFORE:]
-    before = [cells_of(line.decode(encoding), layout.delimiter)[-1] for line in lines if line.strip()]
+    before = [
+        cells_of(line.decode(encoding), layout.delimiter)[-1] for line in lines if line.strip()
+    ]
     cut = not layout.is_row(cells) or len(cells[-1]) < min(map(len, before), default=0)
     if layout.numeric[-1]:
         cut = cut or not (is_number(cells[-1], layout.decimal_comma) or cells[-1] in before)
     if cut:
-        place, mend = f"{source}: line {layout.first + body.count(10) + 1}", "Copy or export the log again, or delete this row"
-        raise InputError("is incomplete: the file ends within this row", path=place, value=last, mend=mend)
-    return body[:end], ["the file does not end with a line break: bristle ignores its last row, which may be incomplete"]
+        place, mend = (
+            f"{source}: line {layout.first + body.count(10) + 1}",
+            "Copy or export the log again, or delete this row",
+        )
+        raise InputError(
+            "is incomplete: the file ends within this row", path=place, value=last, mend=mend
+        )
+    return body[:end], [
+        "the file does not end with a line break: bristle ignores its last row, which may be incomplete"
+    ]
 
 
-def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], encoding: str) -> list[np.ndarray]:
+def _numbers(
+    body: bytes, layout: Layout, request: Request, chosen: list[int], encoding: str
+) -> list[np.ndarray]:
     """Return the chosen columns."""
     source = request.source
     # A run of blanks does not show which cell is missing: read all columns, so that rows have the same length.
-    read = [index for index, is_numeric in enumerate(layout.numeric) if is_numeric] if layout.delimiter is None else chosen
+    read = (
+        [index for index, is_numeric in enumerate(layout.numeric) if is_numeric]
+        if layout.delimiter is None
+        else chosen
+    )
     refuse_larger(body.count(b"\n") * len(read) * NUMBER_BYTES, request.limit, source)
     if not chosen:
         return []
@@ -176,10 +268,19 @@ def _numbers(body: bytes, layout: Layout, request: Request, chosen: list[int], e
             ndmin=2,
         )
     except ValueError as error:
-        message, mend = f"holds a row that cannot be read ({error})", "Export the log again, with a number in each cell"
-        raise _bad_row(body, layout, source, encoding) or InputError(message, path=str(source), mend=mend) from None
+        message, mend = (
+            f"holds a row that cannot be read ({error})",
+            "Export the log again, with a number in each cell",
+        )
+        raise _bad_row(body, layout, source, encoding) or InputError(
+            message, path=str(source), mend=mend
+        ) from None
     expected = len(values) * (len(layout.numeric) - 1)
-    if layout.delimiter and body.count(layout.delimiter.encode()) != expected and (bad := _bad_row(body, layout, source, encoding)):
+    if (
+        layout.delimiter
+        and body.count(layout.delimiter.encode()) != expected
+        and (bad := _bad_row(body, layout, source, encoding))
+    ):
         raise bad
     columns = dict(zip(read, values.T, strict=True))
     return [np.ascontiguousarray(columns[index]) for index in chosen]
@@ -189,7 +290,11 @@ def _plain(body: bytes, layout: Layout) -> bytes:
     """Return rows without comments, with numbers in the usual spelling."""
     if b".#" in body:
         # Spelling of the C library of Windows until 2015.
-        body = re.sub(rb"(?<![\d.])1\.#([A-Za-z]+)\w*", lambda match: b"inf" if match[1].upper() == b"INF" else b"nan", body)
+        body = re.sub(
+            rb"(?<![\d.])1\.#([A-Za-z]+)\w*",
+            lambda match: b"inf" if match[1].upper() == b"INF" else b"nan",
+            body,
+        )
     if b"#" in body:
         body = re.sub(COMMENTS.encode(), b"", body)
     if b"D" in body or b"d" in body:
@@ -202,17 +307,29 @@ def _plain(body: bytes, layout: Layout) -> bytes:
 
 def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputError | None:
     """Return the error that names the first unreadable row and cell."""
-    for index, row in enumerate(io.TextIOWrapper(io.BytesIO(body), encoding=encoding, newline="\n")):
+    for index, row in enumerate(
+        io.TextIOWrapper(io.BytesIO(body), encoding=encoding, newline="\n")
+    ):
         cells = cells_of(without_comments(row), layout.delimiter)
         place = f"{source}: line {layout.first + index + 1}"
         if any(cells) and not layout.is_row(cells):
             mend = "Correct or delete this row. If it is the last row, the file is truncated: copy it again"
-            return InputError(f"has {len(cells)} cells instead of {len(layout.numeric)}", path=place, value=row, mend=mend)
+            return InputError(
+                f"has {len(cells)} cells instead of {len(layout.numeric)}",
+                path=place,
+                value=row,
+                mend=mend,
+            )
         for column, cell in enumerate(cells if any(cells) else ()):
             if layout.numeric[column] and not is_number(cell, layout.decimal_comma):
                 message, mend = why_no_number(cell)
-                mend = mend or "Correct the sample or delete its row: bristle splits the log at the gap"
-                return InputError(message, path=f"{place}, column {layout.names[column]!r}", value=cell, mend=mend)
+                mend = (
+                    mend
+                    or "Correct the sample or delete its row: bristle splits the log at the gap"
+                )
+                return InputError(
+                    message, path=f"{place}, column {layout.names[column]!r}", value=cell, mend=mend
+                )
     return None
 
 
@@ -226,6 +343,12 @@ _FRAME = re.compile(
 def refuse_frames(lines: Sequence[str], source: Path) -> None:
     """Refuse a log of a CAN bus: the meaning of its bytes is in a separate file."""
     filled = [line for line in lines if line.strip()][:20]
-    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):  # of the lines looked at
+    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(
+        filled
+    ):  # of the lines looked at
         mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, for example with cantools or asammdf"
-        raise InputError("is a log of a CAN bus (candump), with raw frames instead of signals", path=str(source), mend=mend)
+        raise InputError(
+            "is a log of a CAN bus (candump), with raw frames instead of signals",
+            path=str(source),
+            mend=mend,
+        )

@@ -49,7 +49,9 @@ class Curves:
         Name in the file that describes the curves.
     """
 
-    curves: tuple[Curve, ...] = taken(many(lambda pair, path, kind: Curve(*CURVE(pair, path, kind)), least=1))
+    curves: tuple[Curve, ...] = taken(
+        many(lambda pair, path, kind: Curve(*CURVE(pair, path, kind)), least=1)
+    )
     start: str = taken(among("virgin", "saturated"), "virgin")
     kind: Kind = taken(among(*KINDS, "magnetic", "piezo"), "translational")
     source: Path = taken(instance(Path, "a path", read=Path), Path())

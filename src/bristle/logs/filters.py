@@ -20,10 +20,20 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
     from scipy.signal import sosfilt
 
     if not 2.0 * cutoff * sample_time < 1.0:
-        raise InputError("is above half the sample rate", path="cutoff", value=cutoff, allowed=f"< {0.5 / sample_time:g} Hz")
+        raise InputError(
+            "is above half the sample rate",
+            path="cutoff",
+            value=cutoff,
+            allowed=f"< {0.5 / sample_time:g} Hz",
+        )
     sections, settled, edge, _ = butterworth(cutoff, sample_time)
     if signal.shape[-1] <= edge:
-        raise InputError("is too short for the filter", path="signal", value=signal.shape[-1], allowed=f"more than {edge} samples")
+        raise InputError(
+            "is too short for the filter",
+            path="signal",
+            value=signal.shape[-1],
+            allowed=f"more than {edge} samples",
+        )
     # Same bits as sosfiltfilt, without its computation of the settled state at each call.
     settled = settled.reshape(len(sections), *[1] * (signal.ndim - 1), 2)
     before = 2.0 * signal[..., :1] - signal[..., edge:0:-1]
@@ -42,7 +52,12 @@ def butterworth(cutoff: float, sample_time: float) -> tuple[np.ndarray, np.ndarr
     sections = np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
     taps = 2 * len(sections) + 1 - min((sections[:, 2] == 0.0).sum(), (sections[:, 5] == 0.0).sum())
     slowest = max(np.abs(np.roots(section[3:])).max() for section in sections)
-    return sections, sosfilt_zi(sections), 3 * int(taps), math.ceil(math.log(np.finfo(float).eps) / math.log(slowest))
+    return (
+        sections,
+        sosfilt_zi(sections),
+        3 * int(taps),
+        math.ceil(math.log(np.finfo(float).eps) / math.log(slowest)),
+    )
 
 
 def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
@@ -52,7 +67,9 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
         return np.asarray(np.gradient(signal, dt, axis=-1))
     near, far = signal[..., 3:-1] - signal[..., 1:-3], signal[..., 4:] - signal[..., :-4]
     first, last = (np.gradient(part, dt, axis=-1) for part in (signal[..., :3], signal[..., -3:]))
-    return np.concatenate([first[..., :2], (8.0 * near - far) / (12.0 * dt), last[..., 1:]], axis=-1)
+    return np.concatenate(
+        [first[..., :2], (8.0 * near - far) / (12.0 * dt), last[..., 1:]], axis=-1
+    )
 
 
 def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
@@ -62,7 +79,12 @@ def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
     if lag < 0.0:
         return ahead(signal - lag * derivative(signal, dt), lag / dt)
     gain = dt / (2.0 * lag + dt)
-    behind, _ = lfilter([gain, gain], [1.0, (dt - 2.0 * lag) / (dt + 2.0 * lag)], signal, zi=(1.0 - gain) * signal[..., :1])
+    behind, _ = lfilter(
+        [gain, gain],
+        [1.0, (dt - 2.0 * lag) / (dt + 2.0 * lag)],
+        signal,
+        zi=(1.0 - gain) * signal[..., :1],
+    )
     return ahead(np.asarray(behind), lag / dt)
 
 
@@ -79,7 +101,13 @@ def at_spline(coefficients: np.ndarray, samples: float) -> np.ndarray:
 
     whole, part = math.floor(samples), samples - math.floor(samples)
     # Cubic B-splines, at the four samples around an instant.
-    weights = [0.0, (1.0 - part) ** 3, 4.0 + 3.0 * part**2 * (part - 2.0), 1.0 + 3.0 * part * (1.0 + part - part**2), part**3]
+    weights = [
+        0.0,
+        (1.0 - part) ** 3,
+        4.0 + 3.0 * part**2 * (part - 2.0),
+        1.0 + 3.0 * part * (1.0 + part - part**2),
+        part**3,
+    ]
     moved = correlate1d(coefficients, np.array(weights) / 6.0, mode="mirror")
     last = coefficients.shape[-1] - 1
     return moved[..., np.clip(np.arange(last + 1) + whole, 0, last)]

@@ -29,7 +29,9 @@ class LogFormat(NamedTuple):
         return f"bristle.logs.{self.module}:read_{self.name}"
 
 
-OWN_FORMATS: ContextVar[tuple[LogFormat, ...]] = ContextVar("formats of logs of a person's own", default=())
+OWN_FORMATS: ContextVar[tuple[LogFormat, ...]] = ContextVar(
+    "formats of logs of a person's own", default=()
+)
 
 
 @contextmanager

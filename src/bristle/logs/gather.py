@@ -50,39 +50,64 @@ class Gathered:
 def gather(table: Table, axis: Axis) -> Gathered:
     """Return the channels that `axis` names, in SI units of the axis, sign and transmission applied."""
     gathered = Gathered(notes=list(table.notes))
-    motion, time = axis.columns.get("position", axis.columns.get("velocity")), axis.columns.get("time")
+    motion, time = (
+        axis.columns.get("position", axis.columns.get("velocity")),
+        axis.columns.get("time"),
+    )
     # Columns with their own times need no column of time.
     implied = motion is not None and (table.name_of(motion.name) or "") in table.stamps
     if implied and time is not None:
         implied = (table.name_of(time.name) or "") in ("", *table.stamps.values())
         if implied:
-            gathered.notes.append(f"bristle ignores columns.time, because each column of this {table.format} file has its own time")
+            gathered.notes.append(
+                f"bristle ignores columns.time, because each column of this {table.format} file has its own time"
+            )
     for name, column in axis.columns.items():
         if name in ("reference", "following_error"):  # they share the unit and sign of the position
             column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
-        if not (name == "time" and implied) and (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
+        if (
+            not (name == "time" and implied)
+            and (channel := _channel(table, column, name, axis.kind, gathered)) is not None
+        ):
             gathered.channels[name] = channel
     stamps = gathered.channels.get("time")
-    if axis.sample_time and stamps is not None and stamps.values.size > 1 and not axis.columns["time"].unit:
+    if (
+        axis.sample_time
+        and stamps is not None
+        and stamps.values.size > 1
+        and not axis.columns["time"].unit
+    ):
         gathered.channels["time"] = _in_step(stamps, axis.sample_time, gathered)
     effort = axis.columns.get("effort")
-    if effort is not None and effort.base in OF_DRIVES[:5] and axis.kind == KINDS[1] and axis.arm is not None and axis.gear is None:
+    if (
+        effort is not None
+        and effort.base in OF_DRIVES[:5]
+        and axis.kind == KINDS[1]
+        and axis.arm is not None
+        and axis.gear is None
+    ):
         assumed = f"bristle takes the effort in column {effort.name} as that of a direct drive (gear_ratio = 1)"
         gathered.notes.append(f"the axis file states no gear_ratio: {assumed}")
     for index, injected in enumerate(axis.injected):
         column = Column(injected.column, "", "", injected.gain, injected.optional)
-        if (channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)) is not None:
+        if (
+            channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)
+        ) is not None:
             gathered.injected.append(channel)
     for index, known in enumerate(axis.regressors):
         column = Column(known.place, "", known.unit, optional=known.optional)
         channel = _channel(table, column, f"known[{index}]", axis.kind, gathered)
         if channel is None and known.optional and gathered.channels:
-            channel = Channel(np.zeros(len(next(iter(gathered.channels.values())))), "1", known.place)
+            channel = Channel(
+                np.zeros(len(next(iter(gathered.channels.values())))), "1", known.place
+            )
         if channel is not None:
             gathered.regressors.append(replace(channel, unit="1"))
     if motion is None:
         mend = "Name this column in [columns]"
-        gathered.problems.append(InputError("names no column of the position", path=f"axis {axis.name}", mend=mend))
+        gathered.problems.append(
+            InputError("names no column of the position", path=f"axis {axis.name}", mend=mend)
+        )
     if implied:
         _onto_one_time(table, gathered, time.unit if time else "")
     _compare_columns(table, gathered)
@@ -101,14 +126,18 @@ def _without_open_ends(gathered: Gathered) -> None:
     inner = slice(int(complete[0]), int(complete[-1]) + 1)
     left = len(missing[late[0]]) - (inner.stop - inner.start)
     noun = "sample" if left == 1 else "samples"
-    gathered.notes.append(f"bristle ignores {left} {noun} at the ends, where column {' and column '.join(late)} has no values")
+    gathered.notes.append(
+        f"bristle ignores {left} {noun} at the ends, where column {' and column '.join(late)} has no values"
+    )
     gathered.change(lambda channel: replace(channel, values=channel.values[inner]))
 
 
 def _in_step(time: Channel, sample_time: float, gathered: Gathered) -> Channel:
     """Return the stamps in the unit of time in which they are a sample time [s] apart; unchanged if there is no such unit."""
     usual = median_step(time.values)
-    scale = next((scale for scale in UNITS_OF_TIME if abs(usual * scale / sample_time - 1.0) < UNIFORM), 1.0)
+    scale = next(
+        (scale for scale in UNITS_OF_TIME if abs(usual * scale / sample_time - 1.0) < UNIFORM), 1.0
+    )
     if scale == 1.0:
         return time
     states = f"column {time.column} rises by {usual:.6g} s per sample by its unit in the log, but sample_time in the axis file is"
@@ -126,25 +155,40 @@ def _compare_columns(table: Table, gathered: Gathered) -> None:
         used.setdefault(channel.column, []).append(name.partition(".")[0])
     for column, names in used.items():
         if len(names) > 1:
-            gathered.notes.append(f"column {column} is used twice, as {' and as '.join(names)}. Check [columns]")
+            gathered.notes.append(
+                f"column {column} is used twice, as {' and as '.join(names)}. Check [columns]"
+            )
     sizes = {channel.column: channel.values.size for _, channel in gathered.named()}
     if len(set(sizes.values())) > 1:
         message = f"has columns with different numbers of samples ({', '.join(f'{column}: {size}' for column, size in sizes.items())})"
         mend = "Export all channels with the same sample rate and duration. A shorter column may be truncated"
         gathered.problems.append(InputError(message, path=str(table.source), mend=mend))
-    error, position = gathered.channels.pop("following_error", None), gathered.channels.get("position")
+    error, position = (
+        gathered.channels.pop("following_error", None),
+        gathered.channels.get("position"),
+    )
     if error is None:
         return
     if position is None:
-        gathered.notes.append(f"bristle ignores the following error in column {error.column}, because the log has no position")
+        gathered.notes.append(
+            f"bristle ignores the following error in column {error.column}, because the log has no position"
+        )
     elif error.values.size == position.values.size and "reference" in gathered.channels:
-        gathered.notes.append(f"bristle ignores the following error in column {error.column}, because the log has a reference")
+        gathered.notes.append(
+            f"bristle ignores the following error in column {error.column}, because the log has a reference"
+        )
     elif error.values.size == position.values.size:
-        gathered.channels["reference"] = Channel(position.values + error.values, position.unit, error.column)
-        gathered.notes.append(f"bristle computes the reference as position plus following error, which column {error.column} contains")
+        gathered.channels["reference"] = Channel(
+            position.values + error.values, position.unit, error.column
+        )
+        gathered.notes.append(
+            f"bristle computes the reference as position plus following error, which column {error.column} contains"
+        )
 
 
-def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
+def _in_the_unit_of(
+    position: Column | None, column: Column, table: Table, gathered: Gathered
+) -> Column:
     """Return the column of a reference; if only its header states its unit, and that of the position too, with the unit of the position."""
     name = table.name_of(column.name)
     if position is None or column.unit or name is None or column.base not in ("m", "rad"):
@@ -155,8 +199,12 @@ def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathe
     if not unit or own not in ("", stated):
         return column
     if not own:
-        gathered.notes.append(f"column {name} has no unit: bristle assumes the unit of the position, {unit}")
-    return replace(column, unit=unit, base=position.base, scale=math.copysign(position.scale, column.scale))
+        gathered.notes.append(
+            f"column {name} has no unit: bristle assumes the unit of the position, {unit}"
+        )
+    return replace(
+        column, unit=unit, base=position.base, scale=math.copysign(position.scale, column.scale)
+    )
 
 
 def kind_of(unit: str) -> Kind:
@@ -166,27 +214,43 @@ def kind_of(unit: str) -> Kind:
 
 def axis_of(table: Table) -> Axis:
     """Return the axis that names and units of a table suggest, for logs without an axis file."""
-    names = {channel: next((name for name in table.names if name.lower() in usual), None) for channel, usual in USUAL_NAMES.items()}
+    names = {
+        channel: next((name for name in table.names if name.lower() in usual), None)
+        for channel, usual in USUAL_NAMES.items()
+    }
     moved = names["position"] or names["velocity"]
     if moved is None:
         for text in table.texts:
             if split_unit(text)[0].lower() in USUAL_NAMES["position"]:
                 raise table.missing(text, "position")
-        message, mend = "has no column with a usual name of a position", "Give an axis file that names the columns (--axis AXIS.toml)"
+        message, mend = (
+            "has no column with a usual name of a position",
+            "Give an axis file that names the columns (--axis AXIS.toml)",
+        )
         if is_nameless(table):
             mend = "Propose a role for each column with `bristle log LOG --write AXIS.toml`, and add --axis AXIS.toml"
-        raise InputError(f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend)
+        raise InputError(
+            f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend
+        )
     kind = kind_of(table.units.get(moved, ""))
-    columns = {channel: Column(name, "", unit_of(CHANNELS[channel], kind)) for channel, name in names.items() if name}
+    columns = {
+        channel: Column(name, "", unit_of(CHANNELS[channel], kind))
+        for channel, name in names.items()
+        if name
+    }
     return Axis(name=table.source.stem, kind=kind, columns=columns)
 
 
-def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathered) -> Channel | None:
+def _channel(
+    table: Table, column: Column, key: str, kind: Kind, gathered: Gathered
+) -> Channel | None:
     name = table.name_of(column.name)
     if name is None:
         if column.optional:
             close = close_names(column.name, table.names)
-            hint = f". If its name is {close[0]!r}, write this name in the axis file" if close else ""
+            hint = (
+                f". If its name is {close[0]!r}, write this name in the axis file" if close else ""
+            )
             gathered.notes.append(f"optional column {column.name} is not in this log{hint}")
         else:
             gathered.problems.append(table.missing(column.name, key))
@@ -199,20 +263,43 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     declared = column.unit or table.units.get(name, "")
     # If the axis file declares the unit of time and position, the check of the log compares them.
     # A unit at the end of a name has 2 letters or more: a single letter can be a motor or a phase.
-    if not (column.unit and key in ("time", "position")) and len(called := other_unit_in(name, declared)) >= 2:
+    if (
+        not (column.unit and key in ("time", "position"))
+        and len(called := other_unit_in(name, declared)) >= 2
+    ):
         numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
         gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
     quantities = COLUMNS | OF_COUPLING
     is_further = key.isidentifier() and key not in quantities
-    unit = column.base or "K" if is_further else unit_of(quantities.get(key, COLUMNS["effort"]), kind)
+    unit = (
+        column.base or "K" if is_further else unit_of(quantities.get(key, COLUMNS["effort"]), kind)
+    )
     with np.errstate(over="ignore"):  # too large values are refused with their sample
         values = table.columns[name] * scale + column.shift
     return Channel(values, unit, name)
 
 
 # Base unit -> another usual unit of the numbers in a log.
-USUAL_UNITS = {"s": "ms", "m": "mm", "rad": "deg", "m/s": "mm/s", "rad/s": "rev/s", "N": "%", "N*m": "%", "rated": "%"}
-OF_DRIVES = "count", "count/s", "A", "V", "rated", "rad", "rad/s", "N*m"  # the axis file converts them by constants, gear and lead
+USUAL_UNITS = {
+    "s": "ms",
+    "m": "mm",
+    "rad": "deg",
+    "m/s": "mm/s",
+    "rad/s": "rev/s",
+    "N": "%",
+    "N*m": "%",
+    "rated": "%",
+}
+OF_DRIVES = (
+    "count",
+    "count/s",
+    "A",
+    "V",
+    "rated",
+    "rad",
+    "rad/s",
+    "N*m",
+)  # the axis file converts them by constants, gear and lead
 
 
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:
@@ -222,7 +309,10 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
         return 1.0
     if column.unit:
         factor = units.factor(column.unit, column.base, path=place)
-        if stated and not (converts(stated, column.base) and np.isclose(factor, units.factor(stated, column.base), rtol=1e-9)):
+        if stated and not (
+            converts(stated, column.base)
+            and np.isclose(factor, units.factor(stated, column.base), rtol=1e-9)
+        ):
             states = f"column {name} has the unit {stated!r} in the log, but {column.unit} in the axis file"
             gathered.notes.append(f"{states}: bristle uses {column.unit}")
         return factor
@@ -231,7 +321,10 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
     if not stated and column.base != "rated":
         gathered.notes.append(f"column {name} has no unit: bristle assumes {column.base}")
         return 1.0
-    usual = next((stated for base in OF_DRIVES if converts(stated, base)), USUAL_UNITS.get(column.base, column.base))
+    usual = next(
+        (stated for base in OF_DRIVES if converts(stated, base)),
+        USUAL_UNITS.get(column.base, column.base),
+    )
     allowed = f"{column.base}, or a unit that converts to it"
     mend = f'Write the unit of the numbers in the axis file, such as unit = "{usual}"'
     raise InputError("has the wrong unit", path=place, value=stated, allowed=allowed, mend=mend)
@@ -247,16 +340,33 @@ def _onto_one_time(table: Table, gathered: Gathered, unit: str) -> None:
     if motion is None:
         return
     own, place = table.stamps[motion.column], str(table.source)
-    stated = {name: table.units.get(name) or unit or unit_of_time(name, table.columns[name]) for name in set(table.stamps.values())}
-    clocks = {name: table.columns[name] * units.factor(stated[name], "s", path=place) for name in stated}
+    stated = {
+        name: table.units.get(name) or unit or unit_of_time(name, table.columns[name])
+        for name in set(table.stamps.values())
+    }
+    clocks = {
+        name: table.columns[name] * units.factor(stated[name], "s", path=place) for name in stated
+    }
     base = clocks[own]
     step = median_step(base) if base.size > 1 else 0.0
-    elsewhere = {id(channel): clocks[stamps] for _, channel in gathered.named() if (stamps := table.stamps.get(channel.column, own)) != own}
-    gathered.change(lambda channel: _on(base, elsewhere[id(channel)], channel, gathered, step) if id(channel) in elsewhere else channel)
+    elsewhere = {
+        id(channel): clocks[stamps]
+        for _, channel in gathered.named()
+        if (stamps := table.stamps.get(channel.column, own)) != own
+    }
+    gathered.change(
+        lambda channel: (
+            _on(base, elsewhere[id(channel)], channel, gathered, step)
+            if id(channel) in elsewhere
+            else channel
+        )
+    )
     gathered.channels = {"time": Channel(base, "s", own), **gathered.channels}
 
 
-def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathered, step: float) -> Channel:
+def _on(
+    times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathered, step: float
+) -> Channel:
     """Return a channel at other times, without values outside of its own times."""
     stamps, first = np.unique(stamps, return_index=True)
     values = channel.values[first]
@@ -268,7 +378,9 @@ def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathe
     from scipy.interpolate import CubicSpline
 
     between = np.where(coincides, values[near], CubicSpline(stamps, values)(times))
-    half = CubicSpline(stamps[::2], values[::2])(stamps[1:-1:2]) if stamps.size > 8 else values[1:-1:2]
+    half = (
+        CubicSpline(stamps[::2], values[::2])(stamps[1:-1:2]) if stamps.size > 8 else values[1:-1:2]
+    )
     error = float(np.sqrt(np.mean((half - values[1:-1:2]) ** 2)))
     numbers: dict[str, Number] = {
         "column": channel.column,

@@ -20,7 +20,11 @@ MOST_NAMES, MOST_CELLS = 20_000, 20_000_000  # of records
 WIDE = 1000
 STARTS = tuple(sign.encode() for sign in '"{[}]-0123456789')
 FEWEST = 2
-NAMES, VALUES, UNITS = (("name", "signal", "channel", "id", "label"), ("values", "data", "samples", "y"), ("unit", "units"))
+NAMES, VALUES, UNITS = (
+    ("name", "signal", "channel", "id", "label"),
+    ("values", "data", "samples", "y"),
+    ("unit", "units"),
+)
 MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …] (orient="records" of pandas), or a dictionary of columns'
 
 
@@ -56,7 +60,9 @@ def _parsed(data: bytes, source: Path) -> Any:
     try:
         return json.loads(text)
     except RecursionError:
-        raise InputError("has lists that are nested too deeply", path=str(source), mend=MEND) from None
+        raise InputError(
+            "has lists that are nested too deeply", path=str(source), mend=MEND
+        ) from None
     except json.JSONDecodeError as error:
         lines = [line for line in text.splitlines() if line.strip()]
         records: list[dict[str, Any]] = []  # one per line; the last line of a recording may be cut
@@ -72,7 +78,9 @@ def _parsed(data: bytes, source: Path) -> Any:
         raise InputError(message, path=str(source), mend="Copy or save it again") from None
 
 
-def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[str, list[Any]], dict[str, str]]]]:
+def _tables(
+    node: Any, path: str, depth: int
+) -> Iterator[tuple[str, tuple[dict[str, list[Any]], dict[str, str]]]]:
     """Yield possible tables, with name, columns and units."""
     if isinstance(node, list) and len(node) >= FEWEST and depth <= DEEPEST:
         if all(isinstance(record, dict) for record in node):
@@ -83,13 +91,31 @@ def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[
     if not isinstance(node, dict) or depth > DEEPEST:
         return
     rows = node.get("data")
-    if isinstance(node.get("columns"), list) and isinstance(rows, list) and rows and all(isinstance(row, list) for row in rows):
-        raise InputError('holds a data frame with separate lists of columns and rows (orient="split")', path=path, mend=MEND)
-    lists = {name: value for name, value in node.items() if isinstance(value, list) and len(value) >= FEWEST}
-    columns = {name: value for name, value in lists.items() if not isinstance(value[0], (dict, list))}
+    if (
+        isinstance(node.get("columns"), list)
+        and isinstance(rows, list)
+        and rows
+        and all(isinstance(row, list) for row in rows)
+    ):
+        raise InputError(
+            'holds a data frame with separate lists of columns and rows (orient="split")',
+            path=path,
+            mend=MEND,
+        )
+    lists = {
+        name: value
+        for name, value in node.items()
+        if isinstance(value, list) and len(value) >= FEWEST
+    }
+    columns = {
+        name: value for name, value in lists.items() if not isinstance(value[0], (dict, list))
+    }
     if len(columns) > 1:
         units = next((node[key] for key in UNITS if isinstance(node.get(key), dict)), {})
-        yield path, (columns, {str(name): unit for name, unit in units.items() if isinstance(unit, str)})
+        yield (
+            path,
+            (columns, {str(name): unit for name, unit in units.items() if isinstance(unit, str)}),
+        )
         return
     for name, value in node.items():
         yield from _tables(value, f"{path}.{name}" if path else name, depth + 1)
@@ -97,21 +123,40 @@ def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[
 
 def _of_records(records: list[dict[str, Any]]) -> tuple[dict[str, list[Any]], dict[str, str]]:
     """Return the columns of a list of records and their units; a record may be a signal, with a name and its values."""
-    key = next((key for key in VALUES if all(isinstance(record.get(key), list) for record in records)), None)
-    named = next((name for name in NAMES if all(isinstance(record.get(name), str) for record in records)), None)
+    key = next(
+        (key for key in VALUES if all(isinstance(record.get(key), list) for record in records)),
+        None,
+    )
+    named = next(
+        (name for name in NAMES if all(isinstance(record.get(name), str) for record in records)),
+        None,
+    )
     if key is not None and named is not None:
-        units = {record[named]: record[unit] for record in records for unit in UNITS if isinstance(record.get(unit), str)}
+        units = {
+            record[named]: record[unit]
+            for record in records
+            for unit in UNITS
+            if isinstance(record.get(unit), str)
+        }
         return {record[named]: record[key] for record in records}, units
     flat = [dict(flattened(record)) for record in records]
     names = list(dict.fromkeys(name for record in flat for name in record))
     if len(names) > MOST_NAMES or (len(names) > WIDE and len(names) * len(flat) > MOST_CELLS):
-        allowed = f"up to {MOST_NAMES} names, and with more than {WIDE} names up to {MOST_CELLS} values"
-        raise InputError(f"has {len(names)} different names in {len(flat)} records", allowed=allowed, mend=MEND)
+        allowed = (
+            f"up to {MOST_NAMES} names, and with more than {WIDE} names up to {MOST_CELLS} values"
+        )
+        raise InputError(
+            f"has {len(names)} different names in {len(flat)} records", allowed=allowed, mend=MEND
+        )
     return {name: [record.get(name) for record in flat] for name in names}, {}
 
 
 def _table(
-    columns: Mapping[str, list[Any]], units: Mapping[str, str], request: Request, facts: dict[str, str], constants: dict[str, float]
+    columns: Mapping[str, list[Any]],
+    units: Mapping[str, str],
+    request: Request,
+    facts: dict[str, str],
+    constants: dict[str, float],
 ) -> Table:
     called, unit_of, notes = names_and_units(columns, units)
     numbers: dict[str, np.ndarray] = {}
@@ -120,12 +165,18 @@ def _table(
         column = _numbers(values, is_time(name))
         if column is None:
             odd = next((value for value in values if not isinstance(value, (int, float))), None)
-            texts[name] = InputError("is not a number", path=f"{request.source}: {name!r}", value=str(odd)[:60])
+            texts[name] = InputError(
+                "is not a number", path=f"{request.source}: {name!r}", value=str(odd)[:60]
+            )
         else:
             numbers[name] = column
     if not numbers:
         raise InputError("holds no column of numbers", path=str(request.source), mend=MEND)
-    advancing = (c for c, v in numbers.items() if is_time(c) and v.size > 1 and np.all(np.isfinite(v)) and np.mean(np.diff(v) > 0) > 0.5)
+    advancing = (
+        c
+        for c, v in numbers.items()
+        if is_time(c) and v.size > 1 and np.all(np.isfinite(v)) and np.mean(np.diff(v) > 0) > 0.5
+    )
     time = next(advancing, None)
     notes += note_of_text(list(texts))
     series = []
@@ -137,8 +188,14 @@ def _table(
             # A record without a value that others have: the channel was recorded at a lower rate.
             values, times = values[~np.isnan(values)], times[~np.isnan(values)]
         series.append(Series(name, values, times, unit_of.get(name, "")))
-    named = {} if time is None else {"time": time, "time_unit": unit_of.get(time) or unit_of_time(time, numbers[time])}
-    return table_of_series(series, request, "JSON", notes=notes, texts=texts, facts=facts, constants=constants, **named)
+    named = (
+        {}
+        if time is None
+        else {"time": time, "time_unit": unit_of.get(time) or unit_of_time(time, numbers[time])}
+    )
+    return table_of_series(
+        series, request, "JSON", notes=notes, texts=texts, facts=facts, constants=constants, **named
+    )
 
 
 def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
@@ -146,9 +203,13 @@ def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
     filled = [value for value in values if value is not None]
     if not filled:
         return None
-    if may_count and all(type(value) is int for value in values) and abs(values[0]) > 10**15:  # a count of µs or less since an epoch
+    if (
+        may_count and all(type(value) is int for value in values) and abs(values[0]) > 10**15
+    ):  # a count of µs or less since an epoch
         # Counts since an epoch would lose their last digits as floats.
-        size = next(size for least, size in ((1e18, 1e9), (1e17, 1e7), (0, 1e6)) if abs(values[0]) >= least)
+        size = next(
+            size for least, size in ((1e18, 1e9), (1e17, 1e7), (0, 1e6)) if abs(values[0]) >= least
+        )
         return np.array([value - values[0] for value in values], dtype=np.int64) / size
     if all(isinstance(value, (int, float)) for value in filled):
         return np.array([np.nan if value is None else value for value in values], dtype=float)
@@ -163,4 +224,6 @@ def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
 
 
 EXAMPLE = b'[{"t": 0.0, "q": 1.5}, {"t": 0.001, "q": 1.6}, {"t": 0.002, "q": 1.7}, {"t": 0.003, "q": 1.8}]'
-FORMAT = json_records = LogFormat("json_records", "JSON", recognises, read=read, holds_tables=True, example=EXAMPLE)
+FORMAT = json_records = LogFormat(
+    "json_records", "JSON", recognises, read=read, holds_tables=True, example=EXAMPLE
+)

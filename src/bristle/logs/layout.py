@@ -20,8 +20,12 @@ COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
 """A `COMMENT` at the start of a line or after a blank, with the rest of the line; inside a cell it is content."""
 LONGEST_CELL = 131_072  # limit of the reader of quoted cells
 TRUTH = {"true": "1", "false": "0", "wahr": "1", "falsch": "0", "on": "1", "off": "0"}
-CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)  # A date with a time, or a time of day
-_NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII)
+CLOCK = re.compile(
+    r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII
+)  # A date with a time, or a time of day
+_NUMBER = re.compile(
+    r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII
+)
 
 
 def cells_of(line: str, delimiter: str | None) -> list[str]:
@@ -32,9 +36,15 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
         return [cell.strip().strip('"').strip() for cell in line.split()]
     if len(line) > LONGEST_CELL and max(map(len, line.split(delimiter))) > LONGEST_CELL:
         raise InputError(
-            "has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters", mend="Check that this is the right file"
+            "has a cell that is too long",
+            value=line,
+            allowed=f"up to {LONGEST_CELL} characters",
+            mend="Check that this is the right file",
         )
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+    return [
+        cell.strip()
+        for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+    ]
 
 
 def without_comments(text: str) -> str:
@@ -81,16 +91,26 @@ def why_no_number(cell: str) -> tuple[str, str]:
     if re.fullmatch(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", cell, re.ASCII):
         return "is a number with thousands separators", "Export numbers without these separators"
     if re.fullmatch(r"[+-]?\d+,\d+([eE][+-]?\d+)?", cell, re.ASCII):
-        return "is a number with a decimal comma", "Export with decimal points, or with semicolons between the cells"
+        return (
+            "is a number with a decimal comma",
+            "Export with decimal points, or with semicolons between the cells",
+        )
     return "is not a number" if cell else "is empty", ""
 
 
 # Tried in this order; None is a run of blanks. The comma comes last but one, because it can be a decimal comma.
 # Units in a row below the names, in addition to the decimal ones.
 USUAL_UNITS = frozenset(
-    listed("1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm")
+    listed(
+        "1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm"
+    )
 )
-STRONGER = {"\t": "", ";": "\t", ",": ";\t", None: ";\t,"}  # signs that a word in a file with this separator does not contain
+STRONGER = {
+    "\t": "",
+    ";": "\t",
+    ",": ";\t",
+    None: ";\t,",
+}  # signs that a word in a file with this separator does not contain
 HEAD_LINES, SAMPLE_ROWS = 420, 20  # lines searched for the first numbers, including the first rows
 MOST_COLUMNS = 50_000
 
@@ -117,7 +137,12 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
     bare = [without_comments(line) for line in lines]
     best, best_score = None, (0.0,)
     for delimiter in ("\t", ";", ",", None):
-        if delimiter is None and best is not None and best.delimiter == "\t" and best_score[0] == 1.0:
+        if (
+            delimiter is None
+            and best is not None
+            and best.delimiter == "\t"
+            and best_score[0] == 1.0
+        ):
             break  # blanks between tabs are parts of words
         rows = _rows(bare, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
@@ -138,10 +163,22 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
     rows: list[tuple[int, list[str]]] = []
     count = 0
     for index, line in enumerate(lines):
-        cells = cells_of(line, delimiter) if line.strip() and not line.lstrip().startswith(COMMENT) else []
+        cells = (
+            cells_of(line, delimiter)
+            if line.strip() and not line.lstrip().startswith(COMMENT)
+            else []
+        )
         if len(cells) > MOST_COLUMNS:
-            place, mend = f"{source}: line {index + 1}", "Export one row per sample and one column per channel"
-            raise InputError(f"has {len(cells)} cells in a row", path=place, allowed=f"up to {MOST_COLUMNS}", mend=mend)
+            place, mend = (
+                f"{source}: line {index + 1}",
+                "Export one row per sample and one column per channel",
+            )
+            raise InputError(
+                f"has {len(cells)} cells in a row",
+                path=place,
+                allowed=f"up to {MOST_COLUMNS}",
+                mend=mend,
+            )
         if any(cells):
             rows.append((index, cells))
             count += len(cells)
@@ -175,7 +212,9 @@ def _are_numbers(cells: Sequence[str]) -> bool:
     return text.isascii() and "_" not in text
 
 
-def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, decimal_comma: bool) -> Layout | None:
+def _rows_of_numbers(
+    rows: list[tuple[int, list[str]]], delimiter: str | None, decimal_comma: bool
+) -> Layout | None:
     """Return the layout with the first line after which rows have numbers in the same columns."""
     # The last line may be cut short: the rows are checked when they are read.
     complete = rows[:-1] if len(rows) > 2 else rows
@@ -189,9 +228,18 @@ def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, d
             continue
         widths = [len(cells) for _, cells in complete[start:end]]
         if min(widths) > max(numeric):  # cells of words at the end of a row may be missing
-            above = [row.words for row in columns[max(start - 2, 0) : start] if delimiter and not row.numbers]
+            above = [
+                row.words
+                for row in columns[max(start - 2, 0) : start]
+                if delimiter and not row.numbers
+            ]
             width = max(*widths, 1 + max(frozenset().union(*above), default=-1))
-            return Layout(delimiter, decimal_comma, rows[start][0], tuple(column in numeric for column in range(width)))
+            return Layout(
+                delimiter,
+                decimal_comma,
+                rows[start][0],
+                tuple(column in numeric for column in range(width)),
+            )
     return None
 
 
@@ -201,17 +249,38 @@ def _score(rows: list[tuple[int, list[str]]], layout: Layout) -> tuple[float, ..
     counts, is_headed = [], above == len(layout.numeric)
     for cells in [cells for index, cells in rows if index >= layout.first][:SAMPLE_ROWS]:
         numbers = sum(compress(layout.numeric, cells))
-        words = [cell for cell, is_numeric in zip(cells, layout.numeric, strict=False) if cell and not is_numeric]
-        parted = [sum(any(sign in word for sign in signs) for word in words) for signs in (STRONGER[layout.delimiter], ";, ")]
-        parted[0] += sum(all(is_number(part, layout.decimal_comma) for part in word.split()) for word in words)
-        counts.append((numbers / (numbers + parted[0]), is_headed, numbers / (numbers + len(words)), numbers, -parted[1]))
+        words = [
+            cell
+            for cell, is_numeric in zip(cells, layout.numeric, strict=False)
+            if cell and not is_numeric
+        ]
+        parted = [
+            sum(any(sign in word for sign in signs) for word in words)
+            for signs in (STRONGER[layout.delimiter], ";, ")
+        ]
+        parted[0] += sum(
+            all(is_number(part, layout.decimal_comma) for part in word.split()) for word in words
+        )
+        counts.append(
+            (
+                numbers / (numbers + parted[0]),
+                is_headed,
+                numbers / (numbers + len(words)),
+                numbers,
+                -parted[1],
+            )
+        )
     return (*np.median(counts, axis=0).tolist(), -layout.first)
 
 
 def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -> None:
     """Refuse a line directly before the first row of numbers that differs from it in one cell: it is no preamble."""
     above = [(i, cells_of(line, layout.delimiter)) for i, line in enumerate(lines[: layout.first])]
-    above = [(i, cells) for i, cells in above if lines[i].strip() and not lines[i].lstrip().startswith(COMMENT)]
+    above = [
+        (i, cells)
+        for i, cells in above
+        if lines[i].strip() and not lines[i].lstrip().startswith(COMMENT)
+    ]
     if not above:
         return
     index, cells = above.pop()
@@ -222,25 +291,54 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
     is_row = numbered[-1] < len(cells) and all(kinds[k] for k in numbered)
     mend = "Delete the additional cells in this row"
     if len(cells) != count:
-        if is_row or ((rows or len(cells) > count) and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True))):
-            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index], mend=mend if is_row else "")
+        if is_row or (
+            (rows or len(cells) > count)
+            and all(kind or not cell for kind, cell in zip(kinds, cells, strict=True))
+        ):
+            raise InputError(
+                f"has {len(cells)} cells instead of {count}",
+                path=place,
+                value=lines[index],
+                mend=mend if is_row else "",
+            )
         return
-    odd = next((column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]), None)
+    odd = next(
+        (column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]),
+        None,
+    )
     if rows and any(kinds) and odd is not None:
-        message, mend = ("is a number, but the cells below it are text", mend) if kinds[odd] else why_no_number(cells[odd])
+        message, mend = (
+            ("is a number, but the cells below it are text", mend)
+            if kinds[odd]
+            else why_no_number(cells[odd])
+        )
         named = not any(is_number(cell, layout.decimal_comma) for cell in rows[0]) and rows[0][odd]
         column = repr(split_unit(rows[0][odd])[0]) if named else odd + 1
         raise InputError(message, path=f"{place}, column {column}", value=cells[odd], mend=mend)
     if is_row:
-        raise InputError("is a row of numbers with text in other columns than the rows below it", path=place, value=lines[index], mend=mend)
+        raise InputError(
+            "is a row of numbers with text in other columns than the rows below it",
+            path=place,
+            value=lines[index],
+            mend=mend,
+        )
 
 
-def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
+def _header(
+    lines: Sequence[str], layout: Layout
+) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
     """Return names and units from the one or two lines of text directly before the numbers."""
     count = len(layout.numeric)
-    above = [_header_cells(line, layout) for line in [line for line in lines[: layout.first] if line.strip()][-2:]]
+    above = [
+        _header_cells(line, layout)
+        for line in [line for line in lines[: layout.first] if line.strip()][-2:]
+    ]
     headers = [cells for cells in above if len(cells) == count and any(cells)]
-    headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
+    headers = [
+        cells
+        for cells in headers
+        if not any(is_number(cell, layout.decimal_comma) for cell in cells)
+    ]
     if not headers:
         return tuple(f"column_{index + 1}" for index in range(count)), ("",) * count, ()
     if len(headers) == 2 and _are_units(headers[1]):

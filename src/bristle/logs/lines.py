@@ -41,7 +41,9 @@ class Rows(NamedTuple):
     def sliding(self) -> Rows:
         """Rows in which the axis slides."""
         speed = np.abs(self.velocity)
-        return self.of(speed > 0.05 * speed.max(initial=0.0))  # of the largest speed: below, a contact sticks or turns
+        return self.of(
+            speed > 0.05 * speed.max(initial=0.0)
+        )  # of the largest speed: below, a contact sticks or turns
 
     def of(self, chosen: np.ndarray) -> Rows:
         """Return the chosen rows."""
@@ -72,9 +74,15 @@ class Line:
             return None
         coefficients = np.linalg.solve(gram, right)
         left = np.linalg.solve(without, (right - rights)[..., None])[..., 0]
-        deviations = np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
+        deviations = np.sqrt(
+            (BLOCKS - 1) / BLOCKS * np.sum((left - left.mean(axis=0)) ** 2, axis=0)
+        )
         residual, total = effort - scaled @ coefficients, float(np.var(effort))
-        return cls(coefficients / size, deviations / size, 1.0 - float(np.mean(residual**2)) / total if total > 0.0 else 0.0)
+        return cls(
+            coefficients / size,
+            deviations / size,
+            1.0 - float(np.mean(residual**2)) / total if total > 0.0 else 0.0,
+        )
 
     @property
     def last(self) -> tuple[float, float]:
@@ -88,7 +96,9 @@ def rows_of(log: LogData, resolution: float) -> Rows:
     window = longest = max((w for w in WINDOWS if w * log.sample_time <= 0.05), default=WINDOWS[0])
     for window in WINDOWS:
         parts = [_differenced(log.position.values[segment], window, 2) for segment in log.segments]
-        square = float(np.mean(np.concatenate(parts) ** 2)) if any(part.size for part in parts) else 0.0
+        square = (
+            float(np.mean(np.concatenate(parts) ** 2)) if any(part.size for part in parts) else 0.0
+        )
         # White noise of encoder rounding, differenced twice over the window.
         # The position noise may leave 0.1 of the root mean square acceleration.
         if window == longest or 6.0 * resolution**2 / 12.0 / window < 0.1**2 * square:
@@ -110,7 +120,10 @@ def _differenced(values: np.ndarray, window: int, order: int) -> np.ndarray:
 
 
 def _filtered(log: LogData, window: int) -> Rows:
-    stride, h = max(window // 2, len(log) // 6000, 1), window * log.sample_time  # more rows add no information
+    stride, h = (
+        max(window // 2, len(log) // 6000, 1),
+        window * log.sample_time,
+    )  # more rows add no information
     parts = []
     for segment in log.segments:
         first, last, _ = segment.indices(len(log))
@@ -125,13 +138,31 @@ def _filtered(log: LogData, window: int) -> Rows:
                 return 0.5 * (values[1 : count + 1] + values[2 : count + 2])
             return values[1 : count + 1] if order == 2 else values[2 : count + 2]
 
-        x, u, v = (None if channel is None else channel.values[segment] for channel in (log.position, log.effort, log.velocity))
+        x, u, v = (
+            None if channel is None else channel.values[segment]
+            for channel in (log.position, log.effort, log.velocity)
+        )
         assert x is not None
         about = x[0]
-        time = log.time.values[first] + log.sample_time * (np.arange(1, count + 1) + 1.5 * window - 0.5)
-        motion = (behind(x - about, 0) + about, behind(x - about, 1) / h, behind(x - about, 2) / h**2)
-        parts.append([signal[::stride] for signal in (time, *motion, behind(u, 0), behind(u, 1) / h, behind(v, 0))])
-    return Rows(*(np.concatenate(column) for column in zip(*parts, strict=True))) if parts else Rows(*[np.empty(0)] * 7)
+        time = log.time.values[first] + log.sample_time * (
+            np.arange(1, count + 1) + 1.5 * window - 0.5
+        )
+        motion = (
+            behind(x - about, 0) + about,
+            behind(x - about, 1) / h,
+            behind(x - about, 2) / h**2,
+        )
+        parts.append(
+            [
+                signal[::stride]
+                for signal in (time, *motion, behind(u, 0), behind(u, 1) / h, behind(v, 0))
+            ]
+        )
+    return (
+        Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+        if parts
+        else Rows(*[np.empty(0)] * 7)
+    )
 
 
 def lost_in(log: LogData, resolution: float, factor: float = 8.0) -> np.ndarray:
@@ -148,11 +179,16 @@ def lost_in(log: LogData, resolution: float, factor: float = 8.0) -> np.ndarray:
         out = np.abs(inner - around)
         usual = float(np.quantile(out, 0.95))  # quantile of the difference from the steps around
         # A step over a missing row is at least 1.8 times the steps around it; a smaller step is a late sample.
-        at = np.flatnonzero((out > factor * np.maximum(spread, max(usual, resolution))) & (np.abs(inner) > 1.8 * np.abs(around)))
+        at = np.flatnonzero(
+            (out > factor * np.maximum(spread, max(usual, resolution)))
+            & (np.abs(inner) > 1.8 * np.abs(around))
+        )
         # Jumps of equal size are the overflow of a counter.
         # Share of outliers above which they belong to the motion of the axis, unless all are equal: 0.001.
         # Relative tolerance of the jumps of a counter: 0.1.
-        if at.size and (at.size < 0.001 * steps.size + 3 or np.ptp(out[at]) < 0.1 * np.median(out[at])):
+        if at.size and (
+            at.size < 0.001 * steps.size + 3 or np.ptp(out[at]) < 0.1 * np.median(out[at])
+        ):
             places.append(at + 2 + (segment.start or 0))
     return np.concatenate(places)
 
@@ -181,7 +217,9 @@ def _closed(position: np.ndarray) -> slice:
     reach = float(np.ptp(position)) if position.size >= 4 * STRIDE else 0.0
     if reach == 0.0:
         return slice(0)
-    at = np.unique(np.linspace(STRIDE, position.size - 1 - STRIDE, 200).astype(int))  # samples of a segment, compared in pairs
+    at = np.unique(
+        np.linspace(STRIDE, position.size - 1 - STRIDE, 200).astype(int)
+    )  # samples of a segment, compared in pairs
     x, speed = position[at], position[at + STRIDE] - position[at - STRIDE]
     fastest = float(np.max(np.abs(position[2 * STRIDE :] - position[: -2 * STRIDE])))
     energy = (speed / (fastest or 1.0)) ** 2
@@ -191,7 +229,11 @@ def _closed(position: np.ndarray) -> slice:
     first, last = np.unravel_index(int(np.argmax(length)), length.shape)
     # A closed motion contains a reversal.
     # It covers at least 0.25 of a segment.
-    return slice(at[first], at[last] + 1) if fastest and length[first, last] >= 0.25 * position.size else slice(0)
+    return (
+        slice(at[first], at[last] + 1)
+        if fastest and length[first, last] >= 0.25 * position.size
+        else slice(0)
+    )
 
 
 def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float) -> Cut | None:
@@ -205,13 +247,23 @@ def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float)
     # Filter the missing effort like all rows.
     missing = rows_of(replace(log, effort=replace(log.effort, values=at)), resolution).effort
     level = float(np.median(np.abs(values[at != 0.0])))
-    columns = (rows.acceleration, rows.velocity, np.sign(rows.velocity), np.ones_like(rows.velocity))
-    line, bent = (Line.through(np.column_stack([*columns, shape]), rows.effort) for shape in (-missing, rows.effort**3))
+    columns = (
+        rows.acceleration,
+        rows.velocity,
+        np.sign(rows.velocity),
+        np.ones_like(rows.velocity),
+    )
+    line, bent = (
+        Line.through(np.column_stack([*columns, shape]), rows.effort)
+        for shape in (-missing, rows.effort**3)
+    )
     # A channel that saturates gradually lacks an effort proportional to the cube of its reading.
     if line is None or (bent is not None and bent.explained > line.explained):
         return None
     short, error = line.last
-    if not (short > 0.05 * level and short > sure * error):  # of the level: extra effort that the motion needs
+    if not (
+        short > 0.05 * level and short > sure * error
+    ):  # of the level: extra effort that the motion needs
         return None
     start, length = longest_run(at != 0.0)
     return Cut(float(np.sign(at[start])) * level, start, length, int(np.count_nonzero(at)))
@@ -222,9 +274,18 @@ def _piled(values: np.ndarray, run: int) -> np.ndarray:
     none = np.zeros(values.size, dtype=bool)
     if np.count_nonzero(values > 0.0) < run:
         return none
-    top = float(np.quantile(values[values > 0.0], 0.999))  # quantile of one sign: single samples beyond are noise
-    width = float(np.clip(6.0 * noise_of(values), 0.02 * top, 0.08 * top))  # width of a pile, by noise and by the top value
+    top = float(
+        np.quantile(values[values > 0.0], 0.999)
+    )  # quantile of one sign: single samples beyond are noise
+    width = float(
+        np.clip(6.0 * noise_of(values), 0.02 * top, 0.08 * top)
+    )  # width of a pile, by noise and by the top value
     near, low = top - width, top - (1.0 + BELOW) * width
     at, below = values > near, (values > low) & (values <= near)
     # A pile holds at least 3.0 times the samples below; a sine reaches 2.7.
-    return at if longest_run(at)[1] >= run and np.count_nonzero(at) * BELOW >= 3.0 * np.count_nonzero(below) else none
+    return (
+        at
+        if longest_run(at)[1] >= run
+        and np.count_nonzero(at) * BELOW >= 3.0 * np.count_nonzero(below)
+        else none
+    )

@@ -18,7 +18,9 @@ from bristle.logs.table import NONE
 from bristle.logs.tables import WITHIN, content_of_log
 
 NO_LOGS = (".toml", ".md")  # other files among logs: axis files, notes
-_DATE = re.compile(r"(?<!\d)((?:19|20)\d\d)([-_.]?)(\d\d)\2(\d\d)(?:[T _-]+(\d\d)([-:._h]?)(\d\d)(?:\6(\d\d))?(?:[.,]\d+)?(?!-?\d))?(?!\d)")
+_DATE = re.compile(
+    r"(?<!\d)((?:19|20)\d\d)([-_.]?)(\d\d)\2(\d\d)(?:[T _-]+(\d\d)([-:._h]?)(\d\d)(?:\6(\d\d))?(?:[.,]\d+)?(?!-?\d))?(?!\d)"
+)
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,12 @@ def recorded_at(*names: str) -> float | None:
         dates = []
         for year, _, month, day, hour, _, minute, second in _DATE.findall(name):
             with suppress(ValueError):  # digits that form no date
-                dates.append(datetime(*(int(part or 0) for part in (year, month, day, hour, minute, second)), tzinfo=UTC))
+                dates.append(
+                    datetime(
+                        *(int(part or 0) for part in (year, month, day, hour, minute, second)),
+                        tzinfo=UTC,
+                    )
+                )
         if dates:
             return dates[0].timestamp() if len(dates) == 1 else None
     return None
@@ -98,16 +105,29 @@ def _logs_at(place: str, size_limit: int) -> Iterator[LogFile]:
     for part in _parts(content, size_limit):
         within = f"{WITHIN}{part}" if part else ""
         name = source.name + within
-        yield LogFile(file + within, folder, escaped(name), content.checksum, recorded_at(name, source.parent.name))
+        yield LogFile(
+            file + within,
+            folder,
+            escaped(name),
+            content.checksum,
+            recorded_at(name, source.parent.name),
+        )
 
 
 def _parts(content: Content, size_limit: int) -> list[str | None]:
     """Return the tables of a file that match a pattern; without a match, report the tables of the file."""
     if content.part is None or "*" not in content.part:
         return [content.part]
-    tables = read_table(Content(content.source, content.data), choice=NONE, size_limit=size_limit).tables
+    tables = read_table(
+        Content(content.source, content.data), choice=NONE, size_limit=size_limit
+    ).tables
     matching = [name for name in tables if fnmatchcase(name, content.part)]
     if not matching:
         allowed = f"tables: {', '.join(tables[:20])}" if tables else "a file with several tables"
-        raise InputError("contains no table with such a name", path=str(content.source), value=content.part, allowed=allowed)
+        raise InputError(
+            "contains no table with such a name",
+            path=str(content.source),
+            value=content.part,
+            allowed=allowed,
+        )
     return [*matching]

@@ -25,7 +25,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # Position and effort have alternative names; for other channels a letter could mean something else.
-NAMES = {name: (USUAL_NAMES[name] if name in ("time", "position", "effort") else (name,)) for name in CHANNELS}
+NAMES = {
+    name: (USUAL_NAMES[name] if name in ("time", "position", "effort") else (name,))
+    for name in CHANNELS
+}
 KNOWN_INPUT = "injected."
 PLACE = "columns"
 SOURCE = Path("<columns>")
@@ -37,7 +40,9 @@ MEND = 'Give a data frame or a dictionary with the columns "time", "position" an
     sample_time=optional(amount(Variable("time", "time between samples", min=0.0), exclusive=True)),
     columns=lambda columns, path, kind: table_of(columns),
 )
-def record_of_columns(columns: Any, *, axis: Axis | None = None, kind: Any = None, sample_time: Any = None) -> LogData:
+def record_of_columns(
+    columns: Any, *, axis: Axis | None = None, kind: Any = None, sample_time: Any = None
+) -> LogData:
     """Return the log in a table of columns; see `Log.from_columns`."""
     by_name, table = axis is None or not axis.columns, columns
     moved = _named(table.names, "position") or _named(table.names, "velocity") or ""
@@ -46,9 +51,16 @@ def record_of_columns(columns: Any, *, axis: Axis | None = None, kind: Any = Non
         used = _axis_of(table, used)
         table = replace(table, notes=tuple(_notes_on(table, used)))
     if kind is not None and used.kind != kind:
-        raise InputError("differs from the kind of the axis", path="kind", value=kind, allowed=used.kind)
-    record = record_of(table, used if sample_time is None else replace(used, sample_time=sample_time))
-    renamed = (replace(channel, column=channel.column.removeprefix(KNOWN_INPUT)) for channel in record.injected)
+        raise InputError(
+            "differs from the kind of the axis", path="kind", value=kind, allowed=used.kind
+        )
+    record = record_of(
+        table, used if sample_time is None else replace(used, sample_time=sample_time)
+    )
+    renamed = (
+        replace(channel, column=channel.column.removeprefix(KNOWN_INPUT))
+        for channel in record.injected
+    )
     return replace(record, injected=tuple(renamed)) if by_name else record
 
 
@@ -56,8 +68,13 @@ def is_table(source: Any) -> bool:
     """Return whether an object is a dictionary, a data frame, a data set or an array with named fields."""
     try:
         named = getattr(getattr(source, "dtype", None), "names", None)
-        frame = any(hasattr(source, name) for name in ("columns", "column_names", "variables", "collect_schema"))
-        return isinstance(source, Mapping) or bool(named) or (frame and hasattr(source, "__getitem__"))
+        frame = any(
+            hasattr(source, name)
+            for name in ("columns", "column_names", "variables", "collect_schema")
+        )
+        return (
+            isinstance(source, Mapping) or bool(named) or (frame and hasattr(source, "__getitem__"))
+        )
     except Exception:  # noqa: BLE001  (an object that stops when it is asked what it has is no table)
         return False
 
@@ -67,7 +84,9 @@ def table_of(source: Any) -> Table:
     stated, series = _columns_of(source)
     texts: dict[str, InputError] = {}
     columns: dict[str, np.ndarray] = {}
-    stated_units: dict[str, str] = {name: str(unit) for name, unit in stated.items() if isinstance(unit, str)}
+    stated_units: dict[str, str] = {
+        name: str(unit) for name, unit in stated.items() if isinstance(unit, str)
+    }
     for name, values in series.items():
         try:
             columns[name] = _numbers(values, name)
@@ -90,7 +109,9 @@ def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
     stated = attributes.get("units", {}) if isinstance(attributes, Mapping) else {}
     is_mapping = isinstance(source, Mapping)
     names = getattr(getattr(source, "dtype", None), "names", None)  # an array with named fields
-    for attribute in ("variables",) if is_mapping else ("column_names", "columns"):  # xarray; pyarrow; pandas and polars
+    for attribute in (
+        ("variables",) if is_mapping else ("column_names", "columns")
+    ):  # xarray; pyarrow; pandas and polars
         names = names or getattr(source, attribute, None)
     if names is None and is_mapping:
         names = list(source)
@@ -98,9 +119,17 @@ def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
         raise InputError("is not a table of columns", path=PLACE, value=shown(source), mend=MEND)
     series = {str(name): source[name] for name in names}
     index = getattr(source, "index", None)
-    if index is not None and not callable(index) and not set(NAMES["time"]) & {name.lower() for name in series}:
+    if (
+        index is not None
+        and not callable(index)
+        and not set(NAMES["time"]) & {name.lower() for name in series}
+    ):
         dates = getattr(getattr(index, "dtype", None), "kind", "") in ("M", "m")
-        series |= {"time": index} if dates or str(getattr(index, "name", "")).lower() in NAMES["time"] else {}
+        series |= (
+            {"time": index}
+            if dates or str(getattr(index, "name", "")).lower() in NAMES["time"]
+            else {}
+        )
     return stated if isinstance(stated, Mapping) else {}, series
 
 
@@ -110,9 +139,16 @@ def _numbers(values: Any, name: str) -> np.ndarray:
     if np.ma.is_masked(values):
         raise InputError("has masked values", path=place, mend=REPAIR)
     to_numpy: Callable[[], Any] | None = getattr(values, "to_numpy", None)
-    samples = np.asarray(to_numpy() if to_numpy is not None else getattr(values, "magnitude", values))
+    samples = np.asarray(
+        to_numpy() if to_numpy is not None else getattr(values, "magnitude", values)
+    )
     if samples.ndim != 1:
-        raise InputError("must be 1-D", path=place, value=f"an array of shape {samples.shape}", mend="Give each signal a separate column")
+        raise InputError(
+            "must be 1-D",
+            path=place,
+            value=f"an array of shape {samples.shape}",
+            mend="Give each signal a separate column",
+        )
     if samples.dtype.kind in "mM":
         return (samples - samples[:1]) / np.timedelta64(1, "s")
     if samples.dtype.kind not in "fiubO":
@@ -121,7 +157,12 @@ def _numbers(values: Any, name: str) -> np.ndarray:
         return samples.astype(float)
     except (TypeError, ValueError) as error:
         at = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
-        raise InputError(f"has no number at sample {at} ({error_text(error)})", path=place, value=samples[at], mend=REPAIR) from None
+        raise InputError(
+            f"has no number at sample {at} ({error_text(error)})",
+            path=place,
+            value=samples[at],
+            mend=REPAIR,
+        ) from None
 
 
 def _is_number(sample: Any) -> bool:
@@ -142,8 +183,16 @@ def _named(names: Iterable[str], channel: str) -> str | None:
 def _notes_on(table: Table, axis: Axis) -> Iterator[str]:
     """Yield notes on the choice of columns."""
     named = {channel: column.name for channel, column in axis.columns.items()}
-    yield from (f"bristle uses column {name} as the {channel}" for channel, name in named.items() if name != channel)
-    used = {*named.values(), *(injected.column for injected in axis.injected), *(term.place for term in axis.regressors)}
+    yield from (
+        f"bristle uses column {name} as the {channel}"
+        for channel, name in named.items()
+        if name != channel
+    )
+    used = {
+        *named.values(),
+        *(injected.column for injected in axis.injected),
+        *(term.place for term in axis.regressors),
+    }
     left = [name for name in (*table.names, *table.texts) if name not in used]
     if left:
         yield f"unused columns: {some_of(left)}"
@@ -162,7 +211,13 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
         hints = filter(None, (did_you_mean(name, NAMES["position"]) for name in table.names))
         mend = next(hints, "Rename the column of the position to position, or give an axis")
         present = some_of(table.names, 40) or "no columns"
-        raise InputError("has no position column", path=PLACE, value=present, allowed=f"names: {', '.join(CHANNELS)}", mend=mend)
+        raise InputError(
+            "has no position column",
+            path=PLACE,
+            value=present,
+            allowed=f"names: {', '.join(CHANNELS)}",
+            mend=mend,
+        )
     for name, quantity in OF_COUPLING.items():
         if name in table.names:
             base = unit_of(quantity, axis.kind)
@@ -218,7 +273,14 @@ class Log(LogData):
     """
 
     @classmethod
-    def from_columns(cls, columns: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> Log:
+    def from_columns(
+        cls,
+        columns: Any,
+        *,
+        axis: Axis | None = None,
+        kind: str | None = None,
+        sample_time: Any = None,
+    ) -> Log:
         """Return the log in a data frame, a data set or a dictionary of arrays.
 
         The data are checked like a file by `read_log`: bristle refuses missing or saturated samples, resamples small jitter of

@@ -24,7 +24,10 @@ TELLS = 0.95  # of the scatter of the effort: above, the line is not used
 SIDE = 0.02  # share of the rows in a direction above which it has separate columns
 BENT = 0.2  # of the largest effort: threshold of gradual saturation
 CLIPPED = 10  # consecutive samples at an extreme of a clipped effort
-SAME_SCALE, SAME_SIGNAL = 0.05, 0.8  # of a recorded velocity against that of the position: relative deviation, correlation
+SAME_SCALE, SAME_SIGNAL = (
+    0.05,
+    0.8,
+)  # of a recorded velocity against that of the position: relative deviation, correlation
 
 
 @dataclass(frozen=True)
@@ -38,18 +41,29 @@ class CheckThresholds(Thresholds):
         most=1.0,
     )
     one_speed: float = threshold(
-        1.3, "ratio of the 90 % to the 10 % quantile of the speed, below which a log has a single speed", least=1.0
+        1.3,
+        "ratio of the 90 % to the 10 % quantile of the speed, below which a log has a single speed",
+        least=1.0,
     )
     mass_ratio: float = threshold(
-        1.15, "ratio of the known mass or inertia to the value in the log, above which they contradict", least=1.0
+        1.15,
+        "ratio of the known mass or inertia to the value in the log, above which they contradict",
+        least=1.0,
     )
-    fastest: float = threshold(20.0, "speed of a linear axis above which the unit of the position is doubtful", "m/s")
-    fastest_turning: float = threshold(2500.0, "speed of a rotary axis above which the unit of the position is doubtful", "rad/s")
+    fastest: float = threshold(
+        20.0, "speed of a linear axis above which the unit of the position is doubtful", "m/s"
+    )
+    fastest_turning: float = threshold(
+        2500.0, "speed of a rotary axis above which the unit of the position is doubtful", "rad/s"
+    )
     level_drift: float = threshold(
-        0.1, "change of the friction level over time or over the range, as a share of the level, above which bristle reports it"
+        0.1,
+        "change of the friction level over time or over the range, as a share of the level, above which bristle reports it",
     )
     sure: float = threshold(
-        5.0, "distance from zero, in standard errors, at which an effect in a regression line through the log is significant", "σ"
+        5.0,
+        "distance from zero, in standard errors, at which an effect in a regression line through the log is significant",
+        "σ",
     )
 
 
@@ -81,7 +95,9 @@ class Look:
         v, side = rows.velocity, np.sign(rows.velocity)
         # With a second column that takes no power, the coefficient of the side is the power of both over that of the side.
         shape = v - side * float(v @ v) / (float(v @ side) or 1.0)
-        line = Line.through(np.column_stack([rows.acceleration, np.ones_like(v), shape, side]), rows.effort)
+        line = Line.through(
+            np.column_stack([rows.acceleration, np.ones_like(v), shape, side]), rows.effort
+        )
         return line is not None and line.last[0] < -self.settings.sure * line.last[1]
 
     @cached_property
@@ -95,9 +111,17 @@ class Look:
         log = self.log
         if log.effort is None:
             return None
-        limit = self.axis.controller.values.get("limit") if isinstance(self.axis.controller, Model) else None
+        limit = (
+            self.axis.controller.values.get("limit")
+            if isinstance(self.axis.controller, Model)
+            else None
+        )
         # The controller limits its own output; known inputs are added after its limit.
-        own = clipped(log.effort.values - log.injected_effort, limit, CLIPPED) if log.injected else None
+        own = (
+            clipped(log.effort.values - log.injected_effort, limit, CLIPPED)
+            if log.injected
+            else None
+        )
         cut = own or clipped(log.effort.values, self.axis.effort_limit or limit, CLIPPED)
         return cut or piled_up(log, self.rows, self.resolution, CLIPPED, self.settings.sure)
 
@@ -118,7 +142,9 @@ class Look:
         moved = self.rows.sliding
         # Range of at least 100.0 encoder steps, so that the position shows a velocity.
         moves = float(np.ptp(self.log.position.values)) > 100.0 * self.resolution
-        if not self.rows.recorded.size or not moves or moved.velocity.size < 50:  # rows to compare velocities
+        if (
+            not self.rows.recorded.size or not moves or moved.velocity.size < 50
+        ):  # rows to compare velocities
             return None
         v, recorded = moved.velocity, moved.recorded
         likeness = likeness_of(v, recorded)
@@ -126,7 +152,9 @@ class Look:
         scale, late = unbounded(np.column_stack([v, -moved.acceleration]), recorded).tolist()
         of_size = likeness >= SAME_SIGNAL and abs(scale - 1.0) <= SAME_SCALE
         delay = late / scale if of_size else 0.0
-        return None if of_size and abs(delay) <= 0.005 else (scale, likeness, delay)  # s, smallest reported delay
+        return (
+            None if of_size and abs(delay) <= 0.005 else (scale, likeness, delay)
+        )  # s, smallest reported delay
 
     @cached_property
     def sliding(self) -> tuple[Rows, np.ndarray]:
@@ -137,7 +165,11 @@ class Look:
         columns = [slid.acceleration, -slid.rate]
         for side in ((v > 0.0).astype(float), (v < 0.0).astype(float)):
             if v.size and side.mean() > SIDE:
-                columns += [side, side * v, *(side * np.exp(-np.abs(v) / (fall * top)) for fall in FALLS)]
+                columns += [
+                    side,
+                    side * v,
+                    *(side * np.exp(-np.abs(v) / (fall * top)) for fall in FALLS),
+                ]
         return slid, np.column_stack(columns)
 
     def line(self, *further: np.ndarray) -> Line | None:
@@ -194,7 +226,11 @@ class Look:
         time, line = max(steps, key=lambda tried: tried[1].explained)
         shares, deviations = line.coefficients[-2:], line.deviations[-2:]
         alike = abs(shares[0] - shares[1]) < 3.0 * float(np.hypot(*deviations))  # standard errors
-        return (time, float(np.mean(shares))) if alike and np.all(np.abs(shares) > self.settings.sure * deviations) else None
+        return (
+            (time, float(np.mean(shares)))
+            if alike and np.all(np.abs(shares) > self.settings.sure * deviations)
+            else None
+        )
 
     @cached_property
     def high_pass(self) -> float | None:
@@ -204,28 +240,47 @@ class Look:
             return None
         rows, columns = self.sliding
         # A first-order high-pass subtracts its angular cut-off frequency times the integral of its output.
-        integral = np.interp(rows.time, log.time.values, log.sample_time * np.cumsum(log.effort.values - np.mean(log.effort.values)))
+        integral = np.interp(
+            rows.time,
+            log.time.values,
+            log.sample_time * np.cumsum(log.effort.values - np.mean(log.effort.values)),
+        )
         # It can reverse the sign of the work: fit without the sign check of the effort.
         line = Line.through(np.column_stack([columns, -integral]), rows.effort)
         if line is None or line.explained < TELLS:
             return None
         cutoff, deviation = line.last
-        much = cutoff * float(np.std(integral)) > self.settings.level_drift * float(np.std(columns[:, 2:] @ line.coefficients[2:-1]))
+        much = cutoff * float(np.std(integral)) > self.settings.level_drift * float(
+            np.std(columns[:, 2:] @ line.coefficients[2:-1])
+        )
         return cutoff / (2.0 * np.pi) if much and cutoff > self.settings.sure * deviation else None
 
     @cached_property
     def mass(self) -> tuple[float, float] | None:
         """Mass according to the log, and ratio of the known mass to it; None if the two masses agree."""
         axis, line, settings = self.axis, self.plain, self.settings
-        if line is None or self.cut or self.is_unsigned or self.bend is not None or not axis.mass or axis.plant != "inertia":
+        if (
+            line is None
+            or self.cut
+            or self.is_unsigned
+            or self.bend is not None
+            or not axis.mass
+            or axis.plant != "inertia"
+        ):
             return None
         mass, deviation = float(line.coefficients[0]), float(line.deviations[0])
-        share = abs(mass) * float(np.std(self.sliding[0].acceleration)) / float(np.std(self.sliding[0].effort))
+        share = (
+            abs(mass)
+            * float(np.std(self.sliding[0].acceleration))
+            / float(np.std(self.sliding[0].effort))
+        )
         # An inertia is clear above 0.05 of the mass and 0.06 of the scatter of the effort.
         if not (axis.mass > 0.0 < mass and deviation < 0.05 * mass and share > 0.06):
             return None
         ratio = axis.mass / mass
-        contradicts = max(ratio, 1.0 / ratio) >= settings.mass_ratio * (1.0 + settings.sure * deviation / mass)
+        contradicts = max(ratio, 1.0 / ratio) >= settings.mass_ratio * (
+            1.0 + settings.sure * deviation / mass
+        )
         return (mass, ratio) if contradicts else None
 
     @cached_property
@@ -236,16 +291,32 @@ class Look:
         side = np.sign(rows.velocity)
         if line is None or min(np.mean(side > 0.0), np.mean(side < 0.0)) <= SIDE:
             return 0.0, {}
-        ends = ((values, float(values.min()), float(values.max())) for values in (rows.time, rows.position))
-        time, position = ((values - 0.5 * (low + high)) / ((high - low) or 1.0) for values, low, high in ends)
+        ends = (
+            (values, float(values.min()), float(values.max()))
+            for values in (rows.time, rows.position)
+        )
+        time, position = (
+            (values - 0.5 * (low + high)) / ((high - low) or 1.0) for values, low, high in ends
+        )
         changing = self.line(time, position, side * time, side * position)
         if changing is None:
             return 0.0, {}
-        rest = rows.effort - line.coefficients[0] * rows.acceleration + line.coefficients[1] * rows.rate
+        rest = (
+            rows.effort
+            - line.coefficients[0] * rows.acceleration
+            + line.coefficients[1] * rows.rate
+        )
         level = float(np.mean(np.abs(rest - np.median(rest))))
-        shares = {k: (float(changing.coefficients[k] / level), float(changing.deviations[k] / level)) for k in (-2, -1)}
+        shares = {
+            k: (float(changing.coefficients[k] / level), float(changing.deviations[k] / level))
+            for k in (-2, -1)
+        }
         least, sure = self.settings.level_drift, self.settings.sure
-        return level, {k: share for k, (share, deviation) in shares.items() if abs(share) > max(least, sure * deviation)}
+        return level, {
+            k: share
+            for k, (share, deviation) in shares.items()
+            if abs(share) > max(least, sure * deviation)
+        }
 
     @cached_property
     def ways(self) -> list[np.ndarray]:
@@ -256,7 +327,9 @@ class Look:
     def way(self) -> float:
         """Usual stroke between two reversals [m or rad]."""
         between = np.abs(np.concatenate([part[1:-1] for part in self.ways]))
-        return float(np.median(between)) if between.size else float(np.ptp(self.log.position.values))
+        return (
+            float(np.median(between)) if between.size else float(np.ptp(self.log.position.values))
+        )
 
     @property
     def segments(self) -> list[np.ndarray]:
@@ -265,7 +338,9 @@ class Look:
 
     def turns(self, position: np.ndarray) -> np.ndarray:
         """Return the first sample, the samples of the reversals, and the last sample, shape (turn,)."""
-        least = max(graininess(position, self.resolution), 1e-3 * float(np.ptp(position)))  # of the range: smaller reversals do not count
+        least = max(
+            graininess(position, self.resolution), 1e-3 * float(np.ptp(position))
+        )  # of the range: smaller reversals do not count
         return np.array([0, *turning_points(position, least), position.size - 1])
 
 

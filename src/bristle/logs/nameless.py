@@ -16,7 +16,17 @@ import numpy as np
 
 from bristle.core.least_squares import apart_from
 from bristle.logs.channel import clear_step
-from bristle.logs.roles import Candidate, Role, Roles, candidate_of, correlation, rate_of, roughness, slope, time_among
+from bristle.logs.roles import (
+    Candidate,
+    Role,
+    Roles,
+    candidate_of,
+    correlation,
+    rate_of,
+    roughness,
+    slope,
+    time_among,
+)
 from bristle.logs.table import Table
 from bristle.logs.words import meaning_of
 
@@ -24,11 +34,17 @@ _NUMBER = re.compile(r"[\s_\[({]*\d+[\])}]*$")  # as in column_1, data[0]
 _DIGITS = re.compile(r"\d+")
 MOST_ROWS, MOST_COLUMNS = 6000, 60  # of the search
 BLOCKS = (1, 3, 10)  # rows of a mean, for fine and for slow signals
-RATE, EQUAL = 0.97, 0.95  # correlation of a velocity with the rate of a position, and of a reference with its position
+RATE, EQUAL = (
+    0.97,
+    0.95,
+)  # correlation of a velocity with the rate of a position, and of a reference with its position
 UNEQUAL = 0.1  # deviation of the ratio of a position to its reference from 1
 REVERSED = "its sign is reversed"
 GAP = 4.0  # ratio of roughness between the roughest position and the smoothest effort
-FRICTION, CLEARER = 0.2, 1.5  # least partial correlation of an effort with a direction, and its ratio to that with another joint
+FRICTION, CLEARER = (
+    0.2,
+    1.5,
+)  # least partial correlation of an effort with a direction, and its ratio to that with another joint
 
 
 @dataclass(frozen=True)
@@ -52,35 +68,64 @@ def is_nameless(table: Table) -> bool:
 
 def proposed_roles(table: Table) -> tuple[Proposed, ...]:
     """Return a role for each column of a table from the signals alone."""
-    candidates = [column for name in table.columns if (column := candidate_of(table, name, is_nameless=True)) is not None]
+    candidates = [
+        column
+        for name in table.columns
+        if (column := candidate_of(table, name, is_nameless=True)) is not None
+    ]
     described = {name: _described(name, values) for name, values in table.columns.items()}
     of_time = time_among(table, candidates)
     if of_time is not None:
-        described[of_time[0].name] = replace(described[of_time[0].name], role="time", evidence=of_time[1])
-    moving = [c for c in candidates if np.ptp(c.values) > 0.0 and not described[c.name].role and not _counts(c.values)][:MOST_COLUMNS]
+        described[of_time[0].name] = replace(
+            described[of_time[0].name], role="time", evidence=of_time[1]
+        )
+    moving = [
+        c
+        for c in candidates
+        if np.ptp(c.values) > 0.0 and not described[c.name].role and not _counts(c.values)
+    ][:MOST_COLUMNS]
     if len({column.values.size for column in moving}) == 1:
         time = None if of_time is None else of_time[0].values
-        searches = [_Search.of(moving, time, block).roles() for block in BLOCKS if moving[0].values.size >= block * MOST_ROWS or block == 1]
-        for name, role, joint, evidence in max(searches, key=lambda roles: sum(role == "effort" for _, role, _, _ in roles)):
+        searches = [
+            _Search.of(moving, time, block).roles()
+            for block in BLOCKS
+            if moving[0].values.size >= block * MOST_ROWS or block == 1
+        ]
+        for name, role, joint, evidence in max(
+            searches, key=lambda roles: sum(role == "effort" for _, role, _, _ in roles)
+        ):
             described[name] = replace(described[name], role=role, joint=joint, evidence=evidence)
     return tuple(described.values())
 
 
 def numbered_roles(table: Table, roles: Roles) -> tuple[Proposed, ...]:
     """Return the roles of columns whose names contain the number of a joint, if the names of motion and effort show them; else empty."""
-    columns = {channel: _numbered(role.column, table.names) for channel, role in roles.channels.items() if channel != "time"}
+    columns = {
+        channel: _numbered(role.column, table.names)
+        for channel, role in roles.channels.items()
+        if channel != "time"
+    }
     joints = list(columns.get("position", columns.get("velocity", {})))
     columns = {channel: named for channel, named in columns.items() if set(named) == set(joints)}
     if len(joints) < 2 or "effort" not in columns:
         return ()
-    place = {named[number]: (channel, joint) for channel, named in columns.items() for joint, number in enumerate(joints, start=1)}
+    place = {
+        named[number]: (channel, joint)
+        for channel, named in columns.items()
+        for joint, number in enumerate(joints, start=1)
+    }
     if len(place) < len(joints) * len(columns):  # two channels share columns
         return ()
     place |= {roles.channels["time"].column: ("time", 0)} if "time" in roles.channels else {}
-    evidence = {name: f"its name, as that of joint {joint}" if joint else "its name" for name, (_, joint) in place.items()}
+    evidence = {
+        name: f"its name, as that of joint {joint}" if joint else "its name"
+        for name, (_, joint) in place.items()
+    }
     described = {name: _described(name, values) for name, values in table.columns.items()}
     return tuple(
-        replace(entry, role=place[name][0], joint=place[name][1], evidence=evidence[name]) if name in place else entry
+        replace(entry, role=place[name][0], joint=place[name][1], evidence=evidence[name])
+        if name in place
+        else entry
         for name, entry in described.items()
     )
 
@@ -89,8 +134,16 @@ def _numbered(name: str, names: Iterable[str]) -> dict[int, str]:
     """Return the columns whose names differ from a name in one of its numbers only, by this number; the largest such set."""
     sets = list[dict[int, str]]()
     for number in _DIGITS.finditer(name):
-        pattern = re.compile(rf"{re.escape(name[: number.start()])}(\d+){re.escape(name[number.end() :])}")
-        sets.append({int(match[1]): match[0] for match in map(pattern.fullmatch, names) if match is not None})
+        pattern = re.compile(
+            rf"{re.escape(name[: number.start()])}(\d+){re.escape(name[number.end() :])}"
+        )
+        sets.append(
+            {
+                int(match[1]): match[0]
+                for match in map(pattern.fullmatch, names)
+                if match is not None
+            }
+        )
     return max(sets, key=len, default={})
 
 
@@ -101,13 +154,25 @@ def joint_count(proposed: Iterable[Proposed]) -> int:
 
 def roles_of_joint(proposed: Iterable[Proposed], joint: int) -> Roles:
     """Return the channels of one joint, and the time, of columns without names."""
-    return Roles({entry.role: Role(entry.column, "", "", entry.evidence) for entry in proposed if entry.role and entry.joint in (0, joint)})
+    return Roles(
+        {
+            entry.role: Role(entry.column, "", "", entry.evidence)
+            for entry in proposed
+            if entry.role and entry.joint in (0, joint)
+        }
+    )
 
 
 def _described(name: str, values: np.ndarray) -> Proposed:
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
-    evidence = "it is constant" if low == high else "it counts the rows" if _counts(finite) else Proposed.evidence
+    evidence = (
+        "it is constant"
+        if low == high
+        else "it counts the rows"
+        if _counts(finite)
+        else Proposed.evidence
+    )
     return Proposed(name, low, high, clear_step(values) or 0.0, evidence=evidence)
 
 
@@ -142,7 +207,11 @@ class _Search:
     def roles(self) -> list[tuple[str, str, int, str]]:
         """Return name, role, joint and evidence of each column with a role."""
         velocities, evidence = self._velocities()
-        left = [name for name in self.signals if name not in velocities and name not in velocities.values()]
+        left = [
+            name
+            for name in self.signals
+            if name not in velocities and name not in velocities.values()
+        ]
         if not velocities:
             smooth, left, evidence = self._smooth(left)
             velocities = dict.fromkeys(smooth, "")
@@ -150,13 +219,24 @@ class _Search:
         for name, reference in references.items():
             evidence[name] = f"{evidence.get(name) or evidence[reference]}; it follows {reference}"
             velocities = {**velocities, name: velocities.get(name) or velocities.pop(reference, "")}
-        positions = [name for name in self.signals if name in velocities and name not in references.values()]
-        efforts = self._efforts(positions, [name for name in left if name not in (*positions, *references.values())])
+        positions = [
+            name for name in self.signals if name in velocities and name not in references.values()
+        ]
+        efforts = self._efforts(
+            positions, [name for name in left if name not in (*positions, *references.values())]
+        )
         roles, joint = list[tuple[str, str, int, str]](), 0
         for name in positions:
             velocity, reference, effort = velocities[name], references.get(name), efforts.get(name)
             if not velocity and not effort:
-                roles.append((name, "", 0, f"{evidence[name]}, like a position, but no column depends on its direction"))
+                roles.append(
+                    (
+                        name,
+                        "",
+                        0,
+                        f"{evidence[name]}, like a position, but no column depends on its direction",
+                    )
+                )
                 continue
             joint += 1
             roles.append((name, "position", joint, evidence[name]))
@@ -164,7 +244,14 @@ class _Search:
                 roles.append((reference, "reference", joint, f"it is almost {name}, and leads it"))
             if velocity:
                 likeness = correlation(self.rates[name], self.signals[velocity])
-                roles.append((velocity, "velocity", joint, f"it is the rate of {name} (correlation {likeness:.4f})"))
+                roles.append(
+                    (
+                        velocity,
+                        "velocity",
+                        joint,
+                        f"it is the rate of {name} (correlation {likeness:.4f})",
+                    )
+                )
             if effort:
                 roles.append((effort[0], "effort", joint, effort[1]))
         return roles
@@ -173,11 +260,20 @@ class _Search:
         """Return the reference of each measured position that has one."""
         references = dict[str, str]()
         for name in positions:
-            candidates = [candidate for candidate in self.signals if candidate != name and (candidate in positions or candidate in left)]
-            candidate = next((candidate for candidate in candidates if self._alike(candidate, name)), "")
+            candidates = [
+                candidate
+                for candidate in self.signals
+                if candidate != name and (candidate in positions or candidate in left)
+            ]
+            candidate = next(
+                (candidate for candidate in candidates if self._alike(candidate, name)), ""
+            )
             if candidate and not {name, candidate} & {*references, *references.values()}:
                 # The reference exceeds the measured position in the direction of motion.
-                leads = correlation(self.signals[name] - self.signals[candidate], self.rates[name]) > 0.0
+                leads = (
+                    correlation(self.signals[name] - self.signals[candidate], self.rates[name])
+                    > 0.0
+                )
                 references |= {candidate: name} if leads else {name: candidate}
         return references
 
@@ -205,7 +301,9 @@ class _Search:
     def _smooth(self, names: list[str]) -> tuple[list[str], list[str], dict[str, str]]:
         """Return the columns that are smoother than the rest by a clear gap, the other columns, and the evidence."""
         ordered = sorted(names, key=self.rough.__getitem__)
-        gaps = [self.rough[after] / max(self.rough[name], 1e-12) for name, after in pairwise(ordered)]
+        gaps = [
+            self.rough[after] / max(self.rough[name], 1e-12) for name, after in pairwise(ordered)
+        ]
         place = int(np.argmax(gaps)) + 1 if gaps else 0
         if not gaps or gaps[place - 1] < GAP:
             return [], names, {}
@@ -218,18 +316,30 @@ class _Search:
 
         if not positions or not candidates:
             return {}
-        motion = [part for name in positions for part in (self.signals[name], self.rates[name], rate_of(self.rates[name], None))]
+        motion = [
+            part
+            for name in positions
+            for part in (self.signals[name], self.rates[name], rate_of(self.rates[name], None))
+        ]
         motion += [bend(self.signals[name]) for name in positions for bend in (np.sin, np.cos)]
-        design = np.column_stack([*(part / (np.std(part) or 1.0) for part in motion), np.ones(motion[0].size)])
+        design = np.column_stack(
+            [*(part / (np.std(part) or 1.0) for part in motion), np.ones(motion[0].size)]
+        )
         basis = np.linalg.qr(design)[0]
         sides = [apart_from(basis, np.sign(self.rates[name])) for name in positions]
         left = [apart_from(basis, self.signals[name]) for name in candidates]
         shares = np.array([[correlation(side, rest) for rest in left] for side in sides])
         chosen = dict[str, tuple[str, str]]()
         for row, column in zip(*linear_sum_assignment(-np.abs(shares)), strict=True):
-            share, rival = abs(shares[row, column]), max((abs(s) for k, s in enumerate(shares[:, column]) if k != row), default=0.0)
+            share, rival = (
+                abs(shares[row, column]),
+                max((abs(s) for k, s in enumerate(shares[:, column]) if k != row), default=0.0),
+            )
             if share > FRICTION and share > CLEARER * rival:
                 sign = "" if shares[row, column] > 0.0 else f"; {REVERSED}"
                 text = f"it depends on the direction of {positions[row]} (partial correlation {share:.2f}"
-                chosen[positions[row]] = candidates[column], f"{text}, of another joint at most {rival:.2f}){sign}"
+                chosen[positions[row]] = (
+                    candidates[column],
+                    f"{text}, of another joint at most {rival:.2f}){sign}",
+                )
         return chosen

@@ -26,24 +26,48 @@ def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
     axis : Axis, optional
         Its encoder and its pre-sliding distance, if known.
     """
-    time, position, effort = log.time.values, log.position.values, None if log.effort is None else log.effort.values
+    time, position, effort = (
+        log.time.values,
+        log.position.values,
+        None if log.effort is None else log.effort.values,
+    )
     axis = axis or Axis(kind=log.kind)
     grain = graininess(position, axis.resolution or log.position.step)
     ordered: list[Passage] = []
     for part in log.segments:
         pulled = None if effort is None else effort[part]
-        ordered += passages_along(time[part], position[part], pulled, grain, presliding=axis.presliding, start=part.start or 0)
+        ordered += passages_along(
+            time[part],
+            position[part],
+            pulled,
+            grain,
+            presliding=axis.presliding,
+            start=part.start or 0,
+        )
     return tuple(ordered)
 
 
 def passages_along(
-    time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float, *, presliding: float | None = None, start: int = 0
+    time: np.ndarray,
+    position: np.ndarray,
+    effort: np.ndarray | None,
+    grain: float,
+    *,
+    presliding: float | None = None,
+    start: int = 0,
 ) -> list[Passage]:
     """Return the experiments in one stretch without a gap, in order."""
-    return Stretch(time, position, effort, grain, presliding, start).passages() if time.size > 1 else []
+    return (
+        Stretch(time, position, effort, grain, presliding, start).passages()
+        if time.size > 1
+        else []
+    )
 
 
-TWICE, MOST = 2.0, 0.8  # largest ratio of the lengths and durations of equal strokes; share of the strokes that is a motion
+TWICE, MOST = (
+    2.0,
+    0.8,
+)  # largest ratio of the lengths and durations of equal strokes; share of the strokes that is a motion
 
 
 def holds(log: Log, motion: Log) -> bool:
@@ -58,8 +82,14 @@ def _strokes(log: Log) -> np.ndarray:
     # An axis does not follow each stroke of its reference, and would not follow it the next time.
     way = log.position if log.reference is None else log.reference
     grain, parts = graininess(way.values, way.step), [way.values[part] for part in log.segments]
-    legs = [leg for x in parts for leg in legs_of(x, rests_of(x, grain, log.sample_time), grain, log.sample_time)]
-    return np.log([(abs(leg.distance), log.sample_time * (leg.last - leg.first)) for leg in legs]).reshape(-1, 2)
+    legs = [
+        leg
+        for x in parts
+        for leg in legs_of(x, rests_of(x, grain, log.sample_time), grain, log.sample_time)
+    ]
+    return np.log(
+        [(abs(leg.distance), log.sample_time * (leg.last - leg.first)) for leg in legs]
+    ).reshape(-1, 2)
 
 
 @dataclass(frozen=True)
@@ -80,7 +110,10 @@ class Passage:
     def as_data(self) -> dict[str, Any]:
         """Return the passage as numbers, in SI units of the axis."""
         record = {name: value for name, value in vars(self).items() if name != "samples"}
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in record.items()}
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in record.items()
+        }
 
 
 def nesting(turning: Iterable[float]) -> int:
@@ -107,7 +140,13 @@ class Stretch:
     """One stretch of a log without a gap, as it is divided into passages."""
 
     def __init__(
-        self, time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float, presliding: float | None, start: int
+        self,
+        time: np.ndarray,
+        position: np.ndarray,
+        effort: np.ndarray | None,
+        grain: float,
+        presliding: float | None,
+        start: int,
     ) -> None:
         self.time, self.position, self.effort, self.start = time, position, effort, start
         self.grain, self.presliding = grain, presliding
@@ -127,9 +166,14 @@ class Stretch:
                 runs[-1][1].append(leg)
             else:
                 runs.append((kind, [leg]))
-        passages = [self._passage(kind, legs[0].first, legs[-1].last, **self._facts(kind, legs)) for kind, legs in runs]
+        passages = [
+            self._passage(kind, legs[0].first, legs[-1].last, **self._facts(kind, legs))
+            for kind, legs in runs
+        ]
         for rest in self.rests:
-            if not any(legs[0].first < rest.stop - 1 and rest.start < legs[-1].last for _, legs in runs):
+            if not any(
+                legs[0].first < rest.stop - 1 and rest.start < legs[-1].last for _, legs in runs
+            ):
                 passages.append(self._passage("rest", rest.start, rest.stop - 1))
         return sorted(passages, key=lambda passage: passage.samples.start)
 
@@ -157,7 +201,9 @@ class Stretch:
             return is_long or (self.effort is None and self.presliding is None)
         at = self.legs.index(leg)
         beside = [self.legs[k] for k in (at - 1, at + 1) if 0 <= k < len(self.legs)]
-        return settled or any(self._level_between(leg, back) for back in beside if back.distance * leg.distance < 0.0)
+        return settled or any(
+            self._level_between(leg, back) for back in beside if back.distance * leg.distance < 0.0
+        )
 
     def _settled(self, leg: Leg) -> bool | None:
         """Return whether the effort has settled in the second half of a cruise; None if undecided."""
@@ -170,7 +216,10 @@ class Stretch:
         middle, late = float(course[3:6].mean()), float(course[6:].mean())
         # Each level has three means; the scatter of a mean is a share of the difference of two.
         scatter = float(np.std(np.diff(course))) / np.sqrt(3.0)
-        return abs(late - middle) <= SETTLED * float(np.ptp(self._course(leg.first, leg.last + 1, PARTS))) + scatter
+        return (
+            abs(late - middle)
+            <= SETTLED * float(np.ptp(self._course(leg.first, leg.last + 1, PARTS))) + scatter
+        )
 
     def _level_between(self, leg: Leg, back: Leg) -> bool:
         assert self.effort is not None
@@ -185,12 +234,19 @@ class Stretch:
             counts = np.bincount(place, minlength=marks.size + 1)[1:-1]
             if np.any(counts < SAMPLES):
                 return False
-            efforts.append(np.bincount(place, self.effort[inside], minlength=marks.size + 1)[1:-1] / counts)
+            efforts.append(
+                np.bincount(place, self.effort[inside], minlength=marks.size + 1)[1:-1] / counts
+            )
         friction = 0.5 * float(np.sign(leg.distance)) * (efforts[0] - efforts[1])
-        first, middle, last = (float(np.mean(part)) for part in (friction[1:5], friction[7:-7], friction[-5:-1]))
+        first, middle, last = (
+            float(np.mean(part)) for part in (friction[1:5], friction[7:-7], friction[-5:-1])
+        )
         scatter = float(np.std(np.diff(friction))) / np.sqrt(8.0)
         # The friction from two legs must exceed 5.0 times its scatter.
-        return middle > 5.0 * scatter and max(abs(first - middle), abs(last - middle)) <= 2.0 * SETTLED * middle + scatter
+        return (
+            middle > 5.0 * scatter
+            and max(abs(first - middle), abs(last - middle)) <= 2.0 * SETTLED * middle + scatter
+        )
 
     def _course(self, begin: int, end: int, count: int) -> np.ndarray:
         """Return the mean effort of equal parts of a stretch [N or N*m]: single samples are mostly noise."""
@@ -205,13 +261,17 @@ class Stretch:
             return False
         side = float(np.sign(leg.distance))
         course = self._course(leg.first, leg.last + 1, PARTS) * side
-        steady = side * float(self.effort[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop].mean())
+        steady = side * float(
+            self.effort[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop].mean()
+        )
         before = side * float(np.median(self.effort[leg.first : leg.first + SAMPLES]))
         level = steady - before
         if level < 0.5 * max(float(np.ptp(course)), abs(steady)):
             return False
         # The contact has turned over at 0.9 of the swing of the effort.
-        samples = round(float(np.argmax(course - before >= 0.9 * level)) / course.size * (leg.last - leg.first))
+        samples = round(
+            float(np.argmax(course - before >= 0.9 * level)) / course.size * (leg.last - leg.first)
+        )
         moved = abs(self.position[leg.first + samples] - self.position[leg.first])
         # This takes at least 0.15 of the leg.
         return samples >= 30 and moved >= 0.15 * abs(leg.distance)
@@ -224,7 +284,10 @@ class Stretch:
         for amplitude in amplitudes:
             if not levels or amplitude - levels[-1] > max(0.05 * amplitude, self.grain):
                 levels.append(amplitude)
-        speeds, turning = [leg.speed for leg in legs], [self.position[legs[0].first], *(self.position[leg.last] for leg in legs)]
+        speeds, turning = (
+            [leg.speed for leg in legs],
+            [self.position[legs[0].first], *(self.position[leg.last] for leg in legs)],
+        )
         facts: dict[str, Any] = {
             "legs": len(legs),
             "speeds": (min(speeds), max(speeds)),
@@ -277,7 +340,9 @@ def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
 
 def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
     """Return the kind of oscillation of a run of legs; empty if it is no oscillation."""
-    if len(legs) < CHIRP_LEGS or sum(kind == "constant_velocity" for kind in kinds) > 0.5 * len(kinds):
+    if len(legs) < CHIRP_LEGS or sum(kind == "constant_velocity" for kind in kinds) > 0.5 * len(
+        kinds
+    ):
         return ""
     durations = np.log([leg.duration for leg in legs])
     distances = np.log([abs(leg.distance) for leg in legs])
@@ -286,6 +351,8 @@ def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
     swept = abs(slope) * len(legs)
     if swept > np.log(SWEPT) and np.std(durations - level - slope * steps) < ALIKE * swept:
         follows = float(np.polyfit(durations, distances, 1)[0])
-        return "chirp" if follows < 0.7 else ""  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
+        return (
+            "chirp" if follows < 0.7 else ""
+        )  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
     curved = sum(kind == "moves" for kind in kinds) > 0.5 * len(kinds)
     return "oscillation" if curved and np.std(durations) < ALIKE * np.log(SWEPT) else ""

@@ -27,9 +27,18 @@ def problems_of(gathered: Gathered, source: str) -> Iterator[InputError]:
     channels = list(gathered.named())
     for name, channel in channels:
         if channel.values.size < FEWEST_SAMPLES:
-            place, allowed = f"{source}: column {channel.column!r}", f"at least {FEWEST_SAMPLES} samples"
+            place, allowed = (
+                f"{source}: column {channel.column!r}",
+                f"at least {FEWEST_SAMPLES} samples",
+            )
             mend = "Record for longer, or copy the file again"
-            yield TooShortError(f"is too short to be used as the {name}", path=place, value=channel.values.size, allowed=allowed, mend=mend)
+            yield TooShortError(
+                f"is too short to be used as the {name}",
+                path=place,
+                value=channel.values.size,
+                allowed=allowed,
+                mend=mend,
+            )
             return
     for measure in (_no_measurements, _odd):
         refused = [
@@ -50,7 +59,10 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         reading = "NaN (not a number)" if np.isnan(values[bad[0]]) else "an infinite value"
-        yield f"has {reading} in {_samples(bad.size)}, the first at {_moment(gathered, bad[0])}", REPAIR
+        yield (
+            f"has {reading} in {_samples(bad.size)}, the first at {_moment(gathered, bad[0])}",
+            REPAIR,
+        )
         return
     far = far_outside(values)
     if far.size:
@@ -62,9 +74,14 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
 def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
     """Yield constant, clipped or missing readings, among samples that can be measurements."""
     values, unit = channel.values, channel.unit
-    if name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST:  # no information if constant
+    if (
+        name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST
+    ):  # no information if constant
         mend = "Check that this is the right column and that the axis moved. Remove unnecessary columns from [columns]"
-        yield f"is constant ({values[0]:.6g} {unit}), so it gives no information on the {name}", mend
+        yield (
+            f"is constant ({values[0]:.6g} {unit}), so it gives no information on the {name}",
+            mend,
+        )
     if name != "position":
         return
     if message := _saturated(gathered, channel):
@@ -92,7 +109,9 @@ def longest_run(chosen: np.ndarray) -> tuple[int, int]:
 def _moment(gathered: Gathered, at: int) -> str:
     time = gathered.channels.get("time")
     has_time = time is not None and at < time.values.size and np.isfinite(time.values[at])
-    return f"sample {at}" + (f" (t = {time.values[at]:.6g} s)" if time is not None and has_time else "")
+    return f"sample {at}" + (
+        f" (t = {time.values[at]:.6g} s)" if time is not None and has_time else ""
+    )
 
 
 def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
@@ -103,17 +122,30 @@ def limits_exceeded(gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
         if all(injected.values.size == own.size for injected in gathered.injected):
             own = own - sum((injected.values for injected in gathered.injected), np.zeros(own.size))
         law = axis.controller.values if isinstance(axis.controller, Model) else {}
-        limits = ((own, law.get("limit"), "[controller] limit"), (channel.values, axis.effort_limit, "[effort] limit"))
+        limits = (
+            (own, law.get("limit"), "[controller] limit"),
+            (channel.values, axis.effort_limit, "[effort] limit"),
+        )
         for values, limit, key in limits:
             if limit is not None and np.max(np.abs(values)) > (1 + LIMIT_TOLERANCE) * limit:
-                numbers: dict[str, Number] = {"value": float(np.max(np.abs(values))), "limit": float(limit), "key": key}
+                numbers: dict[str, Number] = {
+                    "value": float(np.max(np.abs(values))),
+                    "limit": float(limit),
+                    "key": key,
+                }
                 yield Diagnostic("beyond_limit", "", "warning", numbers, axis.kind)
                 break
     position = gathered.channels.get("position")
     if position is not None and axis.stroke is not None:
         travelled, allowed = float(np.ptp(position.values)), axis.stroke[1] - axis.stroke[0]
         if travelled > (1 + LIMIT_TOLERANCE) * allowed:
-            yield Diagnostic("beyond_limit", "", "warning", {"value": travelled, "limit": float(allowed)}, axis.kind)
+            yield Diagnostic(
+                "beyond_limit",
+                "",
+                "warning",
+                {"value": travelled, "limit": float(allowed)},
+                axis.kind,
+            )
 
 
 class Cut(NamedTuple):
@@ -141,7 +173,9 @@ def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN)
         if levels.size < 16:  # a commanded effort with few levels is not clipped
             continue
         next_level = counts[-1] if values[at_extreme][0] > values.mean() else counts[0]
-        elsewhere = (values < values.max() - rounding) & (values > values.min() + rounding) & (values != 0)
+        elsewhere = (
+            (values < values.max() - rounding) & (values > values.min() + rounding) & (values != 0)
+        )
         still = np.append(np.abs(np.diff(values)) <= rounding, False) & elsewhere
         # The extreme has at least 5 times the samples of the next level.
         if at_extreme.sum() >= 5 * next_level and longest_run(still)[1] < length / 2:
@@ -163,7 +197,9 @@ def _saturated(gathered: Gathered, channel: Channel) -> str:
         if length < LONG_RUN or not before.size or before[-1] <= max(abrupt, 0.7 * before.max()):
             continue
         if reference is not None and reference.values.size == values.size:
-            beyond = np.sign(extreme - values.mean()) * (reference.values[start : start + length] - extreme)
+            beyond = np.sign(extreme - values.mean()) * (
+                reference.values[start : start + length] - extreme
+            )
             if beyond.max() <= abrupt:
                 continue
         return f"is saturated: it stops abruptly at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, for {length} samples"
@@ -193,14 +229,18 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
     bends = np.abs(np.diff(steps))
     if bends.size < 2 * AROUND:
         return []
-    least = max(20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution)  # threshold relative to the 95 % quantile of the change of step
+    least = max(
+        20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution
+    )  # threshold relative to the 95 % quantile of the change of step
     chosen: list[Spike] = []
     covered = np.zeros(values.size, dtype=bool)
     for length in range(1, LONGEST + 1):
         ahead, back = steps[:-length], steps[length:]
         suspect = (ahead * back < 0.0) & (np.minimum(np.abs(ahead), np.abs(back)) > least)
         for start in (np.flatnonzero(suspect) + 1).tolist():
-            if not covered[start - 1 : start + length + 1].any() and (size := _stands_out(values, start, length)):
+            if not covered[start - 1 : start + length + 1].any() and (
+                size := _stands_out(values, start, length)
+            ):
                 covered[start : start + length] = True
                 chosen.append(Spike(start, length, size))
     return sorted(chosen)
@@ -208,12 +248,17 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
 
 def _stands_out(values: np.ndarray, start: int, length: int) -> float:
     """Return the deviation of a run of samples from the line between its neighbours; 0 if it can be motion."""
-    off = values[start : start + length] - np.linspace(values[start - 1], values[start + length], length + 2)[1:-1]
+    off = (
+        values[start : start + length]
+        - np.linspace(values[start - 1], values[start + length], length + 2)[1:-1]
+    )
     before = np.diff(values[max(start - AROUND, 0) : start])
     after = np.diff(values[start + length : start + length + AROUND])
     step = max(np.abs(before).max(initial=0.0), np.abs(after).max(initial=0.0))
     bend = max(np.abs(np.diff(before)).max(initial=0.0), np.abs(np.diff(after)).max(initial=0.0))
-    edges = np.abs([values[start] - values[start - 1], values[start + length] - values[start + length - 1]])
+    edges = np.abs(
+        [values[start] - values[start - 1], values[start + length] - values[start + length - 1]]
+    )
     stands_out = (
         before.size + after.size >= AROUND
         and (np.all(off > 0.0) or np.all(off < 0.0))
@@ -231,6 +276,12 @@ def far_outside(values: np.ndarray) -> np.ndarray:
     low, middle, high = np.quantile(values, (0.01, 0.5, 0.99))
     if high == low:
         return huge
-    far = np.flatnonzero(np.abs(values - middle) > 1e6 * (high - low))  # relative to the range of 98 % of the samples
+    far = np.flatnonzero(
+        np.abs(values - middle) > 1e6 * (high - low)
+    )  # relative to the range of 98 % of the samples
     # A channel that rests for most of the log and then moves is legitimate; its motion lasts more than a few samples.
-    return far if all(run.size <= LONGEST for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1)) else huge
+    return (
+        far
+        if all(run.size <= LONGEST for run in np.split(far, np.flatnonzero(np.diff(far) > 1) + 1))
+        else huge
+    )

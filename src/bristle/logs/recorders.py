@@ -30,8 +30,16 @@ def read_tdms(data: bytes, request: Request) -> Table:
     remarks = _remarks_kept()
     series, periods, notes = [], {}, []
     with nptdms.TdmsFile.open(io.BytesIO(data)) as content:
-        called = by_name((channel.name, group.name, channel) for group in content.groups() for channel in group.channels())
-        refuse_larger(sum(NUMBER_BYTES * len(c) for name, c in called.items() if request.choice(name)), request.limit, request.source)
+        called = by_name(
+            (channel.name, group.name, channel)
+            for group in content.groups()
+            for channel in group.channels()
+        )
+        refuse_larger(
+            sum(NUMBER_BYTES * len(c) for name, c in called.items() if request.choice(name)),
+            request.limit,
+            request.source,
+        )
         for name, channel in called.items():
             if getattr(channel.dtype, "kind", "O") not in "fiubM" or not len(channel):
                 notes.append(f"bristle ignores channel {name!r}, because it holds no numbers")
@@ -40,23 +48,43 @@ def read_tdms(data: bytes, request: Request) -> Table:
             if isinstance(step, (int, float)) and 0.0 < step < math.inf:
                 periods[name] = float(step)
             elif step is not None:
-                notes.append(f"bristle ignores the sample time of channel {name!r}, because it is invalid")
+                notes.append(
+                    f"bristle ignores the sample time of channel {name!r}, because it is invalid"
+                )
             numbers = np.asarray(channel[:]) if request.choice(name) else None
             unit = next(
-                (str(channel.properties[key]).strip() for key in ("unit_string", "NI_UnitDescription") if channel.properties.get(key)), ""
+                (
+                    str(channel.properties[key]).strip()
+                    for key in ("unit_string", "NI_UnitDescription")
+                    if channel.properties.get(key)
+                ),
+                "",
             )
             if numbers is not None and numbers.dtype.kind == "M":
                 numbers, unit = (numbers - numbers[:1]) / np.timedelta64(1, "s"), "s"
             series.append(Series(name, numbers, unit=unit))
     if remarks:
-        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(request.source), mend="Copy or record it again")
+        raise InputError(
+            f"is damaged ({remarks[0][:80]})",
+            path=str(request.source),
+            mend="Copy or record it again",
+        )
     if len(set(periods.values())) > 1:
         if all(channel.values is None or channel.name in periods for channel in series):
-            series = [c if c.values is None else c._replace(times=periods[c.name] * np.arange(c.values.size)) for c in series]
+            series = [
+                c
+                if c.values is None
+                else c._replace(times=periods[c.name] * np.arange(c.values.size))
+                for c in series
+            ]
         else:
             notes.append("bristle ignores the sample times of the channels, because they differ")
     table = table_of_series(series, request, "TDMS", notes=notes)
-    return replace(table, sample_time=periods.popitem()[1]) if len(set(periods.values())) == 1 else table
+    return (
+        replace(table, sample_time=periods.popitem()[1])
+        if len(set(periods.values())) == 1
+        else table
+    )
 
 
 def _remarks_kept() -> list[str]:
@@ -67,7 +95,9 @@ def _remarks_kept() -> list[str]:
 
     def keep(record: logging.LogRecord) -> bool:
         message = record.getMessage()
-        if not message.startswith("Error decoding string"):  # a name or remark in another alphabet, not damage
+        if not message.startswith(
+            "Error decoding string"
+        ):  # a name or remark in another alphabet, not damage
             remarks.append(message)
         return False
 
@@ -86,7 +116,9 @@ def _refuse_truncated(data: bytes, source: Path) -> None:
         at += LEAD_IN_BYTES + int.from_bytes(lead_in[12:20], order)
         if len(lead_in) < LEAD_IN_BYTES or at > len(data):
             mend = "Copy it again, or let LabVIEW close the file before it is copied"
-            raise InputError("is truncated: its last segment is not complete", path=str(source), mend=mend)
+            raise InputError(
+                "is truncated: its last segment is not complete", path=str(source), mend=mend
+            )
 
 
 def read_mf4(data: bytes, request: Request) -> Table:
@@ -101,7 +133,8 @@ def read_mf4(data: bytes, request: Request) -> Table:
             (channel.name, str(group_index), (group_index, index))
             for group_index, group in enumerate(content.groups)
             for index, channel in enumerate(group.channels)
-            if getattr(channel, "channel_type", 0) not in (2, 3) and content.masters_db.get(group_index) != index
+            if getattr(channel, "channel_type", 0) not in (2, 3)
+            and content.masters_db.get(group_index) != index
         ]
         called = by_name(places)
         cycles = [content.groups[group].channel_group.cycles_nr for group, _ in called.values()]
@@ -114,11 +147,17 @@ def read_mf4(data: bytes, request: Request) -> Table:
                 notes.append(f"bristle ignores channel {name!r}, because it holds no numbers")
                 continue
             bits = signal.invalidation_bits
-            valid = np.ones(values.shape, dtype=bool) if bits is None else ~np.asarray(bits, dtype=bool)
+            valid = (
+                np.ones(values.shape, dtype=bool) if bits is None else ~np.asarray(bits, dtype=bool)
+            )
             if valid.shape == values.shape:
                 values, times = values[valid], times[valid]
             unit = signal.unit.strip() if isinstance(signal.unit, str) else ""
-            about = " ".join(text for text in (signal.comment, content.groups[group].channel_group.acq_name) if text)
+            about = " ".join(
+                text
+                for text in (signal.comment, content.groups[group].channel_group.acq_name)
+                if text
+            )
             if times.size and np.isfinite(times[-1]):
                 series.append(Series(name, values, times, unit, about[:200]))
     return table_of_series(series, request, "MF4", notes=notes)
@@ -136,7 +175,9 @@ def read_mcap(data: bytes, request: Request) -> Table:
     unknown: set[str] = set()
     decoders, factory, count = {}, DecoderFactory(), 0
     for schema, channel, message in make_reader(io.BytesIO(data)).iter_messages():
-        if channel.message_encoding not in ("cdr", "json") or (schema is None and channel.message_encoding == "cdr"):
+        if channel.message_encoding not in ("cdr", "json") or (
+            schema is None and channel.message_encoding == "cdr"
+        ):
             unknown.add(f"{channel.topic} ({channel.message_encoding or 'unknown'})")
             continue
         if channel.message_encoding == "json":
@@ -152,15 +193,29 @@ def read_mcap(data: bytes, request: Request) -> Table:
             values.append(value)
             count += 1
         refuse_larger(2 * NUMBER_BYTES * count, request.limit, request.source)
-    notes = [f"bristle ignores messages in unsupported encodings: {', '.join(sorted(unknown)[:8])}"] if unknown else []
+    notes = (
+        [f"bristle ignores messages in unsupported encodings: {', '.join(sorted(unknown)[:8])}"]
+        if unknown
+        else []
+    )
     table = request.table
-    chosen = {key: value for key, value in fields.items() if table is None or key[0] == table or key[1].startswith(f"{table}.")}
+    chosen = {
+        key: value
+        for key, value in fields.items()
+        if table is None or key[0] == table or key[1].startswith(f"{table}.")
+    }
     if not chosen:
         message, allowed = (
             "holds no readable messages with numbers",
             f"topics: {', '.join(sorted({topic for topic, _ in fields})[:8])}" if fields else "",
         )
-        raise InputError(message, path=str(request.source), value=table, allowed=allowed, mend="Record messages of ROS 2, or JSON")
+        raise InputError(
+            message,
+            path=str(request.source),
+            value=table,
+            allowed=allowed,
+            mend="Record messages of ROS 2, or JSON",
+        )
     topics = {topic for topic, _ in chosen}
     origin = min(times[0] for times, _ in chosen.values())
     series = []
@@ -174,13 +229,18 @@ def read_mcap(data: bytes, request: Request) -> Table:
 def _numbers(content: Any) -> Iterator[tuple[str, float]]:
     """Yield the numbers of a message, with their names."""
     names = _field(content, "name")
-    if not (isinstance(names, (list, tuple)) and names and all(isinstance(name, str) for name in names)):
+    if not (
+        isinstance(names, (list, tuple)) and names and all(isinstance(name, str) for name in names)
+    ):
         yield from _flat(content, "", 0)
         return
     for quantity in ("position", "velocity", "effort"):
         values = _field(content, quantity)
         if values is not None and len(values) == len(names):
-            yield from ((f"{name}.{quantity}", float(value)) for name, value in zip(names, values, strict=True))
+            yield from (
+                (f"{name}.{quantity}", float(value))
+                for name, value in zip(names, values, strict=True)
+            )
 
 
 def _flat(node: Any, path: str, depth: int) -> Iterator[tuple[str, float]]:
@@ -192,7 +252,11 @@ def _flat(node: Any, path: str, depth: int) -> Iterator[tuple[str, float]]:
         for index, value in enumerate(node if len(node) <= 1000 else ()):  # of one message
             yield from _flat(value, f"{path}[{index}]", depth + 1)
     else:
-        fields = map(str, node) if isinstance(node, Mapping) else getattr(node, "__slots__", None) or getattr(node, "__dict__", {})
+        fields = (
+            map(str, node)
+            if isinstance(node, Mapping)
+            else getattr(node, "__slots__", None) or getattr(node, "__dict__", {})
+        )
         for name in fields:
             if name not in ("header", "stamp", "timestamp"):
                 yield from _flat(_field(node, name), f"{path}.{name}" if path else name, depth + 1)
@@ -210,7 +274,9 @@ def _stamp(content: Any) -> int | None:
         return None
     seconds, rest = _field(stamp, "sec"), _field(stamp, "nanosec")
     rest = _field(stamp, "nsec") if rest is None else rest
-    return None if seconds is None or not (seconds or rest) else SECOND * int(seconds) + int(rest or 0)
+    return (
+        None if seconds is None or not (seconds or rest) else SECOND * int(seconds) + int(rest or 0)
+    )
 
 
 NO_VALUE = 9.2e18  # a NaN, written as the integer of its bits: the previous value remains valid
@@ -222,7 +288,9 @@ def read_sinumerik(data: bytes, request: Request) -> Table:
     """Return the signals of a trace in XML, each with its times."""
     place = str(request.source)
     if ENTITY.search(data[: 2**16]):
-        raise InputError("declares XML entities, which bristle does not read", path=place, mend=MEND)
+        raise InputError(
+            "declares XML entities, which bristle does not read", path=place, mend=MEND
+        )
     signals: dict[str, tuple[str, str, str]] = {}
     records: dict[str, tuple[list[float], list[float]]] = {}
     try:
@@ -231,7 +299,11 @@ def read_sinumerik(data: bytes, request: Request) -> Table:
             if kind == "dataSignal":
                 key = element.get("id") or f"f{len(signals) + 1}"
                 name = element.get("description") or element.get("name") or key
-                signals[key] = (name, element.get("units") or element.get("unit") or "", element.get("name") or "")
+                signals[key] = (
+                    name,
+                    element.get("units") or element.get("unit") or "",
+                    element.get("name") or "",
+                )
             elif kind == "rec":
                 time = float(element.attrib.pop("time"))
                 for key, text in element.attrib.items():
@@ -243,7 +315,9 @@ def read_sinumerik(data: bytes, request: Request) -> Table:
                     values.append(values[-1] if abs(value) > NO_VALUE else value)
                 element.clear()
     except ElementTree.ParseError as error:
-        raise InputError(f"is truncated or damaged ({error})", path=place, mend="Copy it again") from None
+        raise InputError(
+            f"is truncated or damaged ({error})", path=place, mend="Copy it again"
+        ) from None
     keys = [key for key in signals if key in records] or list(records)
     if not keys:
         raise InputError("is not a trace with records of signals", path=place, mend=MEND)
@@ -251,7 +325,10 @@ def read_sinumerik(data: bytes, request: Request) -> Table:
     called = [name.strip() for name, _, _ in heads]
     # Add the index of the axis if several have the same description.
     indices = [address[len(without_index(address)) :].strip() for _, _, address in heads]
-    indexed = (f"{n} {i}" if called.count(n) > 1 and not n.endswith(i) else n for n, i in zip(called, indices, strict=True))
+    indexed = (
+        f"{n} {i}" if called.count(n) > 1 and not n.endswith(i) else n
+        for n, i in zip(called, indices, strict=True)
+    )
     names, notes = distinct(indexed)
     series = [
         Series(name, np.array(records[key][1]), np.array(records[key][0]), unit, address)

@@ -17,9 +17,23 @@ from bristle.logs.clock import LONGEST, SHORTEST, UNIFORM
 from bristle.logs.layout import CLOCK, Layout, cells_of, numbers_in, why_no_number, without_comments
 from bristle.logs.table import ALL, NUMBER_BYTES, Request, Table, some_of, split_unit
 from bristle.logs.tables import Series, note_of_text, table_of_series
-from bristle.logs.words import converts, distinct, is_time, listed, meaning_of, plain_unit, unit_in_name
+from bristle.logs.words import (
+    converts,
+    distinct,
+    is_time,
+    listed,
+    meaning_of,
+    plain_unit,
+    unit_in_name,
+)
 
-EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits of a count, and counts per second
+EPOCHS = (
+    (19, 1e9),
+    (17, 1e7),
+    (16, 1e6),
+    (13, 1e3),
+    (0, 1.0),
+)  # digits of a count, and counts per second
 OFTEN = 0.2  # share of empty cells above which a column has a lower rate, or ended early
 _ACT = r"(?:sampl\w*|abtast|scan|log|logging|record|recording|acquisition|daq|trace|aufzeichnungs)"
 # Unit -> names of a sample time or rate.
@@ -31,7 +45,9 @@ _SAMPLING = {
     "Hz": re.compile(rf"{_ACT}[ -]?(?:rate|freq\w*)|sampling|fs"),
 }
 _THOUSANDS = re.compile(r"^([1-9]\d{0,2}),(\d{3})(?!\d)")  # or a decimal comma
-_FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?(?:\s*[:=;\t,]\s*\"?\s*|\s+(?=\d[\d.,]*\s*\S+$))(.+?)\s*\"?[;,\t]*\s*")
+_FACT = re.compile(
+    r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?(?:\s*[:=;\t,]\s*\"?\s*|\s+(?=\d[\d.,]*\s*\S+$))(.+?)\s*\"?[;,\t]*\s*"
+)
 
 
 def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
@@ -45,7 +61,9 @@ def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
 
 def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
     """Return the units of a LabVIEW measurement file, which has them in a separate row above the names."""
-    row = next((line for line in lines[: layout.first] if line.lower().startswith("y_unit_label")), None)
+    row = next(
+        (line for line in lines[: layout.first] if line.lower().startswith("y_unit_label")), None
+    )
     if row is None:
         return {}
     # Its first cell, above the times, is the label of the row.
@@ -63,15 +81,24 @@ def stated_periods(facts: Mapping[str, str], *, named: bool = True) -> dict[str,
     """Return the lines above the columns of a file that state a time or rate, unless `named` of sampling, and this time [s]."""
     periods = dict[str, float]()
     for name, text in facts.items():
-        key = re.sub(r"( [mu]?s)?( k?hz)?$", "", split_unit(name)[0].lower().rstrip(":").replace("_", " "))
+        key = re.sub(
+            r"( [mu]?s)?( k?hz)?$", "", split_unit(name)[0].lower().rstrip(":").replace("_", " ")
+        )
         usual = next((unit for unit, names in _SAMPLING.items() if names.fullmatch(key)), "")
         readings = dict.fromkeys((text, _THOUSANDS.sub(r"\1\2", text)))
         for reading, (target, power) in product(readings, (("s", 1), ("Hz", -1))):
             amount = amount_in(name, reading, usual)
-            if amount is None or not converts(amount[1], target) or not SHORTEST <= amount[0] * units.factor(amount[1], target) <= LONGEST:
+            if (
+                amount is None
+                or not converts(amount[1], target)
+                or not SHORTEST <= amount[0] * units.factor(amount[1], target) <= LONGEST
+            ):
                 continue
             period = (amount[0] * units.factor(amount[1], target)) ** power
-            is_sure, is_plausible = bool(usual) and len(readings) == 1, SAMPLED[0] <= period <= SAMPLED[1]
+            is_sure, is_plausible = (
+                bool(usual) and len(readings) == 1,
+                SAMPLED[0] <= period <= SAMPLED[1],
+            )
             if is_sure or (is_plausible and not (named and not usual)):
                 periods[f"{name}: {reading}"] = period
     return periods
@@ -92,14 +119,24 @@ def amount_in(name: str, text: str, usual: str = "") -> tuple[float, str] | None
 def stamps_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
     """Return the columns of dates, times of day and counts since an epoch, as seconds from the first row."""
     begin = re.search(rb"[^\n]*\S[^\n]*", body)
-    first = cells_of(without_comments(begin[0].decode(encoding, "replace")), layout.delimiter) if begin else []
+    first = (
+        cells_of(without_comments(begin[0].decode(encoding, "replace")), layout.delimiter)
+        if begin
+        else []
+    )
     lines, stamps = list[str](), dict[int, np.ndarray]()
-    for index, (cell, numeric, name) in enumerate(zip(first, layout.numeric, layout.names, strict=False)):
+    for index, (cell, numeric, name) in enumerate(
+        zip(first, layout.numeric, layout.names, strict=False)
+    ):
         is_date = not numeric and (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell))
         # Counts since an epoch have at least 10 digits.
-        if not is_date and not (numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= 10):
+        if not is_date and not (
+            numeric and is_time(name) and len(cell.replace(",", ".").partition(".")[0]) >= 10
+        ):
             continue
-        lines = lines or [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
+        lines = lines or [
+            line for line in body.decode(encoding, "replace").split("\n") if line.strip()
+        ]
         try:
             cells = [cells_of(line, layout.delimiter)[index].replace(",", ".") for line in lines]
             seconds = _of_dates(cells) if is_date else _of_counts(cells)
@@ -117,7 +154,9 @@ def _of_dates(cells: Sequence[str]) -> np.ndarray:
     """Return dates, or times of day, as seconds from the first."""
     moments = [_moment(cell) for cell in cells]
     seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
-    restarts = (np.diff(seconds) < -43200.0) & (":" in cells[0][:3])  # a time of day restarts at midnight
+    restarts = (np.diff(seconds) < -43200.0) & (
+        ":" in cells[0][:3]
+    )  # a time of day restarts at midnight
     return seconds + 86400.0 * np.cumsum(np.append(0.0, restarts))
 
 
@@ -151,18 +190,30 @@ def words_in(body: bytes, layout: Layout, encoding: str) -> dict[int, list[str]]
 def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray] | None:
     """Return all columns of numbers, NaN for empty cells and short rows; None if a column has other text."""
     text = without_comments(body.decode(encoding, "replace"))
-    rows = [cells for line in text.split("\n") if line.strip() and any(cells := cells_of(line, layout.delimiter))]
+    rows = [
+        cells
+        for line in text.split("\n")
+        if line.strip() and any(cells := cells_of(line, layout.delimiter))
+    ]
     columns = {}
     if max(map(len, rows), default=0) > len(layout.numeric):
         return None
     for index in np.flatnonzero(layout.numeric).tolist():
         cells = ((row[index] if index < len(row) else "") or "nan" for row in rows)
         try:
-            columns[index] = np.array([cell.replace(",", ".") if layout.decimal_comma else cell for cell in cells], dtype=float)
+            columns[index] = np.array(
+                [cell.replace(",", ".") if layout.decimal_comma else cell for cell in cells],
+                dtype=float,
+            )
         except ValueError:
             return None
     is_empty = any(np.isnan(values).any() for values in columns.values())
-    return columns if any(map(is_slow, columns.values())) or (is_empty and not any(map(lacks_inside, columns.values()))) else None
+    return (
+        columns
+        if any(map(is_slow, columns.values()))
+        or (is_empty and not any(map(lacks_inside, columns.values())))
+        else None
+    )
 
 
 def lacks_inside(values: np.ndarray) -> bool:
@@ -176,11 +227,17 @@ def is_slow(values: np.ndarray) -> bool:
     return lacks_inside(values) and bool(np.mean(np.isnan(values)) >= OFTEN)
 
 
-def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Request, notes: Sequence[str]) -> Table | None:
+def with_own_times(
+    columns: dict[int, np.ndarray], layout: Layout, request: Request, notes: Sequence[str]
+) -> Table | None:
     """Return the table of a file with several time columns or shorter columns; None if all columns share one time."""
     clocks = [index for index, values in columns.items() if _is_clock(layout.names[index], values)]
     several = len(clocks) > 1
-    if not clocks or not (several or any(map(is_slow, columns.values()))) or (several and clocks[0] != min(columns)):
+    if (
+        not clocks
+        or not (several or any(map(is_slow, columns.values())))
+        or (several and clocks[0] != min(columns))
+    ):
         return None
     unit = layout.units[clocks[0]] or unit_in_name(layout.names[clocks[0]])
     series = []
@@ -193,7 +250,9 @@ def with_own_times(columns: dict[int, np.ndarray], layout: Layout, request: Requ
             filled &= np.isfinite(values)
         samples = values[filled] if request.choice(layout.names[index], index + 1) else None
         series.append(Series(layout.names[index], samples, times[filled], layout.units[index]))
-    table = table_of_series(series, request._replace(choice=ALL), "text", time_unit=unit, notes=notes)
+    table = table_of_series(
+        series, request._replace(choice=ALL), "text", time_unit=unit, notes=notes
+    )
     return replace(table, numbers={f"column_{i + 1}": layout.names[i] for i in columns})
 
 
@@ -203,7 +262,9 @@ def names_beside_times(names: Sequence[str]) -> tuple[str, ...]:
     nameless = [name.startswith("column_") for name in names]
     if len(names) % 2 or len(pairs) < 2 or any(nameless[::2]) or not all(nameless[1::2]):
         return tuple(names)
-    return tuple(name for k, (above, _) in enumerate(pairs) for name in (f"column_{2 * k + 1}", above))
+    return tuple(
+        name for k, (above, _) in enumerate(pairs) for name in (f"column_{2 * k + 1}", above)
+    )
 
 
 def _is_clock(name: str, values: np.ndarray) -> bool:
@@ -254,12 +315,18 @@ def head_of(lines: Sequence[str]) -> Head | None:
         for place, index in enumerate(filled[:-1]):
             below = rows[filled[place + 1]][0].lower()
             is_count = below.replace(",", ".").replace(".", "", 1).lstrip("-").isdigit()
-            if rows[index][0].lower() == NAME and len(rows[index]) > 1 and (below in KEYS or is_count):
+            if (
+                rows[index][0].lower() == NAME
+                and len(rows[index]) > 1
+                and (below in KEYS or is_count)
+            ):
                 return _head(rows, delimiter, index, filled[place + 1 :], filled[:place])
     return None
 
 
-def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], above: list[int]) -> Head:
+def _head(
+    rows: list[list[str]], delimiter: str, index: int, below: list[int], above: list[int]
+) -> Head:
     first, described = below[-1] + 1, {}
     for line in below:
         key = rows[line][0].lower()
@@ -267,8 +334,18 @@ def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], a
             first = line
             break
         described[key] = tuple(rows[line])
-    facts = {rows[line][0]: " ".join(cell for cell in rows[line][1:] if cell) for line in above if len(rows[line]) > 1}
-    return Head(delimiter, first, tuple("" if cell.lower() == NAME else cell for cell in rows[index]), described, facts)
+    facts = {
+        rows[line][0]: " ".join(cell for cell in rows[line][1:] if cell)
+        for line in above
+        if len(rows[line]) > 1
+    }
+    return Head(
+        delimiter,
+        first,
+        tuple("" if cell.lower() == NAME else cell for cell in rows[index]),
+        described,
+        facts,
+    )
 
 
 def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
@@ -278,12 +355,19 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
     body = body[:-1] if cut else body
     refuse_larger(len(body) * len(head.names) * NUMBER_BYTES, request.limit, request.source)
     columns = [
-        [cell.strip().strip('"') for cell in column] for column in zip_longest(*(line.split(head.delimiter) for line in body), fillvalue="")
+        [cell.strip().strip('"') for cell in column]
+        for column in zip_longest(*(line.split(head.delimiter) for line in body), fillvalue="")
     ]
-    if len(columns) == sum(map(bool, head.names)) < len(head.names):  # without times, an export has no cells below the keys
+    if (
+        len(columns) == sum(map(bool, head.names)) < len(head.names)
+    ):  # without times, an export has no cells below the keys
         values = iter(columns)
         columns = [next(values) if name else [""] * len(columns[0]) for name in head.names]
-    firsts = (next(filter(None, column), "") for column, name in zip(columns, head.names, strict=False) if not name)
+    firsts = (
+        next(filter(None, column), "")
+        for column, name in zip(columns, head.names, strict=False)
+        if not name
+    )
     earliest = min((int(first) for first in firsts if first.isdigit()), default=0)
     places = [place for place, name in enumerate(head.names) if name and place < len(columns)]
     called, notes = distinct(head.names[place] for place in places)
@@ -294,32 +378,74 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
         if values is None:
             odd = next(cell for cell in filled if numbers_in([cell], head.delimiter != ",") is None)
             message, mend = why_no_number(odd)
-            texts[name] = InputError(message, path=f"{request.source}: column {name!r}", value=odd, mend=mend)
+            texts[name] = InputError(
+                message, path=f"{request.source}: column {name!r}", value=odd, mend=mend
+            )
         elif values.size:
-            read = (values, _times_of(columns, place, head, earliest, request.source)) if request.choice(name) else (None, None)
+            read = (
+                (values, _times_of(columns, place, head, earliest, request.source))
+                if request.choice(name)
+                else (None, None)
+            )
             unit = head.of("unit", place)
-            about = filter(None, (head.of(key, place) for key in ("symbolname", "symbolcomment", "data-type")))
-            series.append(Series(name, *read, "" if unit.lower() in NO_UNIT else unit.strip("()[]"), " ".join(about)))
-    scaled = [name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")]
+            about = filter(
+                None, (head.of(key, place) for key in ("symbolname", "symbolcomment", "data-type"))
+            )
+            series.append(
+                Series(
+                    name,
+                    *read,
+                    "" if unit.lower() in NO_UNIT else unit.strip("()[]"),
+                    " ".join(about),
+                )
+            )
+    scaled = [
+        name
+        for name, place in zip(called, places, strict=True)
+        if head.of("scalefactor", place) not in ("", "1")
+    ]
     if scaled:
-        notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied, because the export may have applied it already")
+        notes.append(
+            f"the ScaleFactor of {', '.join(scaled)} is not applied, because the export may have applied it already"
+        )
     if cut:
-        notes.append("the file does not end with a line break: bristle ignores its last row, which may be incomplete")
-    return table_of_series(series, request, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts))
+        notes.append(
+            "the file does not end with a line break: bristle ignores its last row, which may be incomplete"
+        )
+    return table_of_series(
+        series,
+        request,
+        "TwinCAT Scope",
+        time_unit="ms",
+        notes=notes,
+        texts=texts,
+        facts=dict(head.facts),
+    )
 
 
-def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, source: Path) -> np.ndarray | None:
+def _times_of(
+    columns: list[list[str]], place: int, head: Head, earliest: int, source: Path
+) -> np.ndarray | None:
     """Return the times of a channel [ms]; None if the file has none."""
     left = next((before for before in range(place - 1, -1, -1) if not head.names[before]), None)
-    cells = [time for time, value in zip(columns[left], columns[place], strict=True) if value] if left is not None else []
+    cells = (
+        [time for time, value in zip(columns[left], columns[place], strict=True) if value]
+        if left is not None
+        else []
+    )
     if not any(cells):
         period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
         return None if period is None else period[0] * np.arange(sum(map(bool, columns[place])))
-    if len(cells[0]) >= 16 and cells[0].isdigit():  # counts of 100 ns since 1601; milliseconds since the start have fewer digits
+    if (
+        len(cells[0]) >= 16 and cells[0].isdigit()
+    ):  # counts of 100 ns since 1601; milliseconds since the start have fewer digits
         return (np.array(cells, dtype=np.int64) - earliest) / 1e4
     times = numbers_in(cells, head.delimiter != ",")
     if times is None:
-        path, mend = f"{source}: column {head.names[place]!r}", "Export the trace with a column of time for each channel"
+        path, mend = (
+            f"{source}: column {head.names[place]!r}",
+            "Export the trace with a column of time for each channel",
+        )
         raise InputError("has no time for each of its samples", path=path, mend=mend)
     return times
 
@@ -327,7 +453,9 @@ def _times_of(columns: list[list[str]], place: int, head: Head, earliest: int, s
 _DATE = r"\d{4}[-/]\d\d[-/]\d\d[T ,;\t]+\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
 _SECONDS = r"\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
 _NUMBER = r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
-_NAMED = re.compile(rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;]+(\D*))?')
+_NAMED = re.compile(
+    rf'\s*"?([A-Za-z_][\w:.\-/<>\[\]]*)"?[\s,;]+"?({_DATE}|{_SECONDS})"?[\s,;]+({_NUMBER})(?:[\s,;]+(\D*))?'
+)
 MOST_SIGNALS = 1000
 
 
@@ -335,7 +463,9 @@ def is_archive(lines: Sequence[str]) -> bool:
     """Return whether lines without a header hold the name of a signal, a time, one value and its state."""
     filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]
     matches = sum(bool(_NAMED.fullmatch(line)) for line in filled)
-    return len(filled) >= 10 and bool(_NAMED.fullmatch(filled[0])) and matches >= 0.8 * len(filled)  # of the lines looked at
+    return (
+        len(filled) >= 10 and bool(_NAMED.fullmatch(filled[0])) and matches >= 0.8 * len(filled)
+    )  # of the lines looked at
 
 
 def read_archive(lines: Sequence[str], request: Request) -> Table:
@@ -345,15 +475,26 @@ def read_archive(lines: Sequence[str], request: Request) -> Table:
     names = {match[1]: match[2] for match in reversed(matches)}  # with their first stamps
     if len(names) > MOST_SIGNALS:
         mend = "Export the log as a table with one column per signal"
-        raise InputError(f"names {len(names)} signals", path=str(request.source), allowed=f"up to {MOST_SIGNALS}", mend=mend)
-    chosen = [match for match in matches if request.choice(match[1])]  # reading dates takes most of the time
+        raise InputError(
+            f"names {len(names)} signals",
+            path=str(request.source),
+            allowed=f"up to {MOST_SIGNALS}",
+            mend=mend,
+        )
+    chosen = [
+        match for match in matches if request.choice(match[1])
+    ]  # reading dates takes most of the time
     stamps = [*names.values(), *(match[2] for match in chosen)]
     times = _of_dates(stamps) if ":" in stamps[0] else np.array(stamps, dtype=float)
     times -= times[: len(names)].min() * (":" in stamps[0])
     values = np.array([float(match[3].replace(",", ".")) for match in chosen])
-    series = [*_series_by_name([match[1] for match in chosen], times[len(names) :], {"": (values, "")})]
+    series = [
+        *_series_by_name([match[1] for match in chosen], times[len(names) :], {"": (values, "")})
+    ]
     series += [Series(name, None) for name in names if not request.choice(name)]
-    unreadable = sum(bool(line.strip()) and not line.lstrip().startswith("#") for line in lines) - len(matches)
+    unreadable = sum(
+        bool(line.strip()) and not line.lstrip().startswith("#") for line in lines
+    ) - len(matches)
     notes = [f"bristle ignores {unreadable} lines without a value of a signal"] * (unreadable > 0)
     notes += ["bristle ignores the text behind the values"] * any(match[4] for match in matches)
     return table_of_series(series, request, "archive", notes=notes)
@@ -367,12 +508,23 @@ def way_within(words: Sequence[str], times: np.ndarray, columns: Sequence[np.nda
     inside = np.diff(codes[order]) == 0
     if not changes or len(place) > MOST_SIGNALS:
         return np.inf
-    ways = [(np.diff(values[order])[inside], np.diff(values)) for values in columns if np.any(np.diff(values) < 0.0)]
-    shares = [float(np.nansum(np.abs(within)) / np.nansum(np.abs(over))) for within, over in ways] or [1.0]
+    ways = [
+        (np.diff(values[order])[inside], np.diff(values))
+        for values in columns
+        if np.any(np.diff(values) < 0.0)
+    ]
+    shares = [
+        float(np.nansum(np.abs(within)) / np.nansum(np.abs(over))) for within, over in ways
+    ] or [1.0]
     # Several signals have the same stamps, or the stamps of one start again behind those of another; or values alternate
     # between signals, so that their way over all rows is far longer than within the rows of each word.
-    is_again = np.mean(np.diff(times[order])[inside] > 0.0) > 0.99 and np.sum(np.diff(times) <= 0.0) >= 0.4 * changes
-    return float(np.mean(shares)) if is_again or (min(shares) < 0.5 and max(shares) < 1.2) else np.inf
+    is_again = (
+        np.mean(np.diff(times[order])[inside] > 0.0) > 0.99
+        and np.sum(np.diff(times) <= 0.0) >= 0.4 * changes
+    )
+    return (
+        float(np.mean(shares)) if is_again or (min(shares) < 0.5 and max(shares) < 1.2) else np.inf
+    )
 
 
 def signals_of_rows(
@@ -384,26 +536,47 @@ def signals_of_rows(
     notes: Sequence[str],
 ) -> Table | None:
     """Return the signals of a table in long form, whose rows name their joint or signal; None if it is a table of columns."""
-    clock = next((i for i in (*dates, *columns) if i in dates or is_time(layout.names[i])), min(columns))
+    clock = next(
+        (i for i in (*dates, *columns) if i in dates or is_time(layout.names[i])), min(columns)
+    )
     times = {**columns, **dates}[clock]
-    values = {layout.names[i]: (column, layout.units[i]) for i, column in columns.items() if i != clock}
+    values = {
+        layout.names[i]: (column, layout.units[i]) for i, column in columns.items() if i != clock
+    }
     # As few columns of words as possible, with the fewest names: a word of a row can depend on its joint.
     filled = [i for i, column in words.items() if all(column)]
     keys = [key for size in range(1, len(filled) + 1) for key in combinations(filled, size)]
     named = {key: list(map(" ".join, zip(*(words[i] for i in key), strict=True))) for key in keys}
-    shares = {key: way_within(named[key], times, [column for column, _ in values.values()]) for key in keys}
+    shares = {
+        key: way_within(named[key], times, [column for column, _ in values.values()])
+        for key in keys
+    }
     least = min(shares.values(), default=np.inf)
     if least == np.inf:
         return None
-    key = min((key for key in keys if shares[key] <= 2.0 * least), key=lambda key: (len(key), len(set(named[key]))))
-    naming, signals = " and column ".join(layout.names[i] for i in key), some_of(dict.fromkeys(named[key]))
-    notes = [*layout.notes, *notes, f"column {naming} names the signal of each row: bristle splits the table into {signals}"]
+    key = min(
+        (key for key in keys if shares[key] <= 2.0 * least),
+        key=lambda key: (len(key), len(set(named[key]))),
+    )
+    naming, signals = (
+        " and column ".join(layout.names[i] for i in key),
+        some_of(dict.fromkeys(named[key])),
+    )
+    notes = [
+        *layout.notes,
+        *notes,
+        f"column {naming} names the signal of each row: bristle splits the table into {signals}",
+    ]
     notes += note_of_text([layout.names[i] for i in words if i not in key])
     unit = "s" if clock in dates else layout.units[clock] or unit_in_name(layout.names[clock])
-    return table_of_series(_series_by_name(named[key], times, values), request, "text", time_unit=unit, notes=notes)
+    return table_of_series(
+        _series_by_name(named[key], times, values), request, "text", time_unit=unit, notes=notes
+    )
 
 
-def _series_by_name(words: Sequence[str], times: np.ndarray, columns: Mapping[str, tuple[np.ndarray, str]]) -> Iterator[Series]:
+def _series_by_name(
+    words: Sequence[str], times: np.ndarray, columns: Mapping[str, tuple[np.ndarray, str]]
+) -> Iterator[Series]:
     """Yield the columns of a table in long form, given with their units, as signals of each name."""
     roles = {meaning_of(name).role for name in columns} - {"", "time", "status"}
     of_row = np.array(words, dtype=object)
@@ -412,4 +585,6 @@ def _series_by_name(words: Sequence[str], times: np.ndarray, columns: Mapping[st
         for name, (values, unit) in columns.items():
             called = f"{word}.{name}" if roles or len(columns) > 1 else word
             filled = rows & np.isfinite(values)
-            yield Series(called, values[filled], times[filled], unit, joint=word if len(roles) > 1 else "")
+            yield Series(
+                called, values[filled], times[filled], unit, joint=word if len(roles) > 1 else ""
+            )

@@ -29,7 +29,9 @@ class Summary(NamedTuple):
 
 
 @guarded()
-def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> dict[str, Any]:
+def summarize(
+    given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT
+) -> dict[str, Any]:
     """Return a summary of a log, as plain data.
 
     Parameters
@@ -54,7 +56,10 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
     InputError
         If the file cannot be read.
     """
-    return summary_of(with_known(read_table(given, axis and axis.table, size_limit=size_of(size_limit)), axis), axis).data
+    return summary_of(
+        with_known(read_table(given, axis and axis.table, size_limit=size_of(size_limit)), axis),
+        axis,
+    ).data
 
 
 def summary_of(table: Table, axis: Axis | None = None) -> Summary:
@@ -77,7 +82,10 @@ def summary_of_columns(table: Table) -> Summary:
         "file": printable(table.origin.name),
         "format": table.format,
         "checksum": table.origin.checksum,
-        "columns": [{"name": name, "unit": table.units.get(name), **_range(values)} for name, values in table.columns.items()],
+        "columns": [
+            {"name": name, "unit": table.units.get(name), **_range(values)}
+            for name, values in table.columns.items()
+        ],
         "constants": dict(table.constants),
         "kind": None,
         "channels": [],
@@ -99,7 +107,10 @@ def _as_log(table: Table, axis: Axis) -> Summary:
     part: dict[str, Any] = {"kind": axis.kind, "notes": gathered.notes}
     part["channels"] = [_entry(name, channel) for name, channel in gathered.named()]
     channels = [gathered.channels.get("time"), gathered.motion]
-    fit = all(channel is None or (channel.values.size > 1 and np.all(np.isfinite(channel.values))) for channel in channels)
+    fit = all(
+        channel is None or (channel.values.size > 1 and np.all(np.isfinite(channel.values)))
+        for channel in channels
+    )
     clock = None
     try:
         if fit and channels[1]:
@@ -108,24 +119,44 @@ def _as_log(table: Table, axis: Axis) -> Summary:
         problems.append(problem)
     if clock is not None:
         part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
-        part |= {"duration": clock.time.size * clock.sample_time, "notes": [*gathered.notes, *clock.notes]}
+        part |= {
+            "duration": clock.time.size * clock.sample_time,
+            "notes": [*gathered.notes, *clock.notes],
+        }
     log, experiments = None, ()
     if clock is not None and not problems:
         log = log_of(assembled(table, axis, gathered, clock))
         part["notes"] = list(log.notes)
         if "position" not in gathered.channels:
             entry = _entry("position", log.position) | {"step": log.position.step or None}
-            part["channels"].insert([of["name"] for of in part["channels"]].index("velocity"), entry)
-        part["diagnostics"] = [diagnostic.as_data() for diagnostic in checked(log, axis, CheckThresholds.among(axis.settings))]
+            part["channels"].insert(
+                [of["name"] for of in part["channels"]].index("velocity"), entry
+            )
+        part["diagnostics"] = [
+            diagnostic.as_data()
+            for diagnostic in checked(log, axis, CheckThresholds.among(axis.settings))
+        ]
         experiments = passages(log, axis)
         part["passages"] = [passage.as_data() for passage in experiments]
-    return Summary(part | {"problems": [_sentence_of(problem, table) for problem in problems]}, log, experiments)
+    return Summary(
+        part | {"problems": [_sentence_of(problem, table) for problem in problems]},
+        log,
+        experiments,
+    )
 
 
 def _sentence_of(problem: InputError, table: Table) -> str:
     """Return the sentence of a problem, with the name of the file but without its folder."""
     path = problem.path.replace(str(table.source), table.origin.name, 1)
-    return str(InputError(problem.message, path=path, value=problem.value, allowed=problem.allowed, mend=problem.mend))
+    return str(
+        InputError(
+            problem.message,
+            path=path,
+            value=problem.value,
+            allowed=problem.allowed,
+            mend=problem.mend,
+        )
+    )
 
 
 def _entry(name: str, channel: Channel) -> dict[str, Any]:
@@ -141,4 +172,7 @@ def _range(values: np.ndarray) -> dict[str, Any]:
     with np.errstate(over="ignore", invalid="ignore"):
         mean, std = float(finite.mean()), float(finite.std())
     extras = {"mean": mean, "std": std, "step": quantisation(finite) or None}
-    return statistics | {name: value if value is None or np.isfinite(value) else None for name, value in extras.items()}
+    return statistics | {
+        name: value if value is None or np.isfinite(value) else None
+        for name, value in extras.items()
+    }

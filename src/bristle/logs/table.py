@@ -13,11 +13,20 @@ import numpy as np
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.errors import InputError, did_you_mean, error_text, place_in_own_code, said_by_library, shortened
+from bristle.core.errors import (
+    InputError,
+    did_you_mean,
+    error_text,
+    place_in_own_code,
+    said_by_library,
+    shortened,
+)
 
 NUMBER_BYTES = 8
 # An axis of a SINUMERIK (its unit, its number), or one of several signals of the same name; not a unit.
-_INDEX = re.compile(r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]")
+_INDEX = re.compile(
+    r"(?P<name>.*\S)\s*\[u(?P<unit>\d+)(?:[\s,;]+(?P<axis>\d+))?\]|(?P<plain>.*\w)\[\d+\]"
+)
 
 
 @dataclass(frozen=True)
@@ -101,15 +110,23 @@ class Table:
             if name in (text, split_unit(text)[0]):
                 mend = reason.mend or f"Name a column of numbers as {role} in the axis file"
                 return InputError(
-                    f"{reason.message}, but the axis needs the column as {role}", path=reason.path, value=reason.value, mend=mend
+                    f"{reason.message}, but the axis needs the column as {role}",
+                    path=reason.path,
+                    value=reason.value,
+                    mend=mend,
                 )
         if self.tables:
             message = f"holds {len(self.tables)} tables, but no column {name!r} outside these tables for {role}"
             mend = 'Name the table: table = "..." under [log] of the axis file, or write FILE::TABLE instead of FILE'
-            return InputError(message, path=str(self.source), allowed=f"tables: {some_of(self.tables)}", mend=mend)
+            return InputError(
+                message, path=str(self.source), allowed=f"tables: {some_of(self.tables)}", mend=mend
+            )
         mend = f"{name!r} is a single number in the file. " if name in self.constants else ""
         mend += did_you_mean(name, self.names, 0.5) or f"Name the column of {role} in the axis file"
-        message, allowed = f"has no column {name!r} for {role}", f"columns: {some_of(self.names, 40)}"
+        message, allowed = (
+            f"has no column {name!r} for {role}",
+            f"columns: {some_of(self.names, 40)}",
+        )
         return InputError(message, path=str(self.source), allowed=allowed, mend=mend)
 
 
@@ -117,7 +134,9 @@ def some_of(names: Iterable[str], most: int = 8) -> str:
     """Return the first names, and the count of the others."""
     listed = list(names)
     left = len(listed) - most
-    return ", ".join(shortened(text, 60) for text in listed[:most]) + (f" and {left} more" if left > 0 else "")
+    return ", ".join(shortened(text, 60) for text in listed[:most]) + (
+        f" and {left} more" if left > 0 else ""
+    )
 
 
 def spellings(name: str) -> tuple[str, ...]:
@@ -174,7 +193,11 @@ class Choice:
         """Return whether this column is chosen, by its name or its number in the file."""
         if self.names is None or f"column_{number}" in self.names:
             return True
-        return name.lower() in self.names if self.usual else name in self.names or without_index(name) in self.names
+        return (
+            name.lower() in self.names
+            if self.usual
+            else name in self.names or without_index(name) in self.names
+        )
 
 
 ALL, NONE = Choice(), Choice(frozenset())
@@ -188,7 +211,9 @@ def columns_named(names: Iterable[str]) -> Choice:
 def columns_of(axis: Axis | None) -> Choice:
     """Return the choice of columns named by an axis; without an axis, of columns with usual names."""
     if axis is None:
-        return Choice(frozenset(name for names in USUAL_NAMES.values() for name in names), usual=True)
+        return Choice(
+            frozenset(name for names in USUAL_NAMES.values() for name in names), usual=True
+        )
     return columns_named(
         [
             *(column.name for column in axis.columns.values()),
@@ -206,7 +231,10 @@ def damage_refused(source: Path) -> Iterator[None]:
     except (InputError, MemoryError):
         raise
     except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
-        message, mend = f"is truncated or damaged, or in an unsupported format{said_by_library(error)}", "Copy or save it again"
+        message, mend = (
+            f"is truncated or damaged, or in an unsupported format{said_by_library(error)}",
+            "Copy or save it again",
+        )
         if place := place_in_own_code(error):
             message = f"the reader of this file stopped with {type(error).__name__}: {error_text(error)} ({place})"
             mend = "Correct the reader. If the file is damaged, copy or save it again"

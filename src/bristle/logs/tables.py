@@ -46,18 +46,35 @@ class Stored(NamedTuple):
     @property
     def fields(self) -> list[str]:
         """Names of its fields, if it is a structured array."""
-        return [name for name in self.dtype.names or () if self.dtype[name].kind in "fiub" and not self.dtype[name].shape]
+        return [
+            name
+            for name in self.dtype.names or ()
+            if self.dtype[name].kind in "fiub" and not self.dtype[name].shape
+        ]
 
     @property
     def holds_columns(self) -> bool:
         """Whether it has columns: numbers in one or two dimensions, or structured numbers."""
-        return (self.dtype.kind in "fiub" or bool(self.fields)) and len(self.shape) <= 2 and self.size > 0
+        return (
+            (self.dtype.kind in "fiub" or bool(self.fields))
+            and len(self.shape) <= 2
+            and self.size > 0
+        )
 
 
-def table_from(arrays: Mapping[str, Stored], request: Request, kind: str, *, separator: str = "/", notes: Sequence[str] = ()) -> Table:
+def table_from(
+    arrays: Mapping[str, Stored],
+    request: Request,
+    kind: str,
+    *,
+    separator: str = "/",
+    notes: Sequence[str] = (),
+) -> Table:
     """Return the columns of one table of a file, or of all tables, each with its full name; read only the chosen columns."""
     # A group of columns is a table, and so is an array of several columns. The name of the only table does not matter.
-    groups: dict[str, dict[str, tuple[Stored, int | str | None]]] = {}  # each column as its array and the part of it
+    groups: dict[
+        str, dict[str, tuple[Stored, int | str | None]]
+    ] = {}  # each column as its array and the part of it
     constants: dict[str, Stored] = {}
     for full, stored in arrays.items():
         group, _, name = full.rpartition(separator)
@@ -72,18 +89,30 @@ def table_from(arrays: Mapping[str, Stored], request: Request, kind: str, *, sep
     tables = {name: columns for name, columns in groups.items() if columns}
     names, remarks, chosen = list(tables), list(notes), request.table
     if not names:
-        raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors")
+        raise InputError(
+            "holds no column of numbers",
+            path=str(request.source),
+            mend="Save the signals as vectors",
+        )
     if chosen not in tables:
         if chosen is not None and len(names) > 1:
             raise no_such_table(chosen, names, request.source)
         if chosen is not None and names[0]:
-            remarks.append(f"this log has no table {chosen!r}: bristle read its only table, {names[0]!r}")
+            remarks.append(
+                f"this log has no table {chosen!r}: bristle read its only table, {names[0]!r}"
+            )
         chosen = names[0] if len(names) == 1 else None
     if chosen is None:
-        available = {f"{table}{separator}{name}" if table else name: column for table in names for name, column in tables[table].items()}
+        available = {
+            f"{table}{separator}{name}" if table else name: column
+            for table in names
+            for name, column in tables[table].items()
+        }
     else:
         available = tables[chosen]
-        constants = {name.removeprefix(f"{chosen}{separator}"): array for name, array in constants.items()}
+        constants = {
+            name.removeprefix(f"{chosen}{separator}"): array for name, array in constants.items()
+        }
     columns = {name: column for name, column in available.items() if request.choice(name)}
     needed = dict.fromkeys(stored for stored, _ in columns.values())
     announced = sum(stored.size * max(stored.dtype.itemsize, NUMBER_BYTES) for stored in needed)
@@ -91,8 +120,15 @@ def table_from(arrays: Mapping[str, Stored], request: Request, kind: str, *, sep
     read = {stored: np.asarray(stored.read()) for stored in needed}
     return Table(
         {name: _numbers_of(read[stored], part) for name, (stored, part) in columns.items()},
-        {name: stored.unit for name, (stored, part) in available.items() if stored.unit and part is None},
-        {name: float(np.asarray(constant.read()).reshape(())) for name, constant in constants.items()},
+        {
+            name: stored.unit
+            for name, (stored, part) in available.items()
+            if stored.unit and part is None
+        },
+        {
+            name: float(np.asarray(constant.read()).reshape(()))
+            for name, constant in constants.items()
+        },
         notes=tuple(remarks),
         format=kind,
         tables=() if chosen is not None else tuple(names),
@@ -115,11 +151,18 @@ def tall(values: np.ndarray) -> np.ndarray:
 
 def no_such_table(table: str, names: list[str], source: Path) -> InputError:
     """Return the error that lists the tables of a file in place of an unknown one."""
-    mend = did_you_mean(table, names, 0.5) or "Correct the name after ::, or `table` under [log] of the axis file"
-    return InputError(f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=mend)
+    mend = (
+        did_you_mean(table, names, 0.5)
+        or "Correct the name after ::, or `table` under [log] of the axis file"
+    )
+    return InputError(
+        f"holds no table {table!r}", path=str(source), allowed=some_of(names), mend=mend
+    )
 
 
-def flattened(node: Any, through: tuple[type, ...] = (Mapping, list), depth: int = 8, path: str = "") -> Iterator[tuple[str, Any]]:
+def flattened(
+    node: Any, through: tuple[type, ...] = (Mapping, list), depth: int = 8, path: str = ""
+) -> Iterator[tuple[str, Any]]:
     """Yield the leaves of nested mappings and lists, with full names: ``a.b[0]``; deeper levels stay whole."""
     if depth == 0 or not isinstance(node, through):
         yield path, node
@@ -131,7 +174,14 @@ def flattened(node: Any, through: tuple[type, ...] = (Mapping, list), depth: int
 
 def note_of_text(names: Sequence[str]) -> list[str]:
     """Return the note on columns of text."""
-    return [f"bristle ignores columns of text: {', '.join(names[:20])}" + (" and others" if len(names) > 20 else "")] if names else []
+    return (
+        [
+            f"bristle ignores columns of text: {', '.join(names[:20])}"
+            + (" and others" if len(names) > 20 else "")
+        ]
+        if names
+        else []
+    )
 
 
 class Series(NamedTuple):
@@ -149,7 +199,10 @@ def by_name(channels: Iterable[tuple[str, str, T]]) -> dict[str, T]:
     """Return channels by their names if unique, else by group and name, from (name, group, channel)."""
     listed = list(channels)
     count = Counter(name for name, *_ in listed)
-    return {(name if count[name] == 1 else f"{group}/{name}"): channel for name, group, channel in listed}
+    return {
+        (name if count[name] == 1 else f"{group}/{name}"): channel
+        for name, group, channel in listed
+    }
 
 
 def table_of_series(
@@ -167,15 +220,25 @@ def table_of_series(
     """Return the table of channels with separate times: one time column for all channels that share their times."""
     channels = [channel for channel in series if channel.values is None or channel.values.size]
     if not channels:
-        raise InputError("holds no column of numbers", path=str(request.source), mend="Save the signals as vectors, with their times")
+        raise InputError(
+            "holds no column of numbers",
+            path=str(request.source),
+            mend="Save the signals as vectors, with their times",
+        )
     names_used = {channel.name for channel in channels}
-    chosen = [channel for channel in channels if channel.values is not None and request.choice(channel.name)]
+    chosen = [
+        channel
+        for channel in channels
+        if channel.values is not None and request.choice(channel.name)
+    ]
     clocks: dict[str, np.ndarray] = {}
     stamps: dict[str, str] = {}
     for channel in chosen:
         if channel.times is None:
             continue
-        name = next((name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None)
+        name = next(
+            (name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None
+        )
         if name is None:
             name = time if not clocks else f"time of {channel.name}"
             while name in names_used:
@@ -183,7 +246,9 @@ def table_of_series(
             clocks[name] = np.asarray(channel.times, dtype=float)
         stamps[channel.name] = name
     columns = clocks | {channel.name: np.asarray(channel.values, dtype=float) for channel in chosen}
-    units = dict.fromkeys(clocks if time_unit else (), time_unit) | {channel.name: channel.unit for channel in channels if channel.unit}
+    units = dict.fromkeys(clocks if time_unit else (), time_unit) | {
+        channel.name: channel.unit for channel in channels if channel.unit
+    }
     return Table(
         columns,
         units,

@@ -26,11 +26,16 @@ def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
     return moving[1:][side[moving[1:]] != side[moving[:-1]]]
 
 
-def turning_points(position: np.ndarray, least: float = 0.0, candidates: Sequence[int] | None = None) -> list[int]:
+def turning_points(
+    position: np.ndarray, least: float = 0.0, candidates: Sequence[int] | None = None
+) -> list[int]:
     """Return the samples at which the motion turns by more than `least` [m or rad], of all or of the ordered `candidates`."""
     turns: list[int] = []
     side, extreme = 0.0, 0
-    for k in [*(reversals(np.diff(position)).tolist() if candidates is None else candidates), position.size - 1]:
+    for k in [
+        *(reversals(np.diff(position)).tolist() if candidates is None else candidates),
+        position.size - 1,
+    ]:
         change = position[k] - position[extreme]
         if side * change > 0.0:
             extreme = k
@@ -55,7 +60,10 @@ def numbered(turns: Sequence[int] | np.ndarray, count: int) -> np.ndarray:
 def half_cycle_numbers(turns: Sequence[Sequence[int]], counts: Sequence[int]) -> list[np.ndarray]:
     """Return the number of the half-cycle of each sample of several segments, counted across all segments."""
     first = np.cumsum([0, *(len(places) + 1 for places in turns)]).tolist()
-    return [start + numbered(places, count) for start, places, count in zip(first[:-1], turns, counts, strict=True)]
+    return [
+        start + numbered(places, count)
+        for start, places, count in zip(first[:-1], turns, counts, strict=True)
+    ]
 
 
 def runs(inside: np.ndarray) -> list[slice]:
@@ -66,7 +74,9 @@ def runs(inside: np.ndarray) -> list[slice]:
     >>> runs(np.array([True, True, False, True]))
     [slice(0, 2, None), slice(3, 4, None)]
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))).tolist()
+    edges = np.flatnonzero(
+        np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8))
+    ).tolist()
     return [slice(first, stop) for first, stop in zip(edges[::2], edges[1::2], strict=True)]
 
 
@@ -104,7 +114,9 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
     """
     covered = np.maximum.accumulate(position) - np.minimum.accumulate(position)
     away = np.abs(position - position[0])
-    back = (covered > 0.9 * covered[-1]) & (away < 0.02 * covered[-1])  # of the range: the motion completed a cycle and returned
+    back = (covered > 0.9 * covered[-1]) & (
+        away < 0.02 * covered[-1]
+    )  # of the range: the motion completed a cycle and returned
     back &= np.signbit(velocity) == np.signbit(velocity[0])
     if not back.any():
         return None
@@ -116,7 +128,9 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
 LONG = 2**17  # samples above which the search for a period begins coarsely
 
 
-def period_of(position: np.ndarray, sample_time: float, correlated: float = 0.98, periods: float = 3.0) -> float | None:
+def period_of(
+    position: np.ndarray, sample_time: float, correlated: float = 0.98, periods: float = 3.0
+) -> float | None:
     """Return the period [s] of a motion whose autocorrelation over several periods is high enough; None if it has no period."""
     if position.size > LONG:
         return _period_of_long(position, sample_time, correlated, periods)
@@ -124,7 +138,10 @@ def period_of(position: np.ndarray, sample_time: float, correlated: float = 0.98
 
     x = position - np.mean(position)
     sums = np.concatenate([[0.0], np.cumsum(x * x)])
-    product, size = np.asarray(correlate(x, x, method="fft"))[x.size - 1 :], np.sqrt((sums[-1] - sums[:-1]) * sums[:0:-1])
+    product, size = (
+        np.asarray(correlate(x, x, method="fft"))[x.size - 1 :],
+        np.sqrt((sums[-1] - sums[:-1]) * sums[:0:-1]),
+    )
     correlation = np.divide(product, size, out=np.zeros_like(size), where=size > 0.0)
     below, last = np.flatnonzero(correlation < 0.0), int(x.size / periods)
     if not below.size or below[0] >= last:
@@ -137,7 +154,9 @@ def period_of(position: np.ndarray, sample_time: float, correlated: float = 0.98
     return float((below[0] + period) * sample_time)
 
 
-def _period_of_long(position: np.ndarray, sample_time: float, correlated: float, periods: float) -> float | None:
+def _period_of_long(
+    position: np.ndarray, sample_time: float, correlated: float, periods: float
+) -> float | None:
     """Return the period [s] of a long motion: a short period from its first samples, a long one from every n-th sample."""
     step = -(-position.size // LONG)
     for part, stride in ((position[:LONG], 1), (position[::step], step)):
@@ -201,9 +220,15 @@ def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[sli
     return runs(counted[2 * half + 1 :] > counted[: -2 * half - 1])
 
 
-def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time: float) -> Iterator[Leg]:
+def legs_of(
+    position: np.ndarray, rests: list[slice], grain: float, sample_time: float
+) -> Iterator[Leg]:
     """Yield the legs between rests and turning points, without those that hardly move."""
-    edges = [0, *(edge for rest in rests for edge in (rest.start, rest.stop - 1)), position.size - 1]
+    edges = [
+        0,
+        *(edge for rest in rests for edge in (rest.start, rest.stop - 1)),
+        position.size - 1,
+    ]
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         if end - begin < 2:
             continue
@@ -216,7 +241,9 @@ def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time:
         marks = marks[int(first) : len(marks) - int(last)]
         for number, (first, last) in enumerate(pairwise(marks)):
             if abs(position[last] - position[first]) > grain:
-                yield _leg(position, first, last, grain, sample_time, from_rest=number == 0 and begin > 0)
+                yield _leg(
+                    position, first, last, grain, sample_time, from_rest=number == 0 and begin > 0
+                )
 
 
 def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
@@ -225,9 +252,13 @@ def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
     remaining = np.array(marks)
     while remaining.size > 3:
         lengths, times = np.abs(np.diff(position[remaining])), np.diff(remaining)
-        beside = np.where(lengths[:-2] > lengths[2:], np.arange(lengths.size - 2), np.arange(2, lengths.size))
+        beside = np.where(
+            lengths[:-2] > lengths[2:], np.arange(lengths.size - 2), np.arange(2, lengths.size)
+        )
         inner = slice(1, -1)
-        negligible = (lengths[inner] < SETTLING * lengths[beside]) & (times[inner] < SETTLING * times[beside])
+        negligible = (lengths[inner] < SETTLING * lengths[beside]) & (
+            times[inner] < SETTLING * times[beside]
+        )
         if not negligible.any():
             break
         shortest = 1 + int(np.argmin(np.where(negligible, lengths[inner], np.inf)))
@@ -236,7 +267,9 @@ def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
     return [int(k) for k in remaining]
 
 
-def _leg(position: np.ndarray, first: int, last: int, grain: float, dt: float, *, from_rest: bool) -> Leg:
+def _leg(
+    position: np.ndarray, first: int, last: int, grain: float, dt: float, *, from_rest: bool
+) -> Leg:
     marks = np.unique(np.linspace(first, last, CHUNKS + 1).astype(int))
     times = dt * np.diff(marks)
     distance = float(position[last] - position[first])
@@ -246,5 +279,18 @@ def _leg(position: np.ndarray, first: int, last: int, grain: float, dt: float, *
     longest = max(runs(steady), key=lambda run: run.stop - run.start, default=slice(0, 0))
     cruise = slice(int(marks[longest.start]), int(marks[longest.stop]))
     duration = dt * (cruise.stop - cruise.start)
-    speed = abs(float(position[cruise.stop] - position[cruise.start])) / duration if duration > 0.0 else top
-    return Leg(first, last, distance, dt * (last - first), cruise, duration / (dt * (last - first)), speed, from_rest)
+    speed = (
+        abs(float(position[cruise.stop] - position[cruise.start])) / duration
+        if duration > 0.0
+        else top
+    )
+    return Leg(
+        first,
+        last,
+        distance,
+        dt * (last - first),
+        cruise,
+        duration / (dt * (last - first)),
+        speed,
+        from_rest,
+    )

@@ -20,7 +20,13 @@ def waves(x: np.ndarray, side: np.ndarray | None, frequency: float) -> np.ndarra
     return pair if side is None else np.hstack([pair, side[:, None] * pair])
 
 
-def frequency_in(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, most: float, least: float = TURNS_LEAST) -> float | None:
+def frequency_in(
+    x: np.ndarray,
+    side: np.ndarray | None,
+    residual: np.ndarray,
+    most: float,
+    least: float = TURNS_LEAST,
+) -> float | None:
     """Return the frequency [1/m or 1/rad] of the strongest waves, with `least` to `most` turns; None in a short range."""
     stroke = float(np.ptp(x))
     most = min(most, BINS / 2.0)
@@ -46,12 +52,20 @@ def frequency_in(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, m
 def refined(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:
     """Return a refined frequency [1/m or 1/rad], rounded to the digits that matter over all turns."""
     step = 2.0 * REACH / (FINER - 1) / float(np.ptp(x))
-    close = [near for near in (frequency + step * np.linspace(-1.0, 1.0, CLOSE)).tolist() if near > 0.0]
+    close = [
+        near for near in (frequency + step * np.linspace(-1.0, 1.0, CLOSE)).tolist() if near > 0.0
+    ]
     return max(close, key=lambda near: _explained(x, side, residual, near))
 
 
-def _explained(x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, frequency: float) -> float:
+def _explained(
+    x: np.ndarray, side: np.ndarray | None, residual: np.ndarray, frequency: float
+) -> float:
     """Return the sum of squares of a residual explained by waves of a frequency, beyond a constant for each side."""
-    columns = np.column_stack([waves(x, side, frequency), np.ones_like(x), *(() if side is None else (side,))])
+    columns = np.column_stack(
+        [waves(x, side, frequency), np.ones_like(x), *(() if side is None else (side,))]
+    )
     gram, right = columns.T @ columns, columns.T @ residual
-    return float(right @ np.linalg.solve(gram + (SMALL * float(np.trace(gram)) * np.eye(right.size)), right))
+    return float(
+        right @ np.linalg.solve(gram + (SMALL * float(np.trace(gram)) * np.eye(right.size)), right)
+    )

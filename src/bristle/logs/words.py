@@ -22,7 +22,11 @@ def listed(text: str) -> tuple[str, ...]:
 def spelt(units: str) -> dict[str, str]:
     """Return a mapping of spelling to unit, from spellings listed after their unit; a minus means no unit."""
     entries = (entry.split(": ") for entry in units.split("; "))
-    return {spelling: unit.strip("-") for unit, spellings in entries for spelling in spellings.split(" | ")}
+    return {
+        spelling: unit.strip("-")
+        for unit, spellings in entries
+        for spelling in spellings.split(" | ")
+    }
 
 
 # Spellings of units on screens and in exports -> spelling of this package.
@@ -42,7 +46,23 @@ WRITTEN = spelt(
     "um: micron | microns | mikrometer; inch: inch | in; degC: celsius | °c | deg c | degc; mm/min: mm/min.; kg*m^2: kgm²; s^2: s²; "
     "m/s^2: m/s²; mm/s^2: mm/s²; Hz: s/s | sa/s | sps | sample/s | samples/s | samples per second; kHz: ks/s | ksa/s | ksps"
 )
-NO_UNIT = frozenset({"", "-", "--", "1", "none", "(none)", "n/a", "na", "unitless", "dimensionless", "ohne", "[]", "?"})
+NO_UNIT = frozenset(
+    {
+        "",
+        "-",
+        "--",
+        "1",
+        "none",
+        "(none)",
+        "n/a",
+        "na",
+        "unitless",
+        "dimensionless",
+        "ohne",
+        "[]",
+        "?",
+    }
+)
 CASED = spelt(
     "N*m: Nm; nm: nm; mN*m: mNm; MN*m: MNm; rev: U | r | R; -: u | a | v | n | k; A: A; s: s | S; m: m; V: V; N: N; inch: IN; K: K"
 )
@@ -56,7 +76,11 @@ def converts(unit: str, base: str) -> bool:
 def plain_unit(written: str) -> str:
     """Return a unit in the spelling of this package; empty for texts that mean "no unit"."""
     text = normalize("NFC", written).strip().strip("[]").strip()
-    text = text[1:-1].strip() if text.startswith("(") and text.endswith(")") and "(" not in text[1:] else text
+    text = (
+        text[1:-1].strip()
+        if text.startswith("(") and text.endswith(")") and "(" not in text[1:]
+        else text
+    )
     if text.lower() in NO_UNIT:
         return ""
     if text in CASED:
@@ -77,29 +101,45 @@ def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
             counts[name] += 1
         used.add(candidate)
         both = f"columns {unique.index(name) + 1} and {index + 1} are called {name[:60]!r}"
-        notes.append(f"{both}: bristle takes the first one by this name, and the other one by {candidate[:64]!r}")
+        notes.append(
+            f"{both}: bristle takes the first one by this name, and the other one by {candidate[:64]!r}"
+        )
         unique[index] = candidate
     return unique, notes
 
 
-def names_and_units(headers: Iterable[str], stated: Mapping[str, str]) -> tuple[list[str], dict[str, str], list[str]]:
+def names_and_units(
+    headers: Iterable[str], stated: Mapping[str, str]
+) -> tuple[list[str], dict[str, str], list[str]]:
     """Return unique names without their units, the known units, and notes; a column with a stated unit keeps its name."""
-    parts = [(header, stated[header]) if header in stated else split_unit(header) for header in headers]
+    parts = [
+        (header, stated[header]) if header in stated else split_unit(header) for header in headers
+    ]
     names, notes = distinct(name for name, _ in parts)
     return names, {name: unit for name, (_, unit) in zip(names, parts, strict=True) if unit}, notes
 
 
 def with_plain_names(table: Table) -> Table:
     """Return a table with printable names and units: control characters can change the state of a terminal."""
-    stated = {name: unit for name, written in table.units.items() if (unit := plain_unit(written))}  # some state that there is no unit
+    stated = {
+        name: unit for name, written in table.units.items() if (unit := plain_unit(written))
+    }  # some state that there is no unit
     odd = [name for name in (*table.names, *table.texts) if not name.isprintable()]
     units = {name: unit for name, unit in stated.items() if unit.isprintable() and len(unit) <= 80}
     if not odd and len(units) == len(stated):
         return replace(table, units=units)
     plain, _ = distinct(printable(name).strip() or "column" for name in table.names)
     called = dict(zip(table.names, plain, strict=True))
-    notes = [f"the name of a column has unprintable characters: bristle calls it {called[name]!r}" for name in odd if name in called]
-    notes += [f"bristle ignores the unreadable unit of column {called[name]!r}" for name in stated if name not in units]
+    notes = [
+        f"the name of a column has unprintable characters: bristle calls it {called[name]!r}"
+        for name in odd
+        if name in called
+    ]
+    notes += [
+        f"bristle ignores the unreadable unit of column {called[name]!r}"
+        for name in stated
+        if name not in units
+    ]
     return replace(
         table,
         columns={called[name]: values for name, values in table.columns.items()},
@@ -116,7 +156,9 @@ def with_plain_names(table: Table) -> Table:
 
 # Words that mean a role. Long words also count inside a compound: "lageistwert", "positionActual".
 ROLES: dict[str, tuple[str, ...]] = {
-    "time": listed("time zeit timestamp zeitstempel t stamp sec secs second seconds sekunden temps tiempo tempo abtastzeitpunkt elapsed"),
+    "time": listed(
+        "time zeit timestamp zeitstempel t stamp sec secs second seconds sekunden temps tiempo tempo abtastzeitpunkt elapsed"
+    ),
     "error": listed(
         "followingerror schlepp poserr positionerror lageabweichung regelabweichung regeldifferenz contouringerror trackingerror poslag "
         "posdiff ctrldev schleppabstand schleppfehler perr pe positioningerror lagefehler following fehler error err deviation"
@@ -126,7 +168,9 @@ ROLES: dict[str, tuple[str, ...]] = {
         "amps ampere motorcurrent load thrust stellgroesse stellgrosse control voltage spannung u pwm vorschubkraft m f i couple "
         "stromsoll last auslastung duty"
     ),
-    "velocity": listed("velocity vel speed geschwindigkeit geschw drehzahl rpm omega v qd dq nist nsoll rate spd n w vitesse xdot qdot"),
+    "velocity": listed(
+        "velocity vel speed geschwindigkeit geschw drehzahl rpm omega v qd dq nist nsoll rate spd n w vitesse xdot qdot"
+    ),
     "acceleration": ("acceleration", "accel", "acc", "beschleunigung", "beschl", "a", "qdd"),
     "temperature": ("temperature", "temperatur", "temp", "celsius"),
     "position": listed(
@@ -138,8 +182,12 @@ REFERENCE = listed(
     "set soll sollwert ref reference referenz cmd command commanded demand target desired goal setpoint sp setpos fuehrungsgroesse "
     "vorgabe ziel nominal kommando refpos dem des trajectory vcmd pcmd"
 )
-ACTUAL = listed("act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state")
-OF_LOAD = listed("load last table tisch scale massstab carriage schlitten slide abtrieb external extern")
+ACTUAL = listed(
+    "act actual ist istwert fbk feedback fb meas measured measurement real rbv current_position gemessen mess messwert state"
+)
+OF_LOAD = listed(
+    "load last table tisch scale massstab carriage schlitten slide abtrieb external extern"
+)
 WITHIN = 4  # shortest word that counts inside another word
 # Parts of longer words with a different meaning.
 NOT_WITHIN = {
@@ -165,7 +213,14 @@ class Meaning(NamedTuple):
 def words_of(name: str) -> list[str]:
     """Return the words of a name, in small letters without accents."""
     folded = name.replace("ß", "ss")
-    for umlaut, plain in (("ä", "ae"), ("ö", "oe"), ("ü", "ue"), ("Ä", "Ae"), ("Ö", "Oe"), ("Ü", "Ue")):
+    for umlaut, plain in (
+        ("ä", "ae"),
+        ("ö", "oe"),
+        ("ü", "ue"),
+        ("Ä", "Ae"),
+        ("Ö", "Oe"),
+        ("Ü", "Ue"),
+    ):
         folded = normalize("NFC", folded).replace(umlaut, plain)
     folded = normalize("NFKD", folded).encode("ascii", "ignore").decode()
     split = re.sub(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", " ", folded)
@@ -188,12 +243,19 @@ def meaning_of(name: str, about: str = "") -> Meaning:
     if not best.role and about:
         best = _meaning(words_of(about))
         best = best._replace(sure=0.5 * best.sure)
-    reference, actual = best.reference or (full.reference and not best.actual), best.actual or (full.actual and not best.reference)
+    reference, actual = (
+        best.reference or (full.reference and not best.actual),
+        best.actual or (full.actual and not best.reference),
+    )
     return best._replace(reference=reference, actual=actual)
 
 
 def _meaning(words: Sequence[str]) -> Meaning:
-    if len(words) > 1 and words[-1] in (NANOMETERS, "m") and (before := _meaning(words[:-1])).role in LENGTHS:
+    if (
+        len(words) > 1
+        and words[-1] in (NANOMETERS, "m")
+        and (before := _meaning(words[:-1])).role in LENGTHS
+    ):
         return before
     reference, actual = _says(words, REFERENCE), _says(words, ACTUAL)
     joined = "".join(words)
@@ -201,7 +263,11 @@ def _meaning(words: Sequence[str]) -> Meaning:
     for role, vocabulary in ROLES.items():
         exact = max((_weight(word) for word in words if word in vocabulary), default=0.0)
         inside = [word for word in vocabulary if len(word) >= WITHIN and word in joined]
-        inside = [word for word in inside if not any(longer in joined for longer in NOT_WITHIN.get(word, ()))]
+        inside = [
+            word
+            for word in inside
+            if not any(longer in joined for longer in NOT_WITHIN.get(word, ()))
+        ]
         scores[role] = max(exact, max((0.8 * _weight(word) for word in inside), default=0.0))
     is_error = scores["error"] > (0.5 if scores["position"] else 0.75)
     if is_error and not _says(words, ("fehlercode", "code", "error_code", "id")):
@@ -211,7 +277,9 @@ def _meaning(words: Sequence[str]) -> Meaning:
         return Meaning("status", sure=0.5)
     if not scores[role]:
         return Meaning(reference=reference, actual=actual)
-    reference = reference and not (actual and not _says(words, ("soll", "sollwert", "setpoint", "command")))
+    reference = reference and not (
+        actual and not _says(words, ("soll", "sollwert", "setpoint", "command"))
+    )
     return Meaning(role, reference, actual, min(scores[role], 1.0))
 
 
@@ -223,7 +291,9 @@ def _weight(word: str) -> float:
 def _says(words: Sequence[str], vocabulary: Sequence[str]) -> bool:
     joined, short = "".join(words), ("set", "act", "ist", "ref", "cmd")
     return any(
-        word in words or (len(word) >= WITHIN and word in joined) or (word in short and (joined.startswith(word) or joined.endswith(word)))
+        word in words
+        or (len(word) >= WITHIN and word in joined)
+        or (word in short and (joined.startswith(word) or joined.endswith(word)))
         for word in vocabulary
     )
 
@@ -233,7 +303,9 @@ def without_part(joined: str) -> str:
     for word in sorted((*REFERENCE, *ACTUAL), key=len, reverse=True):
         # Words of 3 letters for a reference count at the start or end of a name.
         if 3 <= len(word) < len(joined) and (joined.startswith(word) or joined.endswith(word)):
-            return joined.removeprefix(word) if joined.startswith(word) else joined.removesuffix(word)
+            return (
+                joined.removeprefix(word) if joined.startswith(word) else joined.removesuffix(word)
+            )
     return joined
 
 
@@ -241,7 +313,9 @@ def is_of_load(name: str) -> bool:
     """Return whether a name is that of the load side of a drive, such as a scale at the table."""
     words = words_of(name)
     joined = "".join(words)
-    return any(word in words or joined.startswith(word) or joined.endswith(word) for word in OF_LOAD)
+    return any(
+        word in words or joined.startswith(word) or joined.endswith(word) for word in OF_LOAD
+    )
 
 
 def is_of_motor(name: str) -> bool:
@@ -267,13 +341,23 @@ ENDINGS = spelt(
 def unit_in_name(name: str) -> str:
     """Return the unit at the end of a name, after a slash, a blank or an underscore; empty if there is none."""
     parts = [part for part in re.split(r"[\s_\-./\[\]()]+", name.strip()) if part]
-    if len(parts) > 2 and parts[-1].lower() in ("s", "sec", "min") and parts[-2].lower() in ("mm", "m", "um", "rad", "deg", "rev", "u"):
+    if (
+        len(parts) > 2
+        and parts[-1].lower() in ("s", "sec", "min")
+        and parts[-2].lower() in ("mm", "m", "um", "rad", "deg", "rev", "u")
+    ):
         return plain_unit(f"{parts[-2].lower()}/{parts[-1].lower().removesuffix('ec')}")
     if len(parts) < 2 or len(parts[-1]) > 8:
         return ""
     if parts[-1] == NANOMETERS:
         before = _meaning(words_of(" ".join(parts[:-1])))
-        return "nm" if before.role in LENGTHS else "" if before.reference and not before.role else ENDINGS[NANOMETERS]
+        return (
+            "nm"
+            if before.role in LENGTHS
+            else ""
+            if before.reference and not before.role
+            else ENDINGS[NANOMETERS]
+        )
     return "um" if parts[-1] in ("µm", "μm") else ENDINGS.get(parts[-1].lower(), "")
 
 
@@ -282,7 +366,9 @@ def other_unit_in(name: str, declared: str) -> str:
     called = unit_in_name(name)
     if not called or not units.is_unit(declared):
         return ""
-    same = units.compatible(called, declared) and np.isclose(units.factor(called, declared), 1.0, rtol=1e-9)
+    same = units.compatible(called, declared) and np.isclose(
+        units.factor(called, declared), 1.0, rtol=1e-9
+    )
     return "" if same else called
 
 
@@ -296,4 +382,6 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
     for bound, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
         if largest > bound:
             return unit
-    return "ms" if largest < 1e8 and step > 0.05 else "s"  # no axis has samples more than 0.05 s apart
+    return (
+        "ms" if largest < 1e8 and step > 0.05 else "s"
+    )  # no axis has samples more than 0.05 s apart

@@ -9,7 +9,12 @@ from bristle.prediction.predict import predict
 
 if TYPE_CHECKING:
     from bristle.prediction.claims import Claim, Compensation, compensation_of
-    from bristle.prediction.drive_table import largest_deviation, level_values, reversal_distance, steady_curve
+    from bristle.prediction.drive_table import (
+        largest_deviation,
+        level_values,
+        reversal_distance,
+        steady_curve,
+    )
     from bristle.prediction.following import Following, following_of, loop_of
     from bristle.prediction.kept import fit_of
     from bristle.prediction.predict import effort_of_motion, fit_at_samples, unexplained_force

@@ -33,7 +33,9 @@ SLOW_FADE = 1.0  # time constant at rest [s] that suits moves that go on in the 
 LEAST = 3.0  # shortest promised move, over the reach
 LONGEST_REST = 0.3  # between promised moves [s]
 FASTEST = 0.1  # [m/s or rad/s] of an axis of unknown speed
-NO_FRICTION = 1e-100  # level of a friction that drives the axis, such as that of a reversed effort [N or N*m]
+NO_FRICTION = (
+    1e-100  # level of a friction that drives the axis, such as that of a reversed effort [N or N*m]
+)
 NEGLIGIBLE = 0.05  # delay over the cycle of the controller that counts as none
 
 
@@ -71,7 +73,12 @@ def doubt_of(model: Model, draws: Mapping[str, np.ndarray]) -> float:
     return 0.0
 
 
-def reach_of(friction: Model, controller: Model | None, treatment: Mapping[str, Any], fastest: float = FASTEST) -> float | None:
+def reach_of(
+    friction: Model,
+    controller: Model | None,
+    treatment: Mapping[str, Any],
+    fastest: float = FASTEST,
+) -> float | None:
     """Return the reach F/K of a friction in a position loop [m or rad], from its control law or from its log; None if unknown."""
     stiffness = treatment.get("stiffness")
     of_law = None if controller is None else stiffness_of(controller)
@@ -110,7 +117,9 @@ class Compensation(NamedTuple):
     claims: tuple[Claim, ...]
 
 
-def compensation_of(friction: Model, axis: Axis | None, treatment: Mapping[str, Any]) -> Compensation:
+def compensation_of(
+    friction: Model, axis: Axis | None, treatment: Mapping[str, Any]
+) -> Compensation:
     """Return how a friction is fed forward in the loop of a log, known from its control law or from the treatment of the log."""
     reach = reach_of(friction, (axis or Axis()).controller, treatment)
     return Compensation(rule_for(friction, reach), reach, claims_for(reach))

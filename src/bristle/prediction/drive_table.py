@@ -92,7 +92,9 @@ def level_values(fit: Fit) -> LevelValues | None:
     return None
 
 
-def levels_of(plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]) -> LevelValues:
+def levels_of(
+    plant: Model | None, friction: Model, sides: Mapping[float, np.ndarray]
+) -> LevelValues:
     """Return the friction as a level and a viscous coefficient for each direction, never above the steady friction."""
     constant = offset_of(friction.component.variables, friction.values)
     lines = {way: _line_below(side) for way, side in sides.items()}
@@ -131,7 +133,9 @@ def _line_below(side: np.ndarray) -> _Line:
     apart = speed - np.average(speed, weights=weight)
     slope = max(0.0, float((weight * apart) @ force / ((weight * apart) @ apart)))
     level = float(np.min(force - slope * speed))
-    return _Line(level, slope, float(np.max(force - slope * speed)) - level, float(np.max(force)) - level)
+    return _Line(
+        level, slope, float(np.max(force - slope * speed)) - level, float(np.max(force)) - level
+    )
 
 
 def without_fall(curve: np.ndarray) -> np.ndarray:
@@ -158,12 +162,19 @@ def steady_curve(fit: Fit, *, band: bool = False) -> list[tuple[float, float]]:
     halves: list[tuple[float, float]] = []
     for direction, side, ascending in _branches(fit):
         speeds = side[-1, 0] * np.geomspace(1e-6, 1.0, COARSE // 2)
-        own, *drawn = ([_or_infinite(model, direction * v) for v in speeds.tolist()] for model in (fit.friction, *models))
-        spread = NORMAL_95 * DEVIATION_OVER_MEDIAN * np.median(np.abs(np.subtract(drawn, own)), axis=0)
+        own, *drawn = (
+            [_or_infinite(model, direction * v) for v in speeds.tolist()]
+            for model in (fit.friction, *models)
+        )
+        spread = (
+            NORMAL_95 * DEVIATION_OVER_MEDIAN * np.median(np.abs(np.subtract(drawn, own)), axis=0)
+        )
         if not np.all(np.isfinite(spread)):  # half of the draws harden without bound
             return []
         velocities = ascending[:, 0]
-        halves += zip(velocities.tolist(), np.interp(np.abs(velocities), speeds, spread).tolist(), strict=True)
+        halves += zip(
+            velocities.tolist(), np.interp(np.abs(velocities), speeds, spread).tolist(), strict=True
+        )
     return halves
 
 
@@ -182,7 +193,10 @@ def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
     for side in _sides(fit):
         own = entries[np.signbit(entries[:, 0]) == np.signbit(side[0, 0])]
         if own.size:
-            deviation = max(deviation, float(np.max(np.abs(np.interp(side[:, 0], own[:, 0], own[:, 1]) - side[:, 1]))))
+            deviation = max(
+                deviation,
+                float(np.max(np.abs(np.interp(side[:, 0], own[:, 0], own[:, 1]) - side[:, 1]))),
+            )
     return deviation
 
 
@@ -203,7 +217,9 @@ def _branches(fit: Fit) -> list[tuple[float, np.ndarray, np.ndarray]]:
     if highest > 0.0:
         tops.append((1.0, highest))
     try:
-        sides = [(direction, steady_side(fit.friction, direction, top, FINE)) for direction, top in tops]
+        sides = [
+            (direction, steady_side(fit.friction, direction, top, FINE)) for direction, top in tops
+        ]
     except InputError:  # the force hardens without bound
         return []
     return [(direction, side, _ascending(direction, side)) for direction, side in sides]
@@ -219,8 +235,13 @@ def _ascending(direction: float, side: np.ndarray) -> np.ndarray:
 @lru_cache(maxsize=REMEMBERED)
 def steady_side(model: Model, direction: float, fastest: float, fine: int) -> np.ndarray:
     """Return speed, ascending from 0, and the force along the motion, dense near rest; shape (point, 2)."""
-    speeds = np.union1d(fastest * np.geomspace(1e-6, 1.0, fine // 2), np.linspace(0.0, fastest, fine // 2))
-    forces = [direction * steady_force(model, direction * max(v, SLOWEST * fastest)) for v in speeds.tolist()]
+    speeds = np.union1d(
+        fastest * np.geomspace(1e-6, 1.0, fine // 2), np.linspace(0.0, fastest, fine // 2)
+    )
+    forces = [
+        direction * steady_force(model, direction * max(v, SLOWEST * fastest))
+        for v in speeds.tolist()
+    ]
     curve = np.column_stack([speeds, forces])
     curve.setflags(write=False)
     return curve
@@ -279,7 +300,9 @@ def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
         upper = np.minimum.accumulate((rise + allowed) / run)
         lower = np.maximum.accumulate((rise - allowed) / run)
         slope = rise / run
-        corners.append(corners[-1] + 1 + int(np.flatnonzero((slope <= upper) & (slope >= lower))[-1]))
+        corners.append(
+            corners[-1] + 1 + int(np.flatnonzero((slope <= upper) & (slope >= lower))[-1])
+        )
     return corners
 
 
@@ -295,14 +318,18 @@ def reversal_distance(model: Model, fastest: float) -> float:
     x = 0.0
     before = 0.0
     forces: list[float] = []
-    with np.errstate(over="ignore", invalid="ignore"):  # a force that grows without bound has no such distance
+    with np.errstate(
+        over="ignore", invalid="ignore"
+    ):  # a force that grows without bound has no such distance
         for direction in (-1.0, 1.0):
             if forces:
                 before = forces[-1]
             forces = []
             for pace in way:
                 x += direction * pace
-                force, move = component.trial(state, memory, Motion(direction * speed, x), pace / speed, p)
+                force, move = component.trial(
+                    state, memory, Motion(direction * speed, x), pace / speed, p
+                )
                 state = component.commit(state, memory, move, p)
                 forces.append(force)
         change = np.array(forces) - before
@@ -314,7 +341,12 @@ def reversal_distance(model: Model, fastest: float) -> float:
 
 
 def table_error(
-    friction: Model, plant: Model | None, log: Log, axis: Axis | None, sides: Mapping[float, np.ndarray], treatment: Mapping[str, float]
+    friction: Model,
+    plant: Model | None,
+    log: Log,
+    axis: Axis | None,
+    sides: Mapping[float, np.ndarray],
+    treatment: Mapping[str, float],
 ) -> tuple[float, float]:
     """Return the largest and the rms error of a table along the motion of a log, treated as in identification [N or N*m]."""
     if friction.kind != log.kind:
@@ -326,14 +358,22 @@ def table_error(
             mend="Give the axis file of this log",
         )
     if log.effort is None:
-        raise InputError("has no effort", path="log", mend="Name the column of the effort in the axis file")
+        raise InputError(
+            "has no effort", path="log", mend="Name the column of the effort in the axis file"
+        )
     rows = rows_as_fitted(parted(log, axis), axis, treatment)
     gaps = []
     for segment, contact in zip(rows.segments, rows.contacts(friction, plant), strict=True):
-        force = segment.friction(friction, rows.sample_time, contact, transmitted_by(friction, plant, segment))
+        force = segment.friction(
+            friction, rows.sample_time, contact, transmitted_by(friction, plant, segment)
+        )
         speed = np.abs(segment.velocity)
-        forward, backward = (np.interp(speed, sides[way][:, 0], sides[way][:, 1]) for way in (1.0, -1.0))
+        forward, backward = (
+            np.interp(speed, sides[way][:, 0], sides[way][:, 1]) for way in (1.0, -1.0)
+        )
         # At rest, the table gives the force of the last direction of motion.
-        gaps.append(rows.without_edges(force - np.where(np.signbit(segment.velocity), -backward, forward)))
+        gaps.append(
+            rows.without_edges(force - np.where(np.signbit(segment.velocity), -backward, forward))
+        )
     gap = finite(np.concatenate(gaps), friction, "friction")
     return float(np.max(np.abs(gap))), float(np.sqrt(np.mean(gap**2)))

@@ -144,7 +144,9 @@ def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
         inertias.append(DriveUnit("kg*m^2 at the motor", 1.0 / arm**2))
     if axis.rated:
         efforts.append(DriveUnit("% of rated", 0.01 * axis.rated))
-    return DriveUnits(axis, kind, tuple(velocities), tuple(efforts), tuple(inertias), length_units(axis, kind))
+    return DriveUnits(
+        axis, kind, tuple(velocities), tuple(efforts), tuple(inertias), length_units(axis, kind)
+    )
 
 
 def table_units(axis: Axis | None, kind: Kind) -> TableUnits:
@@ -156,7 +158,9 @@ def table_units(axis: Axis | None, kind: Kind) -> TableUnits:
         velocities.append(DriveUnit("mm/min", FEED))
     velocities = _of_other_sizes((*velocities, *more.velocities))
     efforts = _of_other_sizes((own.effort, *more.efforts))
-    drive = LogUnits(velocities[-1], next((unit for unit in efforts if "%" in unit.name), efforts[-1]))
+    drive = LogUnits(
+        velocities[-1], next((unit for unit in efforts if "%" in unit.name), efforts[-1])
+    )
     if drive == own:
         drive = None
     return TableUnits(own, drive, efforts, (DriveUnit(unit_of("mass", kind), 1.0), *more.inertias))
@@ -172,7 +176,9 @@ def length_units(axis: Axis | None, kind: Kind) -> tuple[DriveUnit, ...]:
     return _of_other_sizes(units)
 
 
-def _products(drive: DriveUnits, axis: Axis, force: float, length: float, time: float) -> tuple[DriveUnit, ...]:
+def _products(
+    drive: DriveUnits, axis: Axis, force: float, length: float, time: float
+) -> tuple[DriveUnit, ...]:
     """Return the units of a product: effort and position of the log; percent of rated, or torque, and turns of the motor."""
     kind = drive.kind
     own = log_units(axis, kind)
@@ -196,12 +202,21 @@ def _products(drive: DriveUnits, axis: Axis, force: float, length: float, time: 
             effort = drive.efforts[-1]
         pairs.append((effort, motions[-1]))
     products = [_product(pair, (force, length, rest)) for pair in pairs]
-    return tuple(unit for unit, pair in zip(products, pairs, strict=True) if (pair[0].name, pair[1].name) != in_si)
+    return tuple(
+        unit
+        for unit, pair in zip(products, pairs, strict=True)
+        if (pair[0].name, pair[1].name) != in_si
+    )
 
 
 def _product(pair: tuple[DriveUnit, DriveUnit], powers: tuple[float, float, float]) -> DriveUnit:
     """Return a product of units, shortened: ``%/rpm`` is percent of rated per turn a minute of the motor."""
-    short = [unit.name.removesuffix(" of rated").removesuffix(" of the motor").removesuffix(" at the motor") for unit in pair]
+    short = [
+        unit.name.removesuffix(" of rated")
+        .removesuffix(" of the motor")
+        .removesuffix(" at the motor")
+        for unit in pair
+    ]
     names = [f"({name})" if set(name) & set("/*") else name for name in short] + ["s"]
     over = []
     under = []

@@ -25,7 +25,12 @@ from bristle.models.plants.terms import effort_of_columns
 from bristle.prediction.claims import compensation_of, in_samples, lateness_of
 from bristle.prediction.predict import TREATED, unexplained_force
 from bristle.simulation import simulate
-from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, compensation_experiment, settling
+from bristle.simulation.compensation import (
+    AS_RECORDED,
+    COMPENSATED,
+    compensation_experiment,
+    settling,
+)
 from bristle.simulation.recorded.closed_loop import closed_loop_of
 from bristle.simulation.result import SimulationResult
 from bristle.simulation.statistics import Statistics, statistics_of
@@ -47,13 +52,22 @@ class Following:
 
     def as_data(self) -> dict[str, Any]:
         """Return it for JSON; an implausible gain is null."""
-        sides = {"measured": self.measured, "simulated": self.simulated, "compensated": self.compensated}
+        sides = {
+            "measured": self.measured,
+            "simulated": self.simulated,
+            "compensated": self.compensated,
+        }
         if self.contradiction is not None:
             sides["compensated"] = None
-        return {name: None if error is None else {"peak_to_peak": error.peak_to_peak, "rms": error.rms} for name, error in sides.items()}
+        return {
+            name: None if error is None else {"peak_to_peak": error.peak_to_peak, "rms": error.rms}
+            for name, error in sides.items()
+        }
 
 
-def following_of(log: Log, simulation: SimulationResult | None = None, settings: Settings = DEFAULT) -> Following | None:
+def following_of(
+    log: Log, simulation: SimulationResult | None = None, settings: Settings = DEFAULT
+) -> Following | None:
     """Return the following error of an axis in a log."""
     if log.reference is None:
         return None
@@ -69,9 +83,13 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
     if simulation is None:
         return Following(time, error, measured)
     ended = {name: simulation.variants[name] for name in (AS_RECORDED, COMPENSATED)}
-    simulated, compensated = (None if run.status is Status.NOT_FINITE else run.following_error for run in ended.values())
+    simulated, compensated = (
+        None if run.status is Status.NOT_FINITE else run.following_error for run in ended.values()
+    )
     differs = simulated is None or apart(simulable, simulated) > settings.loop_differs
-    recorded = next(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
+    recorded = next(
+        variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED
+    )
     if not differs:
         return Following(time, error, measured, simulated, compensated)
     # The difference between the loop and the log, and its possible explanations.
@@ -82,9 +100,14 @@ def following_of(log: Log, simulation: SimulationResult | None = None, settings:
     errors = {name: side.peak_to_peak for name, side in sides.items()}
     errors |= {f"{name}_rms": side.rms for name, side in sides.items()}
     directions = {True: "reference_later", False: "reference_earlier"}
-    names = tuple(directions[cause.value > 0.0] if cause.name == "reference" else cause.name for cause in suspects)
+    names = tuple(
+        directions[cause.value > 0.0] if cause.name == "reference" else cause.name
+        for cause in suspects
+    )
     causes = {"suspects": names, "factors": tuple(abs(cause.value) for cause in suspects)}
-    contradiction = Diagnostic("loop_contradicts", numbers=errors | causes, kind=recorded.plant.kind)
+    contradiction = Diagnostic(
+        "loop_contradicts", numbers=errors | causes, kind=recorded.plant.kind
+    )
     return Following(time, error, measured, simulated, compensated, contradiction)
 
 
@@ -94,7 +117,11 @@ def _settled(count: int, dt: float) -> np.ndarray:
 
 
 def loop_of(
-    plant: Model, friction: Model, log: Log, axis: Axis, treatment: Mapping[str, float] = MappingProxyType({})
+    plant: Model,
+    friction: Model,
+    log: Log,
+    axis: Axis,
+    treatment: Mapping[str, float] = MappingProxyType({}),
 ) -> Experiment | None:
     """Return the loop of an axis without and with compensation, on the reference of a log.
 
@@ -106,7 +133,9 @@ def loop_of(
         return None
     longest = longest_of(log)
     loop = closed_loop_of(log, axis, longest)
-    left = unexplained_force(plant, friction, log, axis, **{name: treatment.get(name) for name in TREATED})
+    left = unexplained_force(
+        plant, friction, log, axis, **{name: treatment.get(name) for name in TREATED}
+    )
     beside = effort_of_columns(plant, [column.values for column in log.regressors])
     if beside is not None:
         left = left + beside
@@ -125,7 +154,9 @@ def loop_of(
         rule=compensation_of(friction, axis, treatment).rule,
         disturbance=left[longest],
         injected=loop.injected if np.any(log.injected_effort) else None,
-        start=Start(loop.beginning.x, loop.beginning.v, loop.beginning.acceleration, loop.resumed_effort),
+        start=Start(
+            loop.beginning.x, loop.beginning.v, loop.beginning.acceleration, loop.resumed_effort
+        ),
         name=axis.name,
     )
 
@@ -156,15 +187,23 @@ def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[S
     trial = _Trial.of(variant, error)
     before = trial.difference(trial.variant)
     law = trial.variant.controller
-    scales = [name for name in ("k_p", "position", "effort") if CHANGES[name](trial.variant, 2.0).controller != law]
+    scales = [
+        name
+        for name in ("k_p", "position", "effort")
+        if CHANGES[name](trial.variant, 2.0).controller != law
+    ]
     late = [_at(trial, "delay", float(samples)) for samples in range(1, 9)]
     suspects = [_best_factor(trial, name) for name in scales]
     if "k_ff" in law.component.variables:
         suspects.append(_fed(trial))
     suspects += [min(late, key=BY_DIFFERENCE), _shifted(trial)]
     better = [suspect for suspect in suspects if suspect.difference <= 0.5 * before]
-    agreeing = sorted((suspect for suspect in better if trial.agrees(suspect, allowed)), key=BY_DIFFERENCE)
-    return tuple(suspect for suspect in agreeing if suspect.difference <= ALIKE * agreeing[0].difference)
+    agreeing = sorted(
+        (suspect for suspect in better if trial.agrees(suspect, allowed)), key=BY_DIFFERENCE
+    )
+    return tuple(
+        suspect for suspect in agreeing if suspect.difference <= ALIKE * agreeing[0].difference
+    )
 
 
 BY_DIFFERENCE = attrgetter("difference")
@@ -189,7 +228,9 @@ class _Trial(NamedTuple):
 
     def followed(self, variant: Variant) -> np.ndarray | None:
         """Return the following error of a loop against the recorded reference; None if it diverges."""
-        outcome = simulate(Experiment("trial", variant.plant.kind, (variant,))).variants[variant.name]
+        outcome = simulate(Experiment("trial", variant.plant.kind, (variant,))).variants[
+            variant.name
+        ]
         if outcome.status is Status.NOT_FINITE:
             return None
         return self.desired - outcome.measured
@@ -206,7 +247,10 @@ class _Trial(NamedTuple):
         followed = self.followed(CHANGES[suspect.name](self.variant, suspect.value))
         if followed is None:
             return False
-        return apart(statistics_of(self.error[self.judged]), statistics_of(followed[self.judged])) <= allowed
+        return (
+            apart(statistics_of(self.error[self.judged]), statistics_of(followed[self.judged]))
+            <= allowed
+        )
 
 
 def _at(trial: _Trial, name: str, value: float) -> Suspect:
@@ -223,7 +267,10 @@ def _best_factor(trial: _Trial, name: str) -> Suspect:
     step = 2.0**0.5
     for _ in range(5):
         step **= 0.5
-        best = min((best, *(_at(trial, name, best.value * factor) for factor in (1.0 / step, step))), key=BY_DIFFERENCE)
+        best = min(
+            (best, *(_at(trial, name, best.value * factor) for factor in (1.0 / step, step))),
+            key=BY_DIFFERENCE,
+        )
     return best
 
 
@@ -260,8 +307,13 @@ def _with_law(variant: Variant, **values: float) -> Variant:
 def _scaled(variant: Variant, factor: float, quantity: str) -> Variant:
     """Return a loop whose law has a scaled quantity."""
     law = variant.controller
-    powers = {key: exponents_of(variable.quantity).get(quantity, 0.0) for key, variable in law.component.variables.items()}
-    return _with_law(variant, **{key: law.values[key] * factor**-power for key, power in powers.items() if power})
+    powers = {
+        key: exponents_of(variable.quantity).get(quantity, 0.0)
+        for key, variable in law.component.variables.items()
+    }
+    return _with_law(
+        variant, **{key: law.values[key] * factor**-power for key, power in powers.items() if power}
+    )
 
 
 def _reference_later(variant: Variant, time: float) -> Variant:
@@ -269,16 +321,26 @@ def _reference_later(variant: Variant, time: float) -> Variant:
     dt = variant.run.sample_time
     position = np.asarray(reference.parameters.position)
     samples = np.arange(position.size)
-    return replace(variant, reference=reference.with_values(position=np.interp(samples - time / dt, samples, position)))
+    return replace(
+        variant,
+        reference=reference.with_values(position=np.interp(samples - time / dt, samples, position)),
+    )
 
 
 CHANGES: dict[str, Callable[[Variant, float], Variant]] = {
     "k_p": lambda variant, factor: _with_law(
-        variant, **{name: factor * value for name, value in variant.controller.values.items() if name in ("k_p", "lambda_")}
+        variant,
+        **{
+            name: factor * value
+            for name, value in variant.controller.values.items()
+            if name in ("k_p", "lambda_")
+        },
     ),
     "k_ff": lambda variant, share: _with_law(variant, k_ff=share),
     "position": partial(_scaled, quantity="length"),
     "effort": partial(_scaled, quantity="force"),
-    "delay": lambda variant, samples: replace(variant, run=replace(variant.run, delay=variant.run.delay + int(samples))),
+    "delay": lambda variant, samples: replace(
+        variant, run=replace(variant.run, delay=variant.run.delay + int(samples))
+    ),
     "reference": _reference_later,
 }

@@ -27,7 +27,10 @@ def fit_of(
 ) -> Fit:
     """Return the fit with the numbers of a summary, arrays and a model file."""
     numbers = [
-        {name: tuple(value) if isinstance(value, list) else value for name, value in entry["numbers"].items()}
+        {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in entry["numbers"].items()
+        }
         for entry in summary["diagnostics"]
     ]
     diagnostics = tuple(
@@ -37,7 +40,10 @@ def fit_of(
     metrics = summary["metrics"]
     correlation = summary["correlation"]
     errors = {name: metrics[name] for name in SIMULATED}
-    errors |= {name: math.nan if metrics[name] is None else metrics[name] for name in ("condition_number", "force_error_percent")}
+    errors |= {
+        name: math.nan if metrics[name] is None else metrics[name]
+        for name in ("condition_number", "force_error_percent")
+    }
     return Fit(
         plant=plant,
         friction=friction,
@@ -53,14 +59,20 @@ def fit_of(
     )
 
 
-def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...]) -> tuple[Estimate, ...]:
+def _estimates(
+    parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...]
+) -> tuple[Estimate, ...]:
     """Return the parameters; the reason for an unidentified parameter is among the diagnostics."""
     names = {field.name for field in fields(Estimate)}
     reasons = {reason.parameter: reason for reason in reversed(diagnostics) if reason.parameter}
     return tuple(
         Estimate(
             name=name,
-            **{key: value for key, value in entry.items() if key in names and key not in ("interval", "value")},
+            **{
+                key: value
+                for key, value in entry.items()
+                if key in names and key not in ("interval", "value")
+            },
             value=math.inf if entry["value"] is None else entry["value"],  # JSON has no infinity
             interval=tuple(entry["interval"]) if entry["interval"] else None,
             reason=None if entry["status"] == "identified" else reasons.get(name),
@@ -69,7 +81,11 @@ def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...
     )
 
 
-def _resampling(numbers: Mapping[str, Any] | None, draws: Mapping[str, np.ndarray], bands: Mapping[str, Any] | None) -> Resampling | None:
+def _resampling(
+    numbers: Mapping[str, Any] | None,
+    draws: Mapping[str, np.ndarray],
+    bands: Mapping[str, Any] | None,
+) -> Resampling | None:
     """Return the uncertainty of the model, with all draws if their file exists, else with those of the model file."""
     if numbers is None or not (draws or bands):
         return None

@@ -33,18 +33,36 @@ from bristle.simulation.statistics import relative_error_percent
 
 MODES = ("inverse", *LOOPS)
 MOST_SAMPLES = 200_000  # in traces of every sample
-TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")  # settings that repeat the treatment of a log
+TREATED = (
+    "cutoff",
+    "delay",
+    "smoothing",
+    "slow",
+    "position_smoothing",
+)  # settings that repeat the treatment of a log
 SPAN = 20  # samples of a difference for a speed
 # A converter for each number of a treatment.
-OF_TREATMENT = {name: optional(amount(variable)) for name, variable in (TREATMENT | {"delay": DELAY}).items()}
+OF_TREATMENT = {
+    name: optional(amount(variable)) for name, variable in (TREATMENT | {"delay": DELAY}).items()
+}
 
 
 @guarded(
     plant=model("plant"),
     friction=model("friction"),
     mode=among(*MODES),
-    **{name: converter for name, converter in OF_TREATMENT.items() if name not in ("cutoff", "decimation")},
-    bands=optional(instance(Bands, "an object of class Bands", read=lambda table: Bands(**table) if isinstance(table, dict) else table)),
+    **{
+        name: converter
+        for name, converter in OF_TREATMENT.items()
+        if name not in ("cutoff", "decimation")
+    },
+    bands=optional(
+        instance(
+            Bands,
+            "an object of class Bands",
+            read=lambda table: Bands(**table) if isinstance(table, dict) else table,
+        )
+    ),
 )
 def predict(
     plant: Model,
@@ -117,9 +135,19 @@ def predict(
     log, axis = log_and_axis(log, axis)
     if plant.kind != log.kind:
         mend = "Give the axis file of the identification"
-        raise InputError("is of another kind of axis than the log", path="model", value=plant.kind, allowed=log.kind, mend=mend)
+        raise InputError(
+            "is of another kind of axis than the log",
+            path="model",
+            value=plant.kind,
+            allowed=log.kind,
+            mend=mend,
+        )
     if log.effort is None:
-        raise InputError("has no effort to compare with or to apply", path="log", mend="Name the column of the effort in the axis file")
+        raise InputError(
+            "has no effort to compare with or to apply",
+            path="log",
+            mend="Name the column of the effort in the axis file",
+        )
     log = parted(log, axis)
     if mode == "inverse":
         frequency, stride = treatment_of(cutoff, decimation, log.kind)
@@ -127,17 +155,30 @@ def predict(
         limit = frequency
         if limit is None and axis is not None:
             limit = axis.cutoff
-        if limit is not None and limit * log.sample_time >= 0.5:  # sampled too slowly for the filter of the identification
+        if (
+            limit is not None and limit * log.sample_time >= 0.5
+        ):  # sampled too slowly for the filter of the identification
             frequency = 0.4 / log.sample_time  # a cut-off that fits the sampling
             stride = 1
-            remarks = (Diagnostic("filtered", severity="note", numbers={"wanted": limit, "cutoff": frequency}),)
-        channels = {"delay": delay, "smoothing": smoothing, "slow": slow, "position_smoothing": position_smoothing}
+            remarks = (
+                Diagnostic(
+                    "filtered", severity="note", numbers={"wanted": limit, "cutoff": frequency}
+                ),
+            )
+        channels = {
+            "delay": delay,
+            "smoothing": smoothing,
+            "slow": slow,
+            "position_smoothing": position_smoothing,
+        }
         dataset = rows_as_fitted(log, axis, {"cutoff": frequency, **channels}, stride)
         refuse_unrecorded(friction.component, dataset)
         width = None
         if bands is not None:
             width = half_width(bands, plant, friction, dataset)
-        return with_doubts(_inverse(plant, friction, log, dataset, width, remarks), log, axis, velocity_max)
+        return with_doubts(
+            _inverse(plant, friction, log, dataset, width, remarks), log, axis, velocity_max
+        )
     if axis is None:
         axis = Axis(kind=log.kind)
     if lag is not None:
@@ -145,11 +186,15 @@ def predict(
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, axis, velocity_max)
 
 
-def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, bands: Bands | None) -> Prediction:
+def _simulated(
+    plant: Model, friction: Model, log: Log, axis: Axis, mode: str, bands: Bands | None
+) -> Prediction:
     about: list[Diagnostic] = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
-        about.append(Diagnostic("presliding_distance", "", "note", {"distance": axis.presliding}, log.kind))
+        about.append(
+            Diagnostic("presliding_distance", "", "note", {"distance": axis.presliding}, log.kind)
+        )
     segments = log.segments or (slice(0, len(log)),)
     runs = []
     used = []
@@ -157,7 +202,9 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, b
     for part in segments:
         stretch = Stretch.of(log, axis, mode, part)
         if stretch.count <= START_SAMPLES:
-            about.append(Diagnostic("short_stretch", severity="note", numbers={"samples": stretch.count}))
+            about.append(
+                Diagnostic("short_stretch", severity="note", numbers={"samples": stretch.count})
+            )
             continue
         runs.append(stretch.run(plant, friction, np.zeros(stretch.count)))
         first = stretch.samples.start
@@ -166,8 +213,18 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, b
         if bands is not None:
             widths.append(simulated_widths(bands, plant, friction, runs[-1], stretch))
     if not runs:
-        raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    prediction = _compare(mode, log, runs, used, tuple(about[i] for i in range(len(about)) if about[i] not in about[:i]))
+        raise InputError(
+            "no stretch of the log is long enough",
+            path="log",
+            allowed=f"> {2 * START_SAMPLES} samples",
+        )
+    prediction = _compare(
+        mode,
+        log,
+        runs,
+        used,
+        tuple(about[i] for i in range(len(about)) if about[i] not in about[:i]),
+    )
     if not widths:
         return prediction
     position, effort = (np.concatenate([pair[side] for pair in widths]) for side in range(2))
@@ -177,51 +234,113 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str, b
 
 
 def _inverse(
-    plant: Model, friction: Model, log: Log, dataset: Dataset, width: np.ndarray | None, remarks: tuple[Diagnostic, ...]
+    plant: Model,
+    friction: Model,
+    log: Log,
+    dataset: Dataset,
+    width: np.ndarray | None,
+    remarks: tuple[Diagnostic, ...],
 ) -> Prediction:
     notes = list(remarks)
     predicted = finite(dataset.rows_of(dataset.explained(plant, friction)), friction, "friction")
     # The initial state of the contact in each stretch, if it matters.
-    percents = tuple(100.0 * place for place in dataset.contacts(friction, plant) if place is not None)
+    percents = tuple(
+        100.0 * place for place in dataset.contacts(friction, plant) if place is not None
+    )
     if percents:
-        notes.append(Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}))
-    notes.append(Diagnostic("filtered", severity="note", numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation}))
-    signals = (dataset.time, dataset.effort, predicted, dataset.rows_of([segment.position for segment in dataset.segments]), None)
-    return replace(_prediction("inverse", log, *signals), half_width=width, diagnostics=tuple(notes))
+        notes.append(
+            Diagnostic("start_of_contact", severity="note", numbers={"percents": percents})
+        )
+    notes.append(
+        Diagnostic(
+            "filtered",
+            severity="note",
+            numbers={"cutoff": dataset.cutoff, "decimation": dataset.decimation},
+        )
+    )
+    signals = (
+        dataset.time,
+        dataset.effort,
+        predicted,
+        dataset.rows_of([segment.position for segment in dataset.segments]),
+        None,
+    )
+    return replace(
+        _prediction("inverse", log, *signals), half_width=width, diagnostics=tuple(notes)
+    )
 
 
-def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: tuple[Diagnostic, ...]) -> Prediction:
+def _compare(
+    mode: str, log: Log, runs: list[Course], used: list[slice], about: tuple[Diagnostic, ...]
+) -> Prediction:
     assert log.effort is not None
-    time, effort, position = (np.concatenate([channel.values[part] for part in used]) for channel in (log.time, log.effort, log.position))
+    time, effort, position = (
+        np.concatenate([channel.values[part] for part in used])
+        for channel in (log.time, log.effort, log.position)
+    )
     command = None
     if mode == "closed-loop":
         command = np.concatenate([run.command for run in runs])
     reached = np.concatenate([run.position for run in runs])
     status = max((run.status for run in runs), key=int)
-    return replace(_prediction(mode, log, time, effort, command, position, reached, status), diagnostics=about)
+    return replace(
+        _prediction(mode, log, time, effort, command, position, reached, status), diagnostics=about
+    )
 
 
 def _prediction(
-    mode: str, log: Log, time: np.ndarray, effort: Any, effort_hat: Any, position: Any, position_hat: Any, status: Status = Status.OK
+    mode: str,
+    log: Log,
+    time: np.ndarray,
+    effort: Any,
+    effort_hat: Any,
+    position: Any,
+    position_hat: Any,
+    status: Status = Status.OK,
 ) -> Prediction:
     """Return measurement and prediction, with their errors; no errors for a simulation that diverged."""
     metrics: dict[str, float | str | None] = {}
-    for name, quantity, signal, predicted in (("force", "force", effort, effort_hat), ("position", "length", position, position_hat)):
+    for name, quantity, signal, predicted in (
+        ("force", "force", effort, effort_hat),
+        ("position", "length", position, position_hat),
+    ):
         metrics[f"{name}_error_percent"] = None
         metrics[f"{name}_rmse"] = None
         if predicted is not None and status != Status.NOT_FINITE:
             metrics[f"{name}_error_percent"] = relative_error_percent(signal, predicted)
             metrics[f"{name}_rmse"] = float(np.sqrt(np.mean((signal - predicted) ** 2)))
         metrics[f"{name}_unit"] = unit_of(quantity, log.kind)
-    return Prediction(mode, time, effort, effort_hat, position, position_hat, metrics, status, log=log.source.name.strip("<>"))
+    return Prediction(
+        mode,
+        time,
+        effort,
+        effort_hat,
+        position,
+        position_hat,
+        metrics,
+        status,
+        log=log.source.name.strip("<>"),
+    )
 
 
-def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | None], decimation: int | None = None) -> Dataset:
+def rows_as_fitted(
+    log: Log,
+    axis: Axis | None,
+    treatment: Mapping[str, float | None],
+    decimation: int | None = None,
+) -> Dataset:
     """Return the rows of a log, treated as in identification, by the settings in `TREATED`."""
-    times = {name: treatment.get(name) or 0.0 for name in ("delay", "smoothing", "position_smoothing")}
+    times = {
+        name: treatment.get(name) or 0.0 for name in ("delay", "smoothing", "position_smoothing")
+    }
     for name, seconds in times.items():
         if not abs(seconds) < log.duration:
-            raise InputError("is longer than the log", path=name, value=seconds, allowed=f"< {log.duration:.3g} s")
+            raise InputError(
+                "is longer than the log",
+                path=name,
+                value=seconds,
+                allowed=f"< {log.duration:.3g} s",
+            )
     dataset = treat_all([log], [axis], treatment.get("cutoff"), decimation, *times.values())
     if treatment.get("slow"):
         return differentiated(dataset)
@@ -229,14 +348,23 @@ def rows_as_fitted(log: Log, axis: Axis | None, treatment: Mapping[str, float | 
 
 
 def effort_of_motion(
-    plant: Model, friction: Model, columns: Mapping[str, np.ndarray], axis: Axis | None, treatment: Mapping[str, float]
+    plant: Model,
+    friction: Model,
+    columns: Mapping[str, np.ndarray],
+    axis: Axis | None,
+    treatment: Mapping[str, float],
 ) -> np.ndarray:
     """Return the effort of a motion, treated as the log of an identification; NaN in rows outside all stretches."""
     # The delay is that of an effort: without an effort, samples are neither shifted nor lost.
     log = Log.from_columns(columns, axis=axis and replace(axis, delay=0.0))
     # The effort is unknown: rows are treated as those of a log with zero effort.
     log = replace(log, effort=Channel(np.zeros(len(log)), unit_of("force", log.kind), "y"))
-    dataset = rows_as_fitted(log, axis, {name: treatment.get(name) for name in ("cutoff", "position_smoothing", "slow")}, 1)
+    dataset = rows_as_fitted(
+        log,
+        axis,
+        {name: treatment.get(name) for name in ("cutoff", "position_smoothing", "slow")},
+        1,
+    )
     # Without an effort the initial state of a contact in a segment is unknown.
     efforts = dataset.explained(plant, friction, contacts=(None,) * len(dataset.segments))
     time = columns["time"]
@@ -251,7 +379,13 @@ def effort_of_motion(
     return predicted
 
 
-@guarded(plant=model("plant"), friction=model("friction"), log=LOG, axis=optional(AXIS), **{name: OF_TREATMENT[name] for name in TREATED})
+@guarded(
+    plant=model("plant"),
+    friction=model("friction"),
+    log=LOG,
+    axis=optional(AXIS),
+    **{name: OF_TREATMENT[name] for name in TREATED},
+)
 def unexplained_force(
     plant: Model,
     friction: Model,
@@ -288,10 +422,17 @@ def unexplained_force(
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    channels = {"delay": delay, "smoothing": smoothing, "slow": slow, "position_smoothing": position_smoothing}
+    channels = {
+        "delay": delay,
+        "smoothing": smoothing,
+        "slow": slow,
+        "position_smoothing": position_smoothing,
+    }
     dataset = rows_as_fitted(log, axis, {"cutoff": cutoff, **channels})
     force = np.zeros(len(log))
-    for segment, explained in zip(dataset.segments, dataset.explained(plant, friction), strict=True):
+    for segment, explained in zip(
+        dataset.segments, dataset.explained(plant, friction), strict=True
+    ):
         residual = np.where(segment.velocity == 0.0, 0.0, segment.effort - explained)
         residual[: dataset.dropped] = residual[residual.size - dataset.dropped :] = 0.0
         first = int(np.searchsorted(log.time.values, segment.time[0]))
@@ -299,20 +440,38 @@ def unexplained_force(
     return finite(force, friction, "friction")
 
 
-def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_max: float | None) -> Prediction:
+def with_doubts(
+    prediction: Prediction, log: Log, axis: Axis | None, velocity_max: float | None
+) -> Prediction:
     """Return a prediction with its warnings."""
     settings = CheckThresholds.among(axis.settings if axis else {})
-    wrong = (diagnostic for diagnostic in checked(log, axis, settings) if diagnostic.code in RECORDED)
+    wrong = (
+        diagnostic for diagnostic in checked(log, axis, settings) if diagnostic.code in RECORDED
+    )
     doubts: list[Diagnostic] = []
     for key, signal in (("position", "position"), ("force", "effort")):
         percent = prediction.metrics.get(f"{key}_error_percent")
         if not doubts and isinstance(percent, float) and percent > 100.0:
-            doubts.append(Diagnostic("worse_than_none", numbers={"signal": signal, "percent": percent}))
+            doubts.append(
+                Diagnostic("worse_than_none", numbers={"signal": signal, "percent": percent})
+            )
     positions = [log.position.values[part] for part in log.segments or (slice(None),)]
-    travels = [np.max(np.abs(position[SPAN:] - position[:-SPAN])) for position in positions if position.size > SPAN]
+    travels = [
+        np.max(np.abs(position[SPAN:] - position[:-SPAN]))
+        for position in positions
+        if position.size > SPAN
+    ]
     top = float(max(travels, default=0.0)) / (SPAN * log.sample_time)
     if velocity_max is not None and top > 1.5 * velocity_max:
-        doubts.append(Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind))
+        doubts.append(
+            Diagnostic(
+                "beyond_speed",
+                "",
+                "warning",
+                {"speed": top, "fitted_speed": velocity_max},
+                log.kind,
+            )
+        )
     return replace(prediction, diagnostics=(*doubts, *wrong, *prediction.diagnostics))
 
 
@@ -321,5 +480,12 @@ def fit_at_samples(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str
     stride = -(-len(log) // MOST_SAMPLES)
     rows = rows_as_fitted(log, axis, treatment, min(stride, int(treatment.get("decimation", 1))))
     predicted = rows.rows_of(rows.explained(fit.plant, fit.friction))
-    traces = Traces(rows.time, rows.velocity, rows.acceleration, rows.effort, predicted, rows.mechanical_rows(fit.plant))
+    traces = Traces(
+        rows.time,
+        rows.velocity,
+        rows.acceleration,
+        rows.effort,
+        predicted,
+        rows.mechanical_rows(fit.plant),
+    )
     return replace(fit, traces=traces)

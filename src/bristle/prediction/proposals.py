@@ -20,13 +20,22 @@ def proposals_of(fit: Fit, axis: Axis, tried: SecondPass | None = None) -> list[
     if tried is not None:
         lines = tried.lines
         errors = {"error_without": tried.error_without, "error_with": tried.error_with}
-    further = [line for line in proposed_lines(fit, axis) if (line.section, line.key) not in {line[:2] for line in lines}]
+    further = [
+        line
+        for line in proposed_lines(fit, axis)
+        if (line.section, line.key) not in {line[:2] for line in lines}
+    ]
     if axis.presliding is None and not fit.plant.values.get("k"):
         distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
         if distance:
             further.append(ProposedLine("plant", "presliding", distance, "reversal_distance"))
-    proposals = [line._asdict() | {"taken": tried is not None and tried.taken} | errors for line in lines]
-    return proposals + [line._asdict() | {"taken": False, "error_without": None, "error_with": None} for line in further]
+    proposals = [
+        line._asdict() | {"taken": tried is not None and tried.taken} | errors for line in lines
+    ]
+    return proposals + [
+        line._asdict() | {"taken": False, "error_without": None, "error_with": None}
+        for line in further
+    ]
 
 
 def first_gain(fit: Fit, compensation: Compensation | None = None) -> float:
@@ -37,7 +46,10 @@ def first_gain(fit: Fit, compensation: Compensation | None = None) -> float:
     A feedforward at gain :math:`g` leaves :math:`(1 - g) F + g e` of the friction force :math:`F`, with the model error
     :math:`e`. Parameters need not be identified for that.
     """
-    faulty = any(diagnostic.severity == "error" or diagnostic.code == "one_direction" for diagnostic in fit.diagnostics)
+    faulty = any(
+        diagnostic.severity == "error" or diagnostic.code == "one_direction"
+        for diagnostic in fit.diagnostics
+    )
     if faulty or fit.friction_alone_error_percent >= SAFE_ERROR:
         return 0.0
     if compensation and compensation.claims:

@@ -77,7 +77,10 @@ class Step(NamedTuple):
     def of(cls, line: str) -> Step:
         """Return the step of a line with its command in backticks."""
         command = re.search(r"`([^`]+)`", line)
-        return cls(capital(re.sub(r"[,:]? *(with|and measure the gain with)? *`[^`]+`", "", line)), command[1] if command else "")
+        return cls(
+            capital(re.sub(r"[,:]? *(with|and measure the gain with)? *`[^`]+`", "", line)),
+            command[1] if command else "",
+        )
 
     def in_full(self, command: str) -> Step:
         """Return the step with options for the given command as the whole command, which writes into another folder."""
@@ -90,8 +93,14 @@ class Step(NamedTuple):
         replaced = {self.command.split()[0], "--out"}
         pairs = list(zip(["", *words], words, strict=False))
         folder = [f"{word}_2" for before, word in pairs if before == "--out"]
-        rest = [word for before, word in pairs if word != "--force" and not {before, word} & replaced]
-        return self._replace(command=shlex.join([*rest, *self.command.split(), *(["--out", *folder] if folder else [])]))
+        rest = [
+            word for before, word in pairs if word != "--force" and not {before, word} & replaced
+        ]
+        return self._replace(
+            command=shlex.join(
+                [*rest, *self.command.split(), *(["--out", *folder] if folder else [])]
+            )
+        )
 
 
 def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:
@@ -99,14 +108,26 @@ def cards_of(fit: Fit, axis: Axis | None, *, usable: bool) -> list[Card]:
     kind = fit.plant.kind
     mass, friction = "Inertia" if kind == "rotational" else "Mass", "Lowest sliding friction"
     if not usable:
-        return [Card(mass, "–", "measure again", open=True), Card(friction, "–", "measure again", open=True)]
-    cards = _mass(mass, fit, axis), friction_card(friction, fit, axis), distance_card(fit, axis), error_card(fit)
+        return [
+            Card(mass, "–", "measure again", open=True),
+            Card(friction, "–", "measure again", open=True),
+        ]
+    cards = (
+        _mass(mass, fit, axis),
+        friction_card(friction, fit, axis),
+        distance_card(fit, axis),
+        error_card(fit),
+    )
     return [card for card in cards if card is not None]
 
 
 def error_card(fit: Fit) -> Card:
     """Return the card of the model error."""
-    held_out = "no held-out test" if fit.held_out is None else f"{percent_text(fit.held_out.mean_percent)} held out"
+    held_out = (
+        "no held-out test"
+        if fit.held_out is None
+        else f"{percent_text(fit.held_out.mean_percent)} held out"
+    )
     return Card("Model error", percent_text(fit.error_percent), held_out)
 
 
@@ -117,14 +138,28 @@ def gain_card(gain: Gain) -> Card:
     return Card("Gain, simulated", factor, f"{label.lower()} of one mass: {change}")
 
 
-def no_gain(simulation: SimulationResult | None, following: Following | None, axis: Axis | None, *, usable: bool) -> Card:
+def no_gain(
+    simulation: SimulationResult | None,
+    following: Following | None,
+    axis: Axis | None,
+    *,
+    usable: bool,
+) -> Card:
     """Return the card of a gain that is unknown, with the reason."""
     reason = "a simulated loop is unstable"
     if not usable:
         reason = "measure again"
     elif simulation is None:
-        without_loop = "the log has no reference of a loop" if following is None else "the command was interrupted"
-        reason = "the axis file has no controller" if axis is None or axis.controller is None else without_loop
+        without_loop = (
+            "the log has no reference of a loop"
+            if following is None
+            else "the command was interrupted"
+        )
+        reason = (
+            "the axis file has no controller"
+            if axis is None or axis.controller is None
+            else without_loop
+        )
     elif following is not None and following.contradiction is not None:
         reason = "the simulated loop does not match the log"
     return Card("Gain", "–", reason, open=True)
@@ -146,7 +181,10 @@ def _mass(label: str, fit: Fit, axis: Axis | None) -> Card | None:
     half = inertia.interval_percent
     value = inertia.value if levels is None else levels.inertia
     text = quantity_text(value, half, unit_of("mass", kind))
-    at_motor = [quantity_text(of_motor.of(value), half, "kg*m^2") for of_motor in drive_units(axis, kind).inertias]
+    at_motor = [
+        quantity_text(of_motor.of(value), half, "kg*m^2")
+        for of_motor in drive_units(axis, kind).inertias
+    ]
     if at_motor:
         return Card(label, at_motor[0], f"at the motor ({text})", half, sliders=(inertia.name,))
     return Card(label, text, half=half, sliders=(inertia.name,))
@@ -155,23 +193,40 @@ def _mass(label: str, fit: Fit, axis: Axis | None) -> Card | None:
 def friction_card(label: str, fit: Fit, axis: Axis | None) -> Card:
     """Return the card of the lowest friction while sliding, in both directions."""
     levels, kind = level_values(fit), fit.plant.kind
-    identified: list[Estimate] = [estimate for estimate in fit.estimates if estimate.name in fit.levels and estimate.status == "identified"]
+    identified: list[Estimate] = [
+        estimate
+        for estimate in fit.estimates
+        if estimate.name in fit.levels and estimate.status == "identified"
+    ]
     if levels is None or levels.forward is None or levels.backward is None:
         return Card(label, "–", "not identified", open=True)
-    half = max((estimate.interval_percent for estimate in identified if estimate.interval_percent is not None), default=None)
+    half = max(
+        (
+            estimate.interval_percent
+            for estimate in identified
+            if estimate.interval_percent is not None
+        ),
+        default=None,
+    )
     unit = unit_of("force", kind)
     sides = (levels.forward, levels.backward)
     scale = scale_of(unit, max(sides))
     in_si = f"{_pair([side * scale.factor for side in sides])}\u00a0{scale.unit}"
     names = tuple(name for name in fit.friction.values if not name.startswith("sigma"))
     # A multiple of the SI unit is no unit of a drive.
-    efforts = [effort for effort in drive_units(axis, kind).efforts if not effort.name.endswith(unit)]
+    efforts = [
+        effort for effort in drive_units(axis, kind).efforts if not effort.name.endswith(unit)
+    ]
     efforts.sort(key=lambda effort: "at the motor" in effort.name)  # the unit of the log first
     remark, first = "forward / backward", in_si
     if efforts:
         first = f"{_pair([efforts[0].of(side) for side in sides])}\u00a0{typeset(efforts[0].name)}"
         remark = f"forward / backward ({in_si})"
-    is_known = all(estimate.status in ("identified", "held") for estimate in fit.estimates if estimate.name == "offset")
+    is_known = all(
+        estimate.status in ("identified", "held")
+        for estimate in fit.estimates
+        if estimate.name == "offset"
+    )
     if levels.constant and is_known:
         constant = efforts[0].of(levels.constant) if efforts else levels.constant * scale.factor
         remark += f", constant {number(float(f'{constant:.3g}'), digits=3)}"
@@ -191,11 +246,22 @@ def distance_card(fit: Fit, axis: Axis | None) -> Card | None:
     drawn = () if fit.resampling is None else fit.resampling.bands.models(fit.friction, DRAWS)
     distances = np.array([reversal_distance(model, fastest) for model in drawn])
     # A draw that never builds up its friction has no finite distance.
-    spread = DEVIATION_OVER_MEDIAN * float(np.median(np.abs(distances - distance))) if distances.size > 1 else None
+    spread = (
+        DEVIATION_OVER_MEDIAN * float(np.median(np.abs(distances - distance)))
+        if distances.size > 1
+        else None
+    )
     half = None if spread is None else 100.0 * NORMAL_95 * spread / distance
     half = half if half is None or half <= LARGEST else None
     motor = [unit for unit in drive_units(axis, kind).lengths if "motor" in unit.name]
     at_motor = "".join(f" ({number(unit.of(distance), digits=2)} {unit.name})" for unit in motor)
     names = tuple(name for name in fit.friction.values if name.startswith("sigma"))
     text = quantity_text(distance, half, unit_of("length", kind))
-    return Card("Builds up over", text, f"after a reversal{at_motor}", half, open=half is None, sliders=names)
+    return Card(
+        "Builds up over",
+        text,
+        f"after a reversal{at_motor}",
+        half,
+        open=half is None,
+        sliders=names,
+    )

@@ -7,7 +7,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from bristle.core import SIZE_LIMIT, Amount, Axis, Card, InputError, Variable, amount, cached_property, guarded, library, optional
+from bristle.core import (
+    SIZE_LIMIT,
+    Amount,
+    Axis,
+    Card,
+    InputError,
+    Variable,
+    amount,
+    cached_property,
+    guarded,
+    library,
+    optional,
+)
 from bristle.files import axes_for, logs_and_axes, provenance
 from bristle.logs import Log
 from bristle.prediction.comparison import Comparison, compare as sides_compared
@@ -51,7 +63,13 @@ class Compared(Result, Comparison):
         """The report, an HTML page."""
         from bristle.report.comparison import comparison_report
 
-        return comparison_report(self, name=self.axis_name, command=self.call, provenance=self.provenance, figures=self.figures)
+        return comparison_report(
+            self,
+            name=self.axis_name,
+            command=self.call,
+            provenance=self.provenance,
+            figures=self.figures,
+        )
 
     @property
     def provenance(self) -> dict[str, str]:
@@ -82,7 +100,10 @@ class Compared(Result, Comparison):
             for name, change in self.changes.items()
             for ends in (change.interval or (None, None),)
         ]
-        return pandas.DataFrame(rows, columns=["quantity", "before", "after", "change", "low", "high", "unit", "verdict"])
+        return pandas.DataFrame(
+            rows,
+            columns=["quantity", "before", "after", "change", "low", "high", "unit", "verdict"],
+        )
 
     def _summary(self) -> dict[str, Any]:
         return self.summary
@@ -99,10 +120,17 @@ class Compared(Result, Comparison):
     def _card(self) -> Card:
         from bristle.report.comparison import HEADS, change_rows, remarks_of
 
-        return Card(f"{self.axis_name}: {self.sentences[0]}", HEADS, tuple(change_rows(self)), tuple(remarks_of(self)))
+        return Card(
+            f"{self.axis_name}: {self.sentences[0]}",
+            HEADS,
+            tuple(change_rows(self)),
+            tuple(remarks_of(self)),
+        )
 
 
-@guarded(window=optional(amount(Variable("time", "time after a reversal", min=0.0), exclusive=True)))
+@guarded(
+    window=optional(amount(Variable("time", "time after a reversal", min=0.0), exclusive=True))
+)
 def compare(before: Any, after: Any, *, axis: Any = None, window: Amount | None = None) -> Compared:
     """Compare two logs of one axis, before and after a change, to measure the effect of the change.
 
@@ -157,26 +185,42 @@ def compared_as(
     size_limit: int = SIZE_LIMIT,
 ) -> Compared:
     """Return the result of `compare`, with a given call and names."""
-    sides = {path: list(side) if isinstance(side, (list, tuple)) else [side] for path, side in (("before", before), ("after", after))}
+    sides = {
+        path: list(side) if isinstance(side, (list, tuple)) else [side]
+        for path, side in (("before", before), ("after", after))
+    }
     axes = iter(axes_for(axis, sum(map(len, sides.values()))))
-    pairs = {path: _read(side, [next(axes) for _ in side], path, size_limit) for path, side in sides.items()}
+    pairs = {
+        path: _read(side, [next(axes) for _ in side], path, size_limit)
+        for path, side in sides.items()
+    }
     comparison = sides_compared(pairs["before"], pairs["after"], window)
     first, described = pairs["before"][0]
     # The call that repeats the comparison with the same logs and axis.
-    names = [[log.origin.name or log.source.name.strip("<>") or path for log, _ in side] for path, side in pairs.items()]
+    names = [
+        [log.origin.name or log.source.name.strip("<>") or path for log, _ in side]
+        for path, side in pairs.items()
+    ]
     words = [repr(side[0] if len(side) == 1 else side) for side in names]
     words += ["axis=axis"] * any(own is not None for side in pairs.values() for _, own in side)
     words += [f"window={window!r}"] * (window is not None)
     return Compared(
         **{field: getattr(comparison, field) for field in Comparison.__dataclass_fields__},
-        axis_name=name or (described.name if described is not None else Path(first.source.name.strip("<>")).stem or "axis"),
+        axis_name=name
+        or (
+            described.name
+            if described is not None
+            else Path(first.source.name.strip("<>")).stem or "axis"
+        ),
         call=call or f"bristle.compare({', '.join(words)})",
         read=read or {},
         figures=tuple(figures),
     )
 
 
-def _read(logs: list[Any], axes: list[Any], path: str, size_limit: int) -> list[tuple[Log, Axis | None]]:
+def _read(
+    logs: list[Any], axes: list[Any], path: str, size_limit: int
+) -> list[tuple[Log, Axis | None]]:
     """Return the logs of a side with their axes; errors name the argument."""
     try:
         return logs_and_axes(logs, axes, size_limit=size_limit)

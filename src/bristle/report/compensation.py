@@ -25,11 +25,17 @@ NAMES_MAX = 4  # variants in a list of names
 MANY = 10.0  # larger ratios are written as factors
 
 
-def change_text(before: float, after: float, written: Callable[[float], str], statistic: str) -> str:
+def change_text(
+    before: float, after: float, written: Callable[[float], str], statistic: str
+) -> str:
     """Return a change of a number, such as ``12.3 → 4.1 µm, ×3``."""
     old, new = written(before), written(after)
     old = old.split(NO_BREAK)[0] if old.split(NO_BREAK)[1:] == new.split(NO_BREAK)[1:] else old
-    times = f", ×{number(before / after, digits=2)}" if 0.0 < after < (1.0 - NO_CHANGE) * before else ": no improvement"
+    times = (
+        f", ×{number(before / after, digits=2)}"
+        if 0.0 < after < (1.0 - NO_CHANGE) * before
+        else ": no improvement"
+    )
     return f"{old} → {new} {statistic}{times}"
 
 
@@ -65,7 +71,10 @@ class Gain(NamedTuple):
         """Return the effect of compensation on the following error, in sentences."""
         if not self.steps:
             return ["A simulated loop diverged, so the gain of compensation is unknown."]
-        peaks, words = [step.peak_to_peak for step in self.steps], [self._words(step.peak_to_peak) for step in self.steps]
+        peaks, words = (
+            [step.peak_to_peak for step in self.steps],
+            [self._words(step.peak_to_peak) for step in self.steps],
+        )
         lines = [self._about_friction()]
         if len(peaks) > 2:
             lines.append(
@@ -73,7 +82,11 @@ class Gain(NamedTuple):
                 f"{_times(peaks[0], peaks[-1])}."
             )
         # Most of the mean square of the error is proportional to velocity.
-        return [*lines, *([self._about_lag()] if self.steps[-1].lag_share >= 0.5 else []), self.caveat]
+        return [
+            *lines,
+            *([self._about_lag()] if self.steps[-1].lag_share >= 0.5 else []),
+            self.caveat,
+        ]
 
     def _about_friction(self) -> str:
         before, after = (step.peak_to_peak for step in self.steps[-2:])
@@ -124,7 +137,10 @@ class Standing(NamedTuple):
 
         The reduction is in percent, or a factor if percent would always read 99.
         """
-        new, old = (f"{length_text(_peak(loop), loop.kind)} ({loop.name})" for loop in (self.best, self.base))
+        new, old = (
+            f"{length_text(_peak(loop), loop.kind)} ({loop.name})"
+            for loop in (self.best, self.base)
+        )
         errors = f"{self.best.error_word.lower()} {new} instead of {old} peak to peak"
         if self.alike:
             return f"{errors}, hardly less"
@@ -147,8 +163,20 @@ def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> li
     if following.contradiction is not None:
         return [f"bristle predicts no gain: {message(following.contradiction)}."]
     unit = unit_of("length", kind)
-    simulated = [] if following.simulated is None else [f"In simulation, it is {_error_text_of(following.simulated, unit)}."]
-    return [" ".join([f"In the log, the following error is {_error_text_of(following.measured, unit)}.", *simulated]), *gained]
+    simulated = (
+        []
+        if following.simulated is None
+        else [f"In simulation, it is {_error_text_of(following.simulated, unit)}."]
+    )
+    return [
+        " ".join(
+            [
+                f"In the log, the following error is {_error_text_of(following.measured, unit)}.",
+                *simulated,
+            ]
+        ),
+        *gained,
+    ]
 
 
 def _error_text_of(error: Statistics, unit: str) -> str:
@@ -159,27 +187,38 @@ def _times(before: float, after: float) -> str:
     return f", by a factor of {number(before / after, digits=2)}" if 0.0 < after < before else ""
 
 
-def pair_of(experiment: Experiment, compensated: Variant | None = None) -> tuple[Variant, Variant] | None:
+def pair_of(
+    experiment: Experiment, compensated: Variant | None = None
+) -> tuple[Variant, Variant] | None:
     """Return a variant without and a variant with friction feedforward that otherwise agree.
 
     The second is the first variant with friction feedforward by default. If no variant differs only in feedforward, the
     first is the first variant without it. None if either kind is missing. With a wind-up, the first has friction feedforward of one mass.
     """
     plain = [variant for variant in experiment.variants if variant.feedforward.friction is None]
-    compensated = compensated or next((variant for variant in experiment.variants if variant.feedforward.friction is not None), None)
+    compensated = compensated or next(
+        (variant for variant in experiment.variants if variant.feedforward.friction is not None),
+        None,
+    )
     if compensated is not None and _winds_up(compensated):
-        rigid = next((variant for variant in experiment.variants if _is_wound_up(variant, compensated)), None)
+        rigid = next(
+            (variant for variant in experiment.variants if _is_wound_up(variant, compensated)), None
+        )
         if rigid is not None:
             return rigid, compensated
     if compensated is None or not plain:
         return None
-    return next((variant for variant in plain if _is_pair(variant, compensated)), plain[0]), compensated
+    return next(
+        (variant for variant in plain if _is_pair(variant, compensated)), plain[0]
+    ), compensated
 
 
 def _is_pair(before: Variant, after: Variant) -> bool:
     """Return whether two variants differ only in friction feedforward, or in the wind-up with both masses."""
     winds = _is_wound_up(before, after)
-    return before.controller == after.controller and (winds or before.feedforward.mass == after.feedforward.mass)
+    return before.controller == after.controller and (
+        winds or before.feedforward.mass == after.feedforward.mass
+    )
 
 
 def _is_wound_up(before: Variant, after: Variant) -> bool:
@@ -194,9 +233,20 @@ def _winds_up(variant: Variant) -> bool:
 
 def pair_in(simulation: SimulationResult) -> tuple[Variant, Variant] | None:
     """Return the pair of the variant with friction feedforward and the smallest error."""
-    fed = [variant for variant in simulation.experiment.variants if variant.feedforward.friction is not None]
-    completed = [variant for variant in fed if simulation.variants[variant.name].status is not Status.NOT_FINITE]
-    return pair_of(simulation.experiment, min(completed, key=lambda variant: _peak(simulation.variants[variant.name]), default=None))
+    fed = [
+        variant
+        for variant in simulation.experiment.variants
+        if variant.feedforward.friction is not None
+    ]
+    completed = [
+        variant
+        for variant in fed
+        if simulation.variants[variant.name].status is not Status.NOT_FINITE
+    ]
+    return pair_of(
+        simulation.experiment,
+        min(completed, key=lambda variant: _peak(simulation.variants[variant.name]), default=None),
+    )
 
 
 def variant_of(simulation: SimulationResult, name: str) -> Variant:
@@ -211,7 +261,10 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
         return None
     (before, after), first = pair, experiment.variants[0]
     # A gain of another law is no gain of feedforward.
-    laws = [{name: repr(value) for name, value in variant.controller.values.items() if name != "k_ff"} for variant in (first, before)]
+    laws = [
+        {name: repr(value) for name, value in variant.controller.values.items() if name != "k_ff"}
+        for variant in (first, before)
+    ]
     is_one = first.controller.name == before.controller.name and laws[0] == laws[1]
     chosen = pair if first in pair or not is_one else (first, *pair)
     results = [simulation.variants[variant.name] for variant in chosen]
@@ -228,9 +281,16 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
             "The simulated axis has exactly the friction of the feedforward. Treat this gain as an upper limit, and confirm it on the "
             "machine."
         )
-    velocity_fed, subject = after.controller.values.get("k_ff", 0.0) > 0.0, results[0].error_word.lower()
-    measure = "feedforward of both masses" if _is_wound_up(before, after) else "friction feedforward"
-    return Gain(steps, experiment.kind, caveat, _is_pair(before, after), velocity_fed, subject, measure)
+    velocity_fed, subject = (
+        after.controller.values.get("k_ff", 0.0) > 0.0,
+        results[0].error_word.lower(),
+    )
+    measure = (
+        "feedforward of both masses" if _is_wound_up(before, after) else "friction feedforward"
+    )
+    return Gain(
+        steps, experiment.kind, caveat, _is_pair(before, after), velocity_fed, subject, measure
+    )
 
 
 def _errors(variant: Variant, result: VariantResult) -> Errors:
@@ -250,13 +310,23 @@ def standing(result: SimulationResult) -> Standing | None:
     The present loop is the variant called ``base``, or else the first variant.
     """
     named = BASE in result.variants or BASE in result.refused
-    base = result.variants.get(BASE if named else next(iter(result.experiment.variants)).name) if result.variants else None
-    completed = [loop for loop in result.variants.values() if loop.status is not Status.NOT_FINITE and math.isfinite(_peak(loop))]
+    base = (
+        result.variants.get(BASE if named else next(iter(result.experiment.variants)).name)
+        if result.variants
+        else None
+    )
+    completed = [
+        loop
+        for loop in result.variants.values()
+        if loop.status is not Status.NOT_FINITE and math.isfinite(_peak(loop))
+    ]
     if base is None or not any(loop is base for loop in completed):
         return None
     references = {variant.name: variant.reference for variant in result.experiment.variants}
     eligible = [loop for loop in completed if loop is base or loop.name not in result.unstable]
-    best = min((loop for loop in eligible if references[loop.name] == references[base.name]), key=_peak)
+    best = min(
+        (loop for loop in eligible if references[loop.name] == references[base.name]), key=_peak
+    )
     return Standing(base, best, best is base or is_alike(best, base))
 
 
@@ -267,7 +337,9 @@ def closing_sentences(result: SimulationResult) -> list[str]:
     if rank is not None and rank.best is not rank.base:
         best = [f"The best variant is {rank.best.name}: {rank.instead}."]
     elif rank is not None and len(result.variants) > 1:
-        best = [f"No variant is better than {rank.base.name}: {length_text(_peak(rank.base), rank.base.kind)} peak to peak."]
+        best = [
+            f"No variant is better than {rank.base.name}: {length_text(_peak(rank.base), rank.base.kind)} peak to peak."
+        ]
     return [*gained[:-1], *best, *gained[-1:]]
 
 
@@ -279,7 +351,9 @@ def helped_text(claims: Sequence[Claim], kind: Kind, helps: str = "; it helps") 
 
 def names_text(names: Sequence[object], most: int = NAMES_MAX) -> str:
     """Return a short list of names, and the number of further names."""
-    return ", ".join(map(str, names[:most])) + (f" and {len(names) - most} more" if len(names) > most else "")
+    return ", ".join(map(str, names[:most])) + (
+        f" and {len(names) - most} more" if len(names) > most else ""
+    )
 
 
 def _peak(variant: VariantResult) -> float:
@@ -288,5 +362,8 @@ def _peak(variant: VariantResult) -> float:
 
 def is_alike(best: VariantResult, variant: VariantResult) -> bool:
     """Return whether the difference of two variants is negligible, or within the scatter of their runs."""
-    spreads = [float(loop.spread[loop.compared]["peak_to_peak"]) if loop.spread else 0.0 for loop in (best, variant)]
+    spreads = [
+        float(loop.spread[loop.compared]["peak_to_peak"]) if loop.spread else 0.0
+        for loop in (best, variant)
+    ]
     return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), sum(spreads))

@@ -56,15 +56,27 @@ def export_model_file(
     from bristle.files import read_axis
     from bristle.logs import read_log
 
-    target, file, beside = target_named(to), content_of(model, limit=TOML_LIMIT), model.parent / "axis.toml"
+    target, file, beside = (
+        target_named(to),
+        content_of(model, limit=TOML_LIMIT),
+        model.parent / "axis.toml",
+    )
     plant, exported, facts = _read(file, allow_code=allow_code)
     code = origins_of_code([exported.component]) if exported.component.family == "friction" else ()
-    described = read_axis(beside if axis is None else axis) if axis is not None or beside.is_file() else None
+    described = (
+        read_axis(beside if axis is None else axis)
+        if axis is not None or beside.is_file()
+        else None
+    )
     recorded = None if log is None else read_log(log, described)
-    source = provenance(command, model=file, log=recorded, code=code, target=origins_of_code([target]))
+    source = provenance(
+        command, model=file, log=recorded, code=code, target=origins_of_code([target])
+    )
     fastest = facts["treatment"].get("velocity_max", 0.0)
     if speed is not None:
-        fastest = amount(Variable("length/time", "largest speed", min=0.0), exclusive=True)(speed, "--speed", exported.kind)
+        fastest = amount(Variable("length/time", "largest speed", min=0.0), exclusive=True)(
+            speed, "--speed", exported.kind
+        )
     loop, remarks = _loop_beside(model.parent / "experiment.toml", exported, described)
     product = files_from_text(
         target,
@@ -97,7 +109,9 @@ def _read(file: Content, *, allow_code: bool) -> tuple[Model | None, Model, dict
     return plant, exported, facts
 
 
-def _loop_beside(file: Path, model: Model, axis: Axis | None) -> tuple[Variant | None, tuple[str, ...]]:
+def _loop_beside(
+    file: Path, model: Model, axis: Axis | None
+) -> tuple[Variant | None, tuple[str, ...]]:
     """Return the loop of the experiment file in the folder of a model file, and the reason if it is unreadable."""
     from bristle.files import read_experiment
 
@@ -107,4 +121,6 @@ def _loop_beside(file: Path, model: Model, axis: Axis | None) -> tuple[Variant |
         variants = read_experiment(file).variants
     except InputError as error:
         return None, (f"bristle did not simulate the loop of {file.name}: {error}",)
-    return next((variant for variant in variants if variant.feedforward.friction == model), None), ()
+    return next(
+        (variant for variant in variants if variant.feedforward.friction == model), None
+    ), ()

@@ -15,10 +15,32 @@ from bristle.prediction import fit_at_samples, largest_deviation, reversal_dista
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import COMPARE, Step, cards_of, gain_card, no_gain
 from bristle.report.compensation import about_loop, gain_of
-from bristle.report.judgement import WRITTEN_BY, comparison_with, feedforward_of, is_one_sided, misfit, next_measurements, ruling_of
-from bristle.report.log import break_away_table, log_facts, passage_table, scatter_facts, treatment_facts
+from bristle.report.judgement import (
+    WRITTEN_BY,
+    comparison_with,
+    feedforward_of,
+    is_one_sided,
+    misfit,
+    next_measurements,
+    ruling_of,
+)
+from bristle.report.log import (
+    break_away_table,
+    log_facts,
+    passage_table,
+    scatter_facts,
+    treatment_facts,
+)
 from bristle.report.loops import variant_table
-from bristle.report.messages import advice_of, assumptions_of, message, notes_of, second_pass_of, warnings_of, why_effective
+from bristle.report.messages import (
+    advice_of,
+    assumptions_of,
+    message,
+    notes_of,
+    second_pass_of,
+    warnings_of,
+    why_effective,
+)
 from bristle.report.model_tables import (
     as_csv,
     certificate_table,
@@ -32,7 +54,13 @@ from bristle.report.page import Block, Figures, Front, Section, about, report_pa
 from bristle.report.simulation import focus_of
 from bristle.report.sweep import sweep_table
 from bristle.report.table import Table, capital, fixed, percent_text
-from bristle.report.two_masses import SIMULATE_BOTH, elastic_cards, models_of, title_of, two_masses_table
+from bristle.report.two_masses import (
+    SIMULATE_BOTH,
+    elastic_cards,
+    models_of,
+    title_of,
+    two_masses_table,
+)
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Kind
@@ -75,12 +103,22 @@ def identification_report(
         # The report leaves out the gain of a loop that the log contradicts.
         recorded = simulation.experiment.variants[:1]
         results = {variant.name: simulation.variants[variant.name] for variant in recorded}
-        simulation = replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
-    log_name = log.source.name.strip("<>") + (f" and {len(identification.further_logs)} more" if identification.further_logs else "")
+        simulation = replace(
+            simulation,
+            experiment=replace(simulation.experiment, variants=recorded),
+            variants=results,
+        )
+    log_name = log.source.name.strip("<>") + (
+        f" and {len(identification.further_logs)} more" if identification.further_logs else ""
+    )
     ruling = ruling_of(identification, following)
     usable = ruling.level != "measure_again"
     shows_gain = usable and gain is not None and len(gain.steps) > 1 and not contradicted
-    distance = 0.0 if fit.plant.values.get("k") else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    distance = (
+        0.0
+        if fit.plant.values.get("k")
+        else reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
+    )
     masses, elastic = identification.two_masses, identification.response is not None
     sides = masses.sides if masses is not None and masses.load is not None else {}
     facts: Facts = {
@@ -96,44 +134,86 @@ def identification_report(
         "following": following,
         "prediction": prediction,
         "focus": None if simulation is None else focus_of(simulation),
-        "gain_pair": tuple(step.name for step in gain.steps[-2:]) if gain is not None and shows_gain else None,
-        "at_samples": fit_at_samples(fit, log, axis, identification.treatment) if distance else None,
+        "gain_pair": tuple(step.name for step in gain.steps[-2:])
+        if gain is not None and shows_gain
+        else None,
+        "at_samples": fit_at_samples(fit, log, axis, identification.treatment)
+        if distance
+        else None,
         "distance": distance,
         "both_sides": identification if sides else None,
         "elastic": identification if elastic and not sides else None,
         "curves": [steady_curve(side.best) for side in sides.values()],
     }
     loop = _loop(simulation, gain, following, kind, contradicted=contradicted)
-    sections = _sections(identification, loop, prediction, table, axis, certificates, following, usable=usable)
-    title = "Friction is not identified" if is_one_sided(fit) else f"Model error {percent_text(fit.error_percent)}"
+    sections = _sections(
+        identification, loop, prediction, table, axis, certificates, following, usable=usable
+    )
+    title = (
+        "Friction is not identified"
+        if is_one_sided(fit)
+        else f"Model error {percent_text(fit.error_percent)}"
+    )
     again = advice_to_record(fit)
-    step = Step(again) if again else Step.of(ENTER if ruling.level == "usable" else next_steps(fit, usable=usable)[0])
+    step = (
+        Step(again)
+        if again
+        else Step.of(ENTER if ruling.level == "usable" else next_steps(fit, usable=usable)[0])
+    )
     front = Front(
         f"{axis_name}: identified friction",
         about(f"log {log_name}, {fixed(log.duration, 's')}", f"model {models_of(identification)}"),
         ruling if sides else ruling._replace(reasons=_merged(ruling.reasons)),
         title=gain.headline if gain is not None and shows_gain else title,
         basis=f"(simulated on {log_name})" if shows_gain else f"({log_name})",
-        cards=[*cards_of(fit, axis, usable=usable), *([] if shows_gain else [no_gain(simulation, following, axis, usable=usable)])],
+        cards=[
+            *cards_of(fit, axis, usable=usable),
+            *([] if shows_gain else [no_gain(simulation, following, axis, usable=usable)]),
+        ],
         next=step.in_full(options["command"]),
         csv=as_csv(table, kind) + "\n" if table and usable else "",
         feedforward=feedforward_of(identification),
     )
     if sides or elastic:
-        front = _of_two_masses(front, identification, axis, gain if shows_gain else None, usable=usable, again=bool(again))
+        front = _of_two_masses(
+            front,
+            identification,
+            axis,
+            gain if shows_gain else None,
+            usable=usable,
+            again=bool(again),
+        )
     # The movable parameters are those of one mass.
-    return report_page("identification", facts, front, sections, living=None if sides else living, **options)
+    return report_page(
+        "identification", facts, front, sections, living=None if sides else living, **options
+    )
 
 
 def _loop(
-    simulation: SimulationResult | None, gain: Gain | None, following: Following | None, kind: Kind, *, contradicted: bool
+    simulation: SimulationResult | None,
+    gain: Gain | None,
+    following: Following | None,
+    kind: Kind,
+    *,
+    contradicted: bool,
 ) -> Section:
     """Return the section on the following error: of the log alone, or of the simulated loop beside it."""
     if simulation is None:
-        return Section("following", "Following error in the log", about_loop(None, following, kind), "Loop")
-    heading = "as recorded, measured and simulated" if contradicted else "without and with compensation, simulated"
+        return Section(
+            "following", "Following error in the log", about_loop(None, following, kind), "Loop"
+        )
+    heading = (
+        "as recorded, measured and simulated"
+        if contradicted
+        else "without and with compensation, simulated"
+    )
     variants = variant_table(simulation, following.measured if following else None)
-    return Section("following", f"Following error {heading}", [variants, *about_loop(gain, following, kind)], "Loop")
+    return Section(
+        "following",
+        f"Following error {heading}",
+        [variants, *about_loop(gain, following, kind)],
+        "Loop",
+    )
 
 
 def _sections(
@@ -149,20 +229,53 @@ def _sections(
 ) -> list[Section]:
     """Return the sections below the first screen."""
     fit = identification.best
-    notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
+    notes = (
+        []
+        if prediction is None
+        else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
+    )
     thresholds = "`summary.json` lists all thresholds of these checks under `settings`."
-    assumptions = [Block("items", [*assumptions_of(fit), *notes]), changed_settings(identification.settings), thresholds]
+    assumptions = [
+        Block("items", [*assumptions_of(fit), *notes]),
+        changed_settings(identification.settings),
+        thresholds,
+    ]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     return [
-        Section("values", "Values to enter", [values_to_enter(fit, axis) if usable else None], "Drive table"),
-        Section("drive", "Table for the drive", _for_the_drive(fit, table, axis) if table and usable else [], "Drive table"),
-        Section("parameters", "Parameters", _parameters(identification, axis), "Drive table" if usable else ""),
+        Section(
+            "values",
+            "Values to enter",
+            [values_to_enter(fit, axis) if usable else None],
+            "Drive table",
+        ),
+        Section(
+            "drive",
+            "Table for the drive",
+            _for_the_drive(fit, table, axis) if table and usable else [],
+            "Drive table",
+        ),
+        Section(
+            "parameters",
+            "Parameters",
+            _parameters(identification, axis),
+            "Drive table" if usable else "",
+        ),
         Section("doubts", "Limits of this log", _doubts(fit, following), "Limits"),
         loop,
-        Section("fit", "Fit of the model", [*by_position, quality, Figures("fit"), _correlations(fit)], "Fit"),
-        Section("models", "Models compared", [comparison_table(identification)] if identification.fits[1:] else [], "Models"),
+        Section(
+            "fit",
+            "Fit of the model",
+            [*by_position, quality, Figures("fit"), _correlations(fit)],
+            "Fit",
+        ),
+        Section(
+            "models",
+            "Models compared",
+            [comparison_table(identification)] if identification.fits[1:] else [],
+            "Models",
+        ),
         Section("certificates", "Certificates", certified, "Models"),
         Section("assumptions", "Assumptions", assumptions, "Limits"),
         Section("log", "The log", _read(identification), "Log"),
@@ -175,23 +288,45 @@ def _doubts(fit: Fit, following: Following | None) -> list[object]:
     if following is not None and following.contradiction:
         warned.append(message(following.contradiction))
     doubts: list[object] = [why_only_similar(fit)]
-    doubts.append(Block("items", warned, ("warnings",)) if warned else "This log determines every parameter.")
+    doubts.append(
+        Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."
+    )
     measurements = next_measurements(fit)
     if measurements:
-        motions = [Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion)) for names, motion in measurements]
+        motions = [
+            Markup("<strong>{}</strong>: {}").format(worded(names), worded(motion))
+            for names, motion in measurements
+        ]
         doubts += ["Measure next:", Block("items", motions)]
     return doubts
 
 
 def _of_two_masses(
-    front: Front, identification: Identification, axis: Axis | None, gain: Gain | None, *, usable: bool, again: bool
+    front: Front,
+    identification: Identification,
+    axis: Axis | None,
+    gain: Gain | None,
+    *,
+    usable: bool,
+    again: bool,
 ) -> Front:
     """Return the first screen of one mass as that of two masses."""
     masses = identification.two_masses
     if usable:
-        front = front._replace(cards=[*elastic_cards(identification, axis), front.cards[-1] if gain is None else gain_card(gain)])
-    step = SIMULATE_BOTH if usable and not again and masses is not None and masses.is_elastic else front.next
-    return front._replace(title=title_of(identification), basis=front.basis.replace("simulated on ", ""), next=step)
+        front = front._replace(
+            cards=[
+                *elastic_cards(identification, axis),
+                front.cards[-1] if gain is None else gain_card(gain),
+            ]
+        )
+    step = (
+        SIMULATE_BOTH
+        if usable and not again and masses is not None and masses.is_elastic
+        else front.next
+    )
+    return front._replace(
+        title=title_of(identification), basis=front.basis.replace("simulated on ", ""), next=step
+    )
 
 
 def _read(identification: Identification) -> list[object]:
@@ -202,7 +337,11 @@ def _read(identification: Identification) -> list[object]:
         passage_table([segment.as_data() for segment in identification.passages], kind),
         break_away_table(identification),
         Figures("log"),
-        Block("facts", log_facts(log, identification.further_logs) + treated, ("The log and its treatment",)),
+        Block(
+            "facts",
+            log_facts(log, identification.further_logs) + treated,
+            ("The log and its treatment",),
+        ),
         Block("items", identification.notes),
     ]
 
@@ -210,12 +349,20 @@ def _read(identification: Identification) -> list[object]:
 def _merged(reasons: Sequence[str]) -> tuple[str, ...]:
     """Return reasons without those about the same parameters as an earlier reason."""
     names = [reason.partition(": ")[2] for reason in reasons]
-    return tuple(reason for place, reason in enumerate(reasons) if not names[place] or names[place] not in names[:place])
+    return tuple(
+        reason
+        for place, reason in enumerate(reasons)
+        if not names[place] or names[place] not in names[:place]
+    )
 
 
 def why_only_similar(fit: Fit) -> str:
     """Return why the values hold only for similar motions; empty if they hold in general."""
-    return f"These are effective values, valid only for similar motions, because {why_effective(fit)}." if fit.effective else ""
+    return (
+        f"These are effective values, valid only for similar motions, because {why_effective(fit)}."
+        if fit.effective
+        else ""
+    )
 
 
 def _parameters(identification: Identification, axis: Axis | None) -> list[object]:
@@ -226,32 +373,59 @@ def _parameters(identification: Identification, axis: Axis | None) -> list[objec
 
 def _correlations(fit: Fit) -> Table:
     """Return the pairs of parameters with the strongest correlation, strongest first."""
-    pairs = [(float(fit.correlation[i][j]), i, j) for i, j in combinations(range(len(fit.correlation_names)), 2)]
+    pairs = [
+        (float(fit.correlation[i][j]), i, j)
+        for i, j in combinations(range(len(fit.correlation_names)), 2)
+    ]
     # A correlation that rounds to zero or is undefined is left out.
-    strongest = sorted((pair for pair in pairs if abs(pair[0]) >= 0.005), key=lambda pair: -abs(pair[0]))[:PAIRS_SHOWN]
-    rows = [(fit.correlation_names[i], fit.correlation_names[j], f"{value:+.2f}".replace("-", "−")) for value, i, j in strongest]
-    caption = "Correlation of the estimates, strongest first. Near ± 1 the two parameters are confounded"
+    strongest = sorted(
+        (pair for pair in pairs if abs(pair[0]) >= 0.005), key=lambda pair: -abs(pair[0])
+    )[:PAIRS_SHOWN]
+    rows = [
+        (fit.correlation_names[i], fit.correlation_names[j], f"{value:+.2f}".replace("-", "−"))
+        for value, i, j in strongest
+    ]
+    caption = (
+        "Correlation of the estimates, strongest first. Near ± 1 the two parameters are confounded"
+    )
     return Table(caption, ("Parameter", "With", "Correlation"), rows)
 
 
-def _for_the_drive(fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | None) -> list[object]:
+def _for_the_drive(
+    fit: Fit, table: Sequence[tuple[float, float]], axis: Axis | None
+) -> list[object]:
     """Return the table for the drive, with the largest deviation of its straight lines."""
     kind, deviation, lines = fit.plant.kind, largest_deviation(fit, table), "follow the model"
     # Beyond rounding.
     if deviation > 1e-6 * max(abs(effort) for _, effort in table):
         lines = f"deviate from the model by {with_unit(deviation, unit_of('force', kind))} at most"
     lead = Markup('<p class="lead">{}</p>').format(DRIVE_TABLE.format(lines))
-    return [lead, Block("table_beside", drive_rows(table, kind, axis), ("The same table in SI units, to be copied:", as_csv(table, kind)))]
+    return [
+        lead,
+        Block(
+            "table_beside",
+            drive_rows(table, kind, axis),
+            ("The same table in SI units, to be copied:", as_csv(table, kind)),
+        ),
+    ]
 
 
 def next_steps(fit: Fit, *, usable: bool) -> list[str]:
     """Return the next steps: how to record again, models with a missing force, motions for open parameters."""
     lines = advice_of(doubt.code for doubt in fit.diagnostics if doubt.severity == "error")
-    models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
-    lines += [f"try a model with the missing force: `{comparison_with(fit, models)}`"] if models else []
+    models = [
+        str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")
+    ]
+    lines += (
+        [f"try a model with the missing force: `{comparison_with(fit, models)}`"] if models else []
+    )
     by_motion: dict[str, list[str]] = {}
     for names, motion in next_measurements(fit):
         sentence, _, command = motion.partition(WRITTEN_BY)
-        by_motion.setdefault(f"generate a motion with {command}" if command else sentence, []).append(names)
+        by_motion.setdefault(
+            f"generate a motion with {command}" if command else sentence, []
+        ).append(names)
     lines += [f"for {', '.join(names)}: {motion}" for motion, names in by_motion.items()]
-    return lines or [ENTER if usable else "record the axis again, in both directions and at several speeds"]
+    return lines or [
+        ENTER if usable else "record the axis again, in both directions and at several speeds"
+    ]

@@ -80,7 +80,9 @@ class Identified(Identification, ModelInHand, Result):
         from bristle.simulation.certificates import check
 
         read = {"log": (self.log, *self.further_logs), "code": self.code} | dict(files or {})
-        source = provenance(command or self.call, **read) | ({"unfinished": self.unfinished} if self.unfinished else {})
+        source = provenance(command or self.call, **read) | (
+            {"unfinished": self.unfinished} if self.unfinished else {}
+        )
         table, looped = drive_table(self.best, ENTRIES), self._looped[0]
         simulation, prediction, following = loop or self._in_the_loop(looped, progress)
         certificates, uncertified = {}, ""
@@ -97,7 +99,12 @@ class Identified(Identification, ModelInHand, Result):
             uncertified,
             source,
             command or self.call,
-            axis_name or (self.axis.name if self.axis is not None else Path(self.log.source.name.strip("<>")).stem),
+            axis_name
+            or (
+                self.axis.name
+                if self.axis is not None
+                else Path(self.log.source.name.strip("<>")).stem
+            ),
             f"Unfinished; {self.unfinished}." if self.unfinished else banner,
             following,
             tuple(figures),
@@ -120,7 +127,11 @@ class Identified(Identification, ModelInHand, Result):
         if self.best.position_rmse is None:  # fitted to the position: there was no loop
             looped = loop_of(self.plant, self.model, self.log, self.axis or Axis(), self.treatment)
         # After an interruption, the results are due at once: simulations of the loop take seconds.
-        return (looped, usual) if looped is None or self.unfinished else compensated_loop(looped, self.axis, draws, usual)
+        return (
+            (looped, usual)
+            if looped is None or self.unfinished
+            else compensated_loop(looped, self.axis, draws, usual)
+        )
 
     def _in_the_loop(self, experiment: Experiment | None, progress: Progress | None) -> Loop:
         """Return the loop with and without compensation, the predicted log, and the following error; None without a loop."""
@@ -134,7 +145,11 @@ class Identified(Identification, ModelInHand, Result):
         if experiment is None or self.unfinished:
             return None, None, following_of(self.log)
         simulation = simulate(experiment, progress)
-        return simulation, predict(*of_axis, "closed-loop", lag=self.best.lag), following_of(self.log, simulation, self.settings)
+        return (
+            simulation,
+            predict(*of_axis, "closed-loop", lag=self.best.lag),
+            following_of(self.log, simulation, self.settings),
+        )
 
     def _summary(self) -> dict[str, Any]:
         return self.outcome.summary
@@ -148,15 +163,21 @@ class Identified(Identification, ModelInHand, Result):
 
     def _recorded(self, log: Any) -> tuple[list[Log], list[Axis | None], Mapping[str, float]]:
         if log is not None:
-            raise InputError("is known, because this result is not from a folder", path="log", mend="Omit log")
+            raise InputError(
+                "is known, because this result is not from a folder", path="log", mend="Omit log"
+            )
         return [self.log, *self.further_logs], list(self.axes), self.settings.as_data()
 
     def _words(self) -> tuple[str, list[str]]:
         from bristle.report.two_masses import two_masses_lines
 
-        logs = ", ".join(log.origin.name for log in (self.log, *self.further_logs) if log.origin.name)
+        logs = ", ".join(
+            log.origin.name for log in (self.log, *self.further_logs) if log.origin.name
+        )
         behind = [f"{fit.name} ({fit.error_percent:.3g} %)" for fit in self.fits[1:]]
-        remarks = [f"next in rank: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(self.unfinished)
+        remarks = [f"next in rank: {', '.join(behind)}"] * bool(behind) + [self.unfinished] * bool(
+            self.unfinished
+        )
         return logs, [*remarks, *(line.text for line in two_masses_lines(self)[:5])]
 
 
@@ -200,25 +221,39 @@ class Outcome:
         from bristle.report.apps import part
         from bristle.report.identification import identification_report
 
-        living = part("living")(self.identification, self.identification.axis, self.simulation, self.following)
+        living = part("living")(
+            self.identification, self.identification.axis, self.simulation, self.following
+        )
         words = {"command": self.command, "axis_name": self.axis_name, "banner": self.banner}
-        return identification_report(self.identification, figures=self.figures, living=living, **words, **self._facts())
+        return identification_report(
+            self.identification, figures=self.figures, living=living, **words, **self._facts()
+        )
 
     def following_experiment(self, folder: Path) -> NextExperiment:
         """Return the experiment file for the folder of the model: the next step."""
         from bristle.files import NextExperiment
 
-        log, axis = self.identification.log, self.identification.axis or Axis(kind=self.identification.log.kind)
-        loop, has_file = None if self.looped is None else self.looped.variants[0], bool(self._axis_texts)
+        log, axis = (
+            self.identification.log,
+            self.identification.axis or Axis(kind=self.identification.log.kind),
+        )
+        loop, has_file = (
+            None if self.looped is None else self.looped.variants[0],
+            bool(self._axis_texts),
+        )
         plant = self.identification.plant
         rule, loop = self.identification.compensation.rule, loop if has_file else None
-        return NextExperiment.beside_model(plant, axis, log, folder, has_axis_file=has_file, loop=loop, rule=rule)
+        return NextExperiment.beside_model(
+            plant, axis, log, folder, has_axis_file=has_file, loop=loop, rule=rule
+        )
 
     @cached_property
     def _axis_texts(self) -> tuple[bytes, ...]:
         """The axis files as used, without duplicates, in the order of the logs."""
         logs = (self.identification.log, *self.identification.further_logs)
-        texts = [axis_text(axis, log) for axis, log in zip(self.identification.axes, logs, strict=True)]
+        texts = [
+            axis_text(axis, log) for axis, log in zip(self.identification.axes, logs, strict=True)
+        ]
         return tuple(dict.fromkeys(text for text in texts if text is not None))
 
     def write(self, folder: Results, **further: Any) -> None:
@@ -235,11 +270,18 @@ class Outcome:
             folder.write(code.source.name, code.data)
         notes = {estimate.name: note_of(estimate) for estimate in best.estimates}
         # Notes for parameters that come only from a log without sliding.
-        sticking = next((diagnostic for diagnostic in best.diagnostics if diagnostic.code == "never_slides"), None)
+        sticking = next(
+            (diagnostic for diagnostic in best.diagnostics if diagnostic.code == "never_slides"),
+            None,
+        )
         names = sticking.numbers.get("names", ()) if sticking is not None else ()
         explained = {estimate.name for estimate in best.estimates if estimate.reason is not None}
         if isinstance(names, tuple):
-            notes |= {str(name): SENTENCES["never_slides"].means for name in names if name not in explained}
+            notes |= {
+                str(name): SENTENCES["never_slides"].means
+                for name in names
+                if name not in explained
+            }
         write_model(
             folder / "model.toml",
             best.plant,
@@ -260,7 +302,9 @@ class Outcome:
         if following.loop:
             folder.write(LOOP, following.loop.text)
         if self.table:
-            folder.write("friction_curve.csv", as_csv(steady_curve(best), best.friction.kind) + "\n")
+            folder.write(
+                "friction_curve.csv", as_csv(steady_curve(best), best.friction.kind) + "\n"
+            )
         if best.resampling is not None:
             write_arrays(folder, "draws", best.resampling.bands.draws)
         write_arrays(folder, "traces", vars(best.traces))
@@ -278,14 +322,23 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
         pairs = logs_and_axes(log, options.pop("axis", None))
         logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
         result = fitted(logs, model, axis=axes, **options)  # type: ignore[call-arg]
-        used_logs = {id(log.time) for log in (result.log, *result.further_logs)}  # logs that are too short are left out
+        used_logs = {
+            id(log.time) for log in (result.log, *result.further_logs)
+        }  # logs that are too short are left out
         if len(used_logs) < len(pairs):
             pairs = [pair for pair in pairs if id(pair[0].time) in used_logs]
             axes = [axis for _, axis in pairs]
-        words = {name: options[name] for name in parameters.parameters if name in options and name not in ("progress", "answer")}
+        words = {
+            name: options[name]
+            for name in parameters.parameters
+            if name in options and name not in ("progress", "answer")
+        }
         call = _call(logs, model, axes, words, parameters)
         if result.second_pass is not None and result.second_pass.taken:
-            named = [axis or Axis(Path(log.source.name.strip("<>")).stem, log.kind) for log, axis in pairs]
+            named = [
+                axis or Axis(Path(log.source.name.strip("<>")).stem, log.kind)
+                for log, axis in pairs
+            ]
             axes = [axis_with(axis, result.second_pass.lines) for axis in named]
         return Identified(
             **{name: getattr(result, name) for name in Identification.__dataclass_fields__},
@@ -294,7 +347,10 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
             call=call,
         )
 
-    identify.__module__, identify.__qualname__ = __name__, "identify"  # so that a process may be sent it by name
+    identify.__module__, identify.__qualname__ = (
+        __name__,
+        "identify",
+    )  # so that a process may be sent it by name
     identify.__signature__ = parameters.replace(return_annotation="Identified")  # type: ignore[attr-defined]
     return identify
 
@@ -302,12 +358,22 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
 identify = _in_hand(models_fitted)
 
 
-def _call(logs: Sequence[Log], model: Any, axes: Sequence[Axis | None], options: Mapping[str, Any], parameters: Signature) -> str:
+def _call(
+    logs: Sequence[Log],
+    model: Any,
+    axes: Sequence[Axis | None],
+    options: Mapping[str, Any],
+    parameters: Signature,
+) -> str:
     """Return the call that repeats an identification with the same log and axis."""
     names = [log.origin.name or log.source.name.strip("<>") or "log" for log in logs]
     words = [repr(names[0]) if len(names) == 1 else repr(names), repr(_model_name(model))]
     words += ["axis=axis"] if any(axes) else []
-    words += [f"{name}={value!r}" for name, value in options.items() if value != parameters.parameters[name].default]
+    words += [
+        f"{name}={value!r}"
+        for name, value in options.items()
+        if value != parameters.parameters[name].default
+    ]
     return f"bristle.identify({', '.join(words)})"
 
 

@@ -16,7 +16,11 @@ if TYPE_CHECKING:
     from bristle.identification import Fit, Identification, Settings
     from bristle.prediction import Compensation, Following
 
-LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}  # the words of each level
+LEVELS = {
+    "usable": "Usable",
+    "with_care": "Use with care",
+    "measure_again": "Measure again",
+}  # the words of each level
 # Codes that concern a log or its model, not a single parameter; most severe first.
 DOUBTS = (
     "unfinished",
@@ -67,7 +71,10 @@ LACKING = {
 
 # The required motion, and the purposes of `bristle excite --for` that generate it.
 ADVICE = {
-    "sliding": ("Move in both directions, with at least ten reversals. Add a constant-velocity segment after each reversal.", "stribeck"),
+    "sliding": (
+        "Move in both directions, with at least ten reversals. Add a constant-velocity segment after each reversal.",
+        "stribeck",
+    ),
     "speed": (
         "Move at several constant speeds, from a tenth of the working speed up to the working speed, in both directions.",
         "stribeck",
@@ -86,8 +93,14 @@ ADVICE = {
         "Move at several amplitudes, up to the working stroke and through any resonance, until the stiffness visibly falls or rises.",
         "",
     ),
-    "place": ("Move slowly through the whole range in both directions, so that the force of the load changes and turns round.", ""),
-    "acceleration": ("Accelerate harder, or weigh the moving mass and give it in the axis file.", "stribeck"),
+    "place": (
+        "Move slowly through the whole range in both directions, so that the force of the load changes and turns round.",
+        "",
+    ),
+    "acceleration": (
+        "Accelerate harder, or weigh the moving mass and give it in the axis file.",
+        "stribeck",
+    ),
 }
 
 
@@ -97,13 +110,17 @@ def misfit(fit: Fit) -> list[str]:
     if fit.position_rmse is not None:
         quality = f"model error {length_text(fit.position_rmse, kind)} of the position"
     elif fit.loop_rmse is not None:
-        quality = f"model error {fixed(fit.loop_rmse, unit_of('force', kind))} of the effort in the loop"
+        quality = (
+            f"model error {fixed(fit.loop_rmse, unit_of('force', kind))} of the effort in the loop"
+        )
     else:
         quality = f"model error {percent_text(fit.force_error_percent)} of the effort, "
         quality += f"{percent_text(fit.friction_alone_error_percent)} of the friction"
     held_out = "no held-out stretches"
     if fit.held_out is not None:
-        held_out = f"held-out error {percent_text(fit.held_out.mean_percent)}, over {fit.held_out.of}"
+        held_out = (
+            f"held-out error {percent_text(fit.held_out.mean_percent)}, over {fit.held_out.of}"
+        )
         # Smallest ratio of held-out to fitted error for a remark.
         if fit.held_out.mean_percent > 1.25 * fit.error_percent:
             held_out += ". This is clearly larger than the model error: the model has too many parameters for this log, or friction changed"
@@ -129,7 +146,11 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     doubts = []
     for doubt in (doubted[code] for code in DOUBTS if code in doubted):
         causes = doubt.numbers.get("causes")
-        named = [LACKING.get(str(cause), f"friction over {cause}") for cause in causes] if isinstance(causes, tuple) else []
+        named = (
+            [LACKING.get(str(cause), f"friction over {cause}") for cause in causes]
+            if isinstance(causes, tuple)
+            else []
+        )
         doubts.append(f"{SENTENCES[doubt.code].means}{': ' * bool(named)}{', '.join(named)}")
     matter = [estimate.name for estimate in unknown if estimate.matters]
     little = [estimate.name for estimate in unknown if not estimate.matters]
@@ -140,13 +161,19 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     if following is not None and following.contradiction is not None:
         doubts.append(SENTENCES[following.contradiction.code].means)
     level = "measure_again" if grave else "with_care" if doubts else "usable"
-    remarks = [f"not identified, but with little effect on the force: {', '.join(little)}"] if little else []
+    remarks = (
+        [f"not identified, but with little effect on the force: {', '.join(little)}"]
+        if little
+        else []
+    )
     return Ruling(level, LEVELS[level], tuple(dict.fromkeys((*grave, *doubts, *remarks))))
 
 
 def feedforward_of(identification: Identification) -> str:
     """Return whether a feedforward of the best model is safe to try; of a plant with two masses, it is that of one mass."""
-    of_one = getattr(identification, "two_masses", None) is not None  # saved results contain one mass only
+    of_one = (
+        getattr(identification, "two_masses", None) is not None
+    )  # saved results contain one mass only
     return "of one mass: " * of_one + _feedforward_text(identification)
 
 
@@ -157,9 +184,15 @@ def _feedforward_text(identification: Identification) -> str:
         return "not judged, because the model was fitted to the position"
     compensation = compensation_in(identification)
     if gain := first_gain(fit, compensation):
-        helped = helped_text(compensation.claims, fit.friction.kind, "; beside acceleration feedforward it helps")
+        helped = helped_text(
+            compensation.claims, fit.friction.kind, "; beside acceleration feedforward it helps"
+        )
         return f"safe to try at gain {gain:g}{helped}"
-    faults = [doubt.code for doubt in fit.diagnostics if doubt.severity == "error" or doubt.code == "one_direction"]
+    faults = [
+        doubt.code
+        for doubt in fit.diagnostics
+        if doubt.severity == "error" or doubt.code == "one_direction"
+    ]
     error = f"the model error is {fit.friction_alone_error_percent:.3g} % of the friction"
     return f"do not try it: {SENTENCES[faults[0]].means if faults else error}"
 
@@ -167,7 +200,11 @@ def _feedforward_text(identification: Identification) -> str:
 def compensation_in(identification: Identification) -> Compensation:
     """Return how the best model is fed forward in the loop of its log; of the fits alone, without a simulation of the loop."""
     simulated = getattr(identification, "compensation", None)
-    return simulated or compensation_of(identification.best.friction, getattr(identification, "axis", None), identification.treatment)
+    return simulated or compensation_of(
+        identification.best.friction,
+        getattr(identification, "axis", None),
+        identification.treatment,
+    )
 
 
 def is_one_sided(fit: Fit) -> bool:
@@ -182,7 +219,11 @@ def ruling_of(identification: Identification, following: Following | None = None
     if masses is None or masses.load is None:
         return judged(identification.best, identification.settings, following)
     rulings = {name: judged(side.best, side.settings) for name, side in masses.sides.items()}
-    reasons = [f"friction of the {name}: {reason}" for name, ruling in rulings.items() for reason in ruling.reasons]
+    reasons = [
+        f"friction of the {name}: {reason}"
+        for name, ruling in rulings.items()
+        for reason in ruling.reasons
+    ]
     levels = [ruling.level for ruling in rulings.values()]
     if following is not None and following.contradiction is not None:
         reasons.append(SENTENCES[following.contradiction.code].means)
@@ -207,17 +248,29 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
     variables = fit.plant.component.variables | fit.friction.component.variables
     open_: dict[str, list[str]] = {}
     for estimate in fit.estimates:
-        has_motion = estimate.reason is not None and estimate.reason.code in ("small_effect", "coarse_position")
-        if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables and not has_motion:
+        has_motion = estimate.reason is not None and estimate.reason.code in (
+            "small_effect",
+            "coarse_position",
+        )
+        if (
+            estimate.status in ("unidentifiable", "at_edge")
+            and estimate.name in variables
+            and not has_motion
+        ):
             open_.setdefault(variables[estimate.name].excitation, []).append(estimate.name)
     motions = {
-        needed: text + (f"{WRITTEN_BY}`bristle excite AXIS.toml --for {purposes}`" if purposes else "")
+        needed: text
+        + (f"{WRITTEN_BY}`bristle excite AXIS.toml --for {purposes}`" if purposes else "")
         for needed, (text, purposes) in ADVICE.items()
     }
-    return [(", ".join(names), motions[needed]) for needed, names in open_.items() if needed in motions]
+    return [
+        (", ".join(names), motions[needed]) for needed, names in open_.items() if needed in motions
+    ]
 
 
 def comparison_with(fit: Fit, models: list[str]) -> str:
     """Return the option that compares a model with others: after it, bristle proposes none of them again."""
-    own = [] if origins_of_code([fit.friction.component]) else [fit.name]  # the name of a user's model names no file
+    own = (
+        [] if origins_of_code([fit.friction.component]) else [fit.name]
+    )  # the name of a user's model names no file
     return f"--model {','.join(dict.fromkeys([*own, *models]))}"

@@ -20,4 +20,7 @@ class Living(NamedTuple):
 
 def uncertainty_of(fit: Fit) -> dict[str, Mapping[str, Any]]:
     """Return the status of each parameter, with its 95 % interval if it has an interval."""
-    return {name: {"status": estimate.status, "interval": estimate.ends} for name, estimate in fit.parameters.items()}
+    return {
+        name: {"status": estimate.status, "interval": estimate.ends}
+        for name, estimate in fit.parameters.items()
+    }

@@ -63,17 +63,26 @@ class Inspected(Inspection):
         write_report(folder, page, self.summary)
 
 
-def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Inspected:
+def inspect_log(
+    log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT
+) -> Inspected:
     """Return the contents of a log; without an axis also a proposed axis file."""
     inspected = Inspected.of(log, axis, size_limit=size_limit)
     data, proposal = inspected.summary, inspected.proposal
     diagnostics = [Diagnostic(**entry, kind=data["kind"]) for entry in data["diagnostics"]]
-    if proposal is not None and {"columns.position.unit", "columns.velocity.unit"} & set(proposal.missing):
+    if proposal is not None and {"columns.position.unit", "columns.velocity.unit"} & set(
+        proposal.missing
+    ):
         # Without a unit the size is unknown.
         diagnostics = [
-            diagnostic for diagnostic in diagnostics if not (diagnostic.code == "unit_suspect" and "speed" in diagnostic.numbers)
+            diagnostic
+            for diagnostic in diagnostics
+            if not (diagnostic.code == "unit_suspect" and "speed" in diagnostic.numbers)
         ]
-    summary = data | {"diagnostics": as_data(diagnostics), "proposal": {"text": None, "missing": []}}
+    summary = data | {
+        "diagnostics": as_data(diagnostics),
+        "proposal": {"text": None, "missing": []},
+    }
     if proposal is not None:
         summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
         if proposal.roles:
@@ -82,14 +91,40 @@ def inspect_log(log: Readable, axis: Axis | None = None, *, size_limit: int = SI
     return replace(inspected, summary=summary)
 
 
-def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics: Sequence[Mapping[str, Any]] = (), **options: Any) -> str:
+def log_report(
+    log: Log,
+    segments: Sequence[Passage],
+    *,
+    name: str,
+    diagnostics: Sequence[Mapping[str, Any]] = (),
+    **options: Any,
+) -> str:
     """Return the report of a log as an HTML page; options as of `report_page`."""
     ruling = log_ruling(log, diagnostics)
-    remarks = [Block("items", lines) for lines in (ruling.reasons, _advice(diagnostics), [entry["message"] for entry in diagnostics])]
+    remarks = [
+        Block("items", lines)
+        for lines in (
+            ruling.reasons,
+            _advice(diagnostics),
+            [entry["message"] for entry in diagnostics],
+        )
+    ]
     sections = [
-        Section("summary", "Summary", remarks if diagnostics or ruling.reasons else ["bristle found no problem in this log."]),
-        Section("passages", "Contents", [passage_table([segment.as_data() for segment in segments], log.kind)]),
-        Section("log", "The log", [Block("facts", log_facts(log), ("Recorded channels",)), Block("items", log.notes)]),
+        Section(
+            "summary",
+            "Summary",
+            remarks if diagnostics or ruling.reasons else ["bristle found no problem in this log."],
+        ),
+        Section(
+            "passages",
+            "Contents",
+            [passage_table([segment.as_data() for segment in segments], log.kind)],
+        ),
+        Section(
+            "log",
+            "The log",
+            [Block("facts", log_facts(log), ("Recorded channels",)), Block("items", log.notes)],
+        ),
     ]
     facts = {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")}
     return report_page("log", facts, _front(log, ruling, segments, name), sections, **options)
@@ -98,7 +133,11 @@ def log_report(log: Log, segments: Sequence[Passage], *, name: str, diagnostics:
 def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
     """Return the verdict on a log, with its reasons."""
     grave, doubts = (
-        [SENTENCES[diagnostic["code"]].means for diagnostic in diagnostics if diagnostic["severity"] == severity]
+        [
+            SENTENCES[diagnostic["code"]].means
+            for diagnostic in diagnostics
+            if diagnostic["severity"] == severity
+        ]
         for severity in ("error", "warning")
     )
     if log.effort is None:
@@ -106,11 +145,18 @@ def log_ruling(log: Log, diagnostics: Sequence[Mapping[str, Any]]) -> Ruling:
     reasons = tuple(dict.fromkeys([*grave, *doubts]))
     if grave:
         return Ruling("no", "Correct the log first", reasons)
-    return Ruling("with_care", "Use with care", reasons) if doubts else Ruling("usable", "The log can be identified")
+    return (
+        Ruling("with_care", "Use with care", reasons)
+        if doubts
+        else Ruling("usable", "The log can be identified")
+    )
 
 
 def _advice(diagnostics: Sequence[Mapping[str, Any]]) -> list[str]:
-    return [capital(line) for line in advice_of(entry["code"] for entry in diagnostics if entry["severity"] != "note")]
+    return [
+        capital(line)
+        for line in advice_of(entry["code"] for entry in diagnostics if entry["severity"] != "note")
+    ]
 
 
 def _front(log: Log, ruling: Ruling, segments: Sequence[Passage], name: str) -> Front:
@@ -120,8 +166,16 @@ def _front(log: Log, ruling: Ruling, segments: Sequence[Passage], name: str) -> 
         times[segment.kind] = times.get(segment.kind, 0.0) + segment.end - segment.begin
     longest = sorted(times.items(), key=lambda entry: -entry[1])[:2]
     contents = ", ".join(f"{KINDS[kind]} {fixed(time, 's')}" for kind, time in longest)
-    contents = contents or ("motion without a known pattern" if np.ptp(log.position.values) else "the axis does not move")
-    speed = np.gradient(log.position.values, log.time.values) if log.velocity is None else log.velocity.values
+    contents = contents or (
+        "motion without a known pattern"
+        if np.ptp(log.position.values)
+        else "the axis does not move"
+    )
+    speed = (
+        np.gradient(log.position.values, log.time.values)
+        if log.velocity is None
+        else log.velocity.values
+    )
     cards = [
         Card("Stroke", fixed(float(np.ptp(log.position.values)), unit_of("length", kind))),
         Card("Largest speed", fixed(float(np.max(np.abs(speed))), unit_of("length/time", kind))),
@@ -129,12 +183,33 @@ def _front(log: Log, ruling: Ruling, segments: Sequence[Passage], name: str) -> 
         Card("Sample time", fixed(log.sample_time, "s"), f"{len(log)} samples"),
     ]
     if log.effort is not None:
-        cards[2] = Card("Effort, span", fixed(float(np.ptp(log.effort.values)), unit_of("force", kind)), f"column {log.effort.column}")
-    step = Step("Identify the friction:", f"bristle identify {source or 'log.csv'} --axis axis.toml --out results")
+        cards[2] = Card(
+            "Effort, span",
+            fixed(float(np.ptp(log.effort.values)), unit_of("force", kind)),
+            f"column {log.effort.column}",
+        )
+    step = Step(
+        "Identify the friction:",
+        f"bristle identify {source or 'log.csv'} --axis axis.toml --out results",
+    )
     if ruling.level == "no":
-        step = Step("Correct the cause, then check the log again:", f"bristle log {source or 'log.csv'} --axis axis.toml")
-    facts = about(f"log {source}, {fixed(len(log) * log.sample_time, 's')}", "" if log.reference is not None else "no reference")
-    return Front(f"{name}: a log", facts, ruling, title=capital(contents), basis=f"({source})" if source else "", cards=cards, next=step)
+        step = Step(
+            "Correct the cause, then check the log again:",
+            f"bristle log {source or 'log.csv'} --axis axis.toml",
+        )
+    facts = about(
+        f"log {source}, {fixed(len(log) * log.sample_time, 's')}",
+        "" if log.reference is not None else "no reference",
+    )
+    return Front(
+        f"{name}: a log",
+        facts,
+        ruling,
+        title=capital(contents),
+        basis=f"({source})" if source else "",
+        cards=cards,
+        next=step,
+    )
 
 
 def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
@@ -143,8 +218,14 @@ def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
     facts = [
         ("File", log.origin.name),
         ("SHA-256", log.origin.checksum),
-        ("Samples", f"{count} in {len(log.segments)} {'stretch' if len(log.segments) == 1 else 'stretches'}"),
-        ("Sample time", f"{with_unit(log.sample_time, 's', 4)} ({number(1.0 / log.sample_time)} Hz)"),
+        (
+            "Samples",
+            f"{count} in {len(log.segments)} {'stretch' if len(log.segments) == 1 else 'stretches'}",
+        ),
+        (
+            "Sample time",
+            f"{with_unit(log.sample_time, 's', 4)} ({number(1.0 / log.sample_time)} Hz)",
+        ),
         ("Duration", with_unit(count * log.sample_time, "s", 4)),
     ]
     for name, channel in log.channels():
@@ -153,14 +234,25 @@ def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
             column = Quantity.of(channel.unit, (low, high), digits=4)
             span = f"{column.cell(low)} to {column.cell(high)} {column.scale.unit}"
             facts.append((name.capitalize(), f"column {channel.column}, {span}"))
-    return facts + ([("Further logs", ", ".join(log.origin.name for log in further))] if further else [])
+    return facts + (
+        [("Further logs", ", ".join(log.origin.name for log in further))] if further else []
+    )
 
 
 def treatment_facts(treatment: Mapping[str, float], kind: Kind) -> list[tuple[str, str]]:
     """Return the treatment of a log before the identification."""
-    facts = [(word, pattern.format(treatment[key])) for key, (word, pattern) in TREATMENT.items() if key in treatment]
+    facts = [
+        (word, pattern.format(treatment[key]))
+        for key, (word, pattern) in TREATMENT.items()
+        if key in treatment
+    ]
     if "velocity_max" in treatment:
-        facts.append(("Largest speed of the rows", with_unit(treatment["velocity_max"], unit_of("length/time", kind))))
+        facts.append(
+            (
+                "Largest speed of the rows",
+                with_unit(treatment["velocity_max"], unit_of("length/time", kind)),
+            )
+        )
     return facts
 
 
@@ -170,13 +262,20 @@ def scatter_facts(fit: Fit) -> list[tuple[str, str]]:
     if resampling is None:
         return []
     bands, scatter = resampling.bands, resampling.scatter
-    value, low, high = (number(100.0 * share, digits=2) for share in (scatter.value, scatter.low, scatter.high))
-    noise, left = (with_unit(force, unit_of("force", kind)) for force in (bands.noise, bands.unexplained))
+    value, low, high = (
+        number(100.0 * share, digits=2) for share in (scatter.value, scatter.low, scatter.high)
+    )
+    noise, left = (
+        with_unit(force, unit_of("force", kind)) for force in (bands.noise, bands.unexplained)
+    )
     facts = [("Noise of the effort, sample by sample", noise)]
     if scatter.value > 0.0:
         text = f"{value} %, 95 % interval {low} to {high} %, {resampling.half_cycles} half-cycles"
         facts.append(("Scatter of friction from reversal to reversal", text))
-    return [*facts, ("Residual without noise, encoder steps and scatter", f"{left}, root mean square")]
+    return [
+        *facts,
+        ("Residual without noise, encoder steps and scatter", f"{left}, root mean square"),
+    ]
 
 
 def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
@@ -185,22 +284,50 @@ def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
     for name, words in KINDS.items():
         of_kind = [segment for segment in segments if segment["kind"] == name]
         if of_kind:
-            legs, together = (sum(segment["legs"] for segment in of_kind), sum(segment["end"] - segment["begin"] for segment in of_kind))
-            counts = (str(len(of_kind)), str(legs or ""), f"{together:.3g}", f"{of_kind[0]['begin']:.4g}")
+            legs, together = (
+                sum(segment["legs"] for segment in of_kind),
+                sum(segment["end"] - segment["begin"] for segment in of_kind),
+            )
+            counts = (
+                str(len(of_kind)),
+                str(legs or ""),
+                f"{together:.3g}",
+                f"{of_kind[0]['begin']:.4g}",
+            )
             spans = ("", "", "")
             if name != "rest":
-                amplitudes = span_text([end for segment in of_kind for end in segment["amplitudes"]], unit_of("length", kind))
-                speeds, remark = span_text([end for segment in of_kind for end in segment["speeds"]], unit_of("length/time", kind)), ""
+                amplitudes = span_text(
+                    [end for segment in of_kind for end in segment["amplitudes"]],
+                    unit_of("length", kind),
+                )
+                speeds, remark = (
+                    span_text(
+                        [end for segment in of_kind for end in segment["speeds"]],
+                        unit_of("length/time", kind),
+                    ),
+                    "",
+                )
                 turns = [end for segment in of_kind for end in segment["frequencies"]]
                 if name == "loops":
-                    depth, levels = (max(segment[key] for segment in of_kind) for key in ("depth", "levels"))
+                    depth, levels = (
+                        max(segment[key] for segment in of_kind) for key in ("depth", "levels")
+                    )
                     nested = f"nested {depth} deep" if depth > 2 else "not nested"
                     remark = f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
                 elif name in ("chirp", "oscillation") and turns:
                     remark = span_text(turns, "Hz")
                 spans = amplitudes, speeds, remark
             rows.append((words, *counts, *spans))
-    heads = ("Passages", "Count", "Legs", "Total time [s]", "First begins at [s]", "Amplitude", "Speed", "Remark")
+    heads = (
+        "Passages",
+        "Count",
+        "Legs",
+        "Total time [s]",
+        "First begins at [s]",
+        "Amplitude",
+        "Speed",
+        "Remark",
+    )
     return Table("Motion of the log", heads, rows).without_empty_columns()
 
 
@@ -209,9 +336,13 @@ def break_away_table(identification: Identification) -> Table | None:
     break_aways, kind = identification.break_aways, identification.best.plant.kind
     if not break_aways:
         return None
-    speeds = Quantity.of(unit_of("length/time", kind), [break_away.speed for break_away in break_aways])
+    speeds = Quantity.of(
+        unit_of("length/time", kind), [break_away.speed for break_away in break_aways]
+    )
     forces = Quantity.of(unit_of("force", kind), [break_away.force for break_away in break_aways])
-    distances = Quantity.of(unit_of("length", kind), [break_away.distance for break_away in break_aways])
+    distances = Quantity.of(
+        unit_of("length", kind), [break_away.distance for break_away in break_aways]
+    )
     rows = [
         {
             speeds.head("Rate"): speeds.cell(break_away.speed),

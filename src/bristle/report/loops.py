@@ -8,7 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import GREEK, Diagnostic, Model, Status, Variant, number, scale_of, typeset, unit_of, with_unit
+from bristle.core import (
+    GREEK,
+    Diagnostic,
+    Model,
+    Status,
+    Variant,
+    number,
+    scale_of,
+    typeset,
+    unit_of,
+    with_unit,
+)
 from bristle.files import Said, as_toml, key_of
 from bristle.prediction import Claim
 from bristle.report.compensation import helped_text, names_text
@@ -17,7 +28,11 @@ from bristle.report.sentences import SENTENCES
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
 from bristle.simulation import Assessment, SimulationResult, Statistics, VariantResult
 
-MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}  # unit of a gain at the motor, by its unit on a carriage
+MOTOR = {
+    "N*s/m": "N*m*s/rad",
+    "N/m": "N*m/rad",
+    "N/(m*s)": "N*m/(rad*s)",
+}  # unit of a gain at the motor, by its unit on a carriage
 
 
 def variant_table(result: SimulationResult, measured: Statistics | None = None) -> Table:
@@ -29,8 +44,14 @@ def variant_table(result: SimulationResult, measured: Statistics | None = None) 
     completed, kind = _completed(result), result.experiment.kind
     effort = Quantity.of(unit_of("force", kind), (variant.effort_peak for variant in completed))
     if is_open:
-        words = {"Position, peak to peak": "motion.peak_to_peak", "lowest": "motion.min", "highest": "motion.max"}
-        length = Quantity.of(unit_of("length", kind), (variant.motion.peak_to_peak for variant in completed))
+        words = {
+            "Position, peak to peak": "motion.peak_to_peak",
+            "lowest": "motion.min",
+            "highest": "motion.max",
+        }
+        length = Quantity.of(
+            unit_of("length", kind), (variant.motion.peak_to_peak for variant in completed)
+        )
     else:
         words = {
             "Following error, peak to peak": "following_error.peak_to_peak",
@@ -39,17 +60,33 @@ def variant_table(result: SimulationResult, measured: Statistics | None = None) 
         }
         words |= {"True error, peak to peak": "true_error.peak_to_peak"}
         length = _error_column(result)
-    efforts = {f"{'Torque' if kind == 'rotational' else 'Force'}, rms": "effort_rms", "peak": "effort_peak"}
+    efforts = {
+        f"{'Torque' if kind == 'rotational' else 'Force'}, rms": "effort_rms",
+        "peak": "effort_peak",
+    }
     heads = ("Variant", *map(length.head, words), *map(effort.head, efforts), "Remark")
     rows = []
     if measured is not None:
-        rows.append(("measured", *map(length.cell, (measured.peak_to_peak, measured.rms, measured.mean)), "–", "–", "–", ""))
+        rows.append(
+            (
+                "measured",
+                *map(length.cell, (measured.peak_to_peak, measured.rms, measured.mean)),
+                "–",
+                "–",
+                "–",
+                "",
+            )
+        )
     for variant in result.variants.values():
         cells = [length.cell(attrgetter(name)(variant)) for name in words.values()]
         cells += [effort.cell(getattr(variant, name)) for name in efforts.values()]
         cells = ["–"] * len(cells) if variant.status is Status.NOT_FINITE else cells
-        rows.append((variant.name, *cells, "" if variant.status is Status.OK else variant.status.sentence))
-    return Table("The variants" if is_open else "The variants of the loop", heads, rows).without_empty_columns()
+        rows.append(
+            (variant.name, *cells, "" if variant.status is Status.OK else variant.status.sentence)
+        )
+    return Table(
+        "The variants" if is_open else "The variants of the loop", heads, rows
+    ).without_empty_columns()
 
 
 def direction_table(result: SimulationResult) -> Table:
@@ -66,12 +103,16 @@ def direction_table(result: SimulationResult) -> Table:
 
 
 def _completed(result: SimulationResult) -> list[VariantResult]:
-    return [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    return [
+        variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE
+    ]
 
 
 def _error_column(result: SimulationResult) -> Quantity:
     """Return the column for following errors, scaled to the smallest error."""
-    smallest = min((variant.following_error.peak_to_peak for variant in _completed(result)), default=0.0)
+    smallest = min(
+        (variant.following_error.peak_to_peak for variant in _completed(result)), default=0.0
+    )
     scale = scale_of(unit_of("length", result.experiment.kind), max(smallest, MICROMETRE))
     return Quantity(scale, 0.1 * smallest * scale.factor)
 
@@ -97,10 +138,17 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
 
 def parts_table(variant: Variant) -> Table:
     """Return the parameters of the parts of a variant; an open loop has no controller."""
-    models: list[tuple[str, Model | None]] = [("Plant", variant.plant), ("Friction", variant.friction), ("Sensor", variant.sensor)]
+    models: list[tuple[str, Model | None]] = [
+        ("Plant", variant.plant),
+        ("Friction", variant.friction),
+        ("Sensor", variant.sensor),
+    ]
     if variant.effort is None:
         models.insert(2, ("Controller", variant.controller))
-        models += [("Reference", variant.reference), ("Friction feedforward", variant.feedforward.friction)]
+        models += [
+            ("Reference", variant.reference),
+            ("Friction feedforward", variant.feedforward.friction),
+        ]
     return component_table(f"The parts of {variant.name}", models)
 
 
@@ -131,17 +179,27 @@ def law_lines(variant: Variant, claims: Sequence[Claim] = ()) -> list[str]:
     """Return the gains of a loop, also at its motor if known, and its feedforward with the moves that it helps."""
     fed, law, gains = variant.feedforward, variant.controller, []
     for name, value in law.values.items():
-        if isinstance(value, (int, float)) and not isinstance(value, bool) and 0.0 < abs(value) < math.inf:
+        if (
+            isinstance(value, (int, float))
+            and not isinstance(value, bool)
+            and 0.0 < abs(value) < math.inf
+        ):
             unit, key = law.component.variables[name].unit(law.kind), key_of(name)
-            text = f"{GREEK.get(key, key)} {with_unit(float(value), unit, 4)}".replace(" ", "\u00a0")
+            text = f"{GREEK.get(key, key)} {with_unit(float(value), unit, 4)}".replace(
+                " ", "\u00a0"
+            )
             motor = _at_the_motor(float(value), unit, variant)
             gains.append(f"{text} ({motor})" if motor else text)
     lines = [f"law {law.name}: {', '.join(gains)}"]
     if fed.friction is not None:
         share = "" if fed.gain == 1.0 else f" × {fed.gain:g}"
-        lines.append(f"friction feedforward: {fed.friction.name}{share}, along the {fed.along} motion{helped_text(claims, law.kind)}")
+        lines.append(
+            f"friction feedforward: {fed.friction.name}{share}, along the {fed.along} motion{helped_text(claims, law.kind)}"
+        )
     if fed.mass > 0.0:
-        lines.append(f"inertia feedforward: acceleration × {fixed(fed.mass, unit_of('mass', variant.plant.kind))}")
+        lines.append(
+            f"inertia feedforward: acceleration × {fixed(fed.mass, unit_of('mass', variant.plant.kind))}"
+        )
     return lines
 
 
@@ -166,28 +224,45 @@ def _at_the_motor(value: float, unit: str, variant: Variant) -> str:
     return f"{value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
 
 
-def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnostic]) -> list[Diagnostic]:
+def about_loops(
+    judged: Mapping[str, Assessment], further: Mapping[str, Diagnostic]
+) -> list[Diagnostic]:
     """Return the diagnostics of loops that are unstable or have small margins, with their names in ``variants``."""
     by_message: dict[str, tuple[Diagnostic, list[str]]] = {}
     for name, assessment in judged.items():
         for doubt in assessment.doubts if assessment.is_stable else (assessment.finding,):
             # Equal messages are merged.
             by_message.setdefault(message(doubt), (doubt, []))[1].append(name)
-    complete = [*by_message.values(), *((diagnostic, [name]) for name, diagnostic in further.items())]
-    return [replace(diagnostic, numbers={**diagnostic.numbers, "variants": tuple(names)}) for diagnostic, names in complete]
+    complete = [
+        *by_message.values(),
+        *((diagnostic, [name]) for name, diagnostic in further.items()),
+    ]
+    return [
+        replace(diagnostic, numbers={**diagnostic.numbers, "variants": tuple(names)})
+        for diagnostic, names in complete
+    ]
 
 
 def loop_warnings(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return diagnostics of loops as sentences, each after the names of its variants."""
-    heads = (f"{', '.join(map(str, _names(about)))}: {'warning: ' if about.severity == 'warning' else ''}" for about in diagnostics)
-    return [f"{head}{message(diagnostic)}" for head, diagnostic in zip(heads, diagnostics, strict=True)]
+    heads = (
+        f"{', '.join(map(str, _names(about)))}: {'warning: ' if about.severity == 'warning' else ''}"
+        for about in diagnostics
+    )
+    return [
+        f"{head}{message(diagnostic)}" for head, diagnostic in zip(heads, diagnostics, strict=True)
+    ]
 
 
 def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return diagnostics of loops in short: errors as sentences, warnings by their meaning."""
     doubts = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "warning"]
-    grave = loop_warnings([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
-    return grave + [f"{SENTENCES[doubt.code].means}: {names_text(_names(doubt))}" for doubt in doubts]
+    grave = loop_warnings(
+        [diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"]
+    )
+    return grave + [
+        f"{SENTENCES[doubt.code].means}: {names_text(_names(doubt))}" for doubt in doubts
+    ]
 
 
 def _names(diagnostic: Diagnostic) -> Sequence[object]:

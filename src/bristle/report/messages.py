@@ -56,7 +56,11 @@ def clause(diagnostic: Diagnostic) -> str:
 
 def advice_of(codes: Iterable[str]) -> list[str]:
     """Return the advice on codes, without repetitions."""
-    return [advice for advice in dict.fromkeys(SENTENCES[code].advice for code in codes) if advice != "nothing"]
+    return [
+        advice
+        for advice in dict.fromkeys(SENTENCES[code].advice for code in codes)
+        if advice != "nothing"
+    ]
 
 
 def note_of(estimate: Estimate) -> str:
@@ -68,30 +72,48 @@ def why_effective(fit: Fit) -> str:
     """Return the reason for effective parameters: the model lacks a force, or the recorded effort is doubtful."""
     recorded = next((code for code in fit.lacking if code != "structure"), "")
     reasons = [SENTENCES[recorded].means] if recorded else []
-    return " and ".join(reasons + (["the model lacks a force"] if "structure" in fit.lacking or not recorded else []))
+    return " and ".join(
+        reasons
+        + (["the model lacks a force"] if "structure" in fit.lacking or not recorded else [])
+    )
 
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:
     """Return the warnings and errors of a fit as sentences, errors first."""
     errors_first = sorted(fit.diagnostics, key=lambda diagnostic: diagnostic.severity != "error")
-    return tuple(message(diagnostic) for diagnostic in errors_first if diagnostic.severity != "note")
+    return tuple(
+        message(diagnostic) for diagnostic in errors_first if diagnostic.severity != "note"
+    )
 
 
 def second_pass_of(fit: Fit) -> str:
     """Return the result of the second pass as a sentence; empty without a second pass."""
-    return next((whole_sentence(diagnostic) for diagnostic in fit.diagnostics if diagnostic.code == "second_pass"), "")
+    return next(
+        (
+            whole_sentence(diagnostic)
+            for diagnostic in fit.diagnostics
+            if diagnostic.code == "second_pass"
+        ),
+        "",
+    )
 
 
 def assumptions_of(fit: Fit) -> tuple[str, ...]:
     """Return the assumptions of a fit as sentences."""
-    notes = (diagnostic for diagnostic in fit.diagnostics if diagnostic.severity == "note" and diagnostic.code != "second_pass")
+    notes = (
+        diagnostic
+        for diagnostic in fit.diagnostics
+        if diagnostic.severity == "note" and diagnostic.code != "second_pass"
+    )
     return tuple(map(message, notes))
 
 
 def notes_of(prediction: Prediction) -> tuple[str, ...]:
     """Return the remarks on a prediction as sentences; warnings begin with ``warning:``."""
     return tuple(
-        message(diagnostic) if diagnostic.severity == "note" else f"{diagnostic.severity}: {message(diagnostic)}"
+        message(diagnostic)
+        if diagnostic.severity == "note"
+        else f"{diagnostic.severity}: {message(diagnostic)}"
         for diagnostic in prediction.diagnostics
     )
 
@@ -110,7 +132,9 @@ def fields_of(code: str) -> dict[str, str]:
     """Return the numbers in the sentence of a code, each with its format: a quantity, or a format of `_Words`."""
     fields: dict[str, str] = {}
     for text in SENTENCES[code].texts:
-        fields |= {name.split("[")[0]: spec or "" for _, name, spec, _ in Formatter().parse(text) if name}
+        fields |= {
+            name.split("[")[0]: spec or "" for _, name, spec, _ in Formatter().parse(text) if name
+        }
     fields |= dict.fromkeys(SENTENCES[code].also, "")
     return {name: spec for name, spec in fields.items() if name != "parameter"}
 
@@ -118,7 +142,9 @@ def fields_of(code: str) -> dict[str, str]:
 def _formatted(template: str, diagnostic: Diagnostic) -> str:
     values: dict[str, Any] = {"parameter": diagnostic.parameter, **diagnostic.numbers}
     if "cause" in values:
-        cause = Diagnostic(values.pop("cause"), diagnostic.parameter, "warning", values, diagnostic.kind)
+        cause = Diagnostic(
+            values.pop("cause"), diagnostic.parameter, "warning", values, diagnostic.kind
+        )
         values = values | {"cause": clause(cause)}
     return _Words(diagnostic.kind, str(values.get("unit", "1"))).vformat(template, (), values)
 
@@ -147,7 +173,11 @@ class _Words(Formatter):
             "whole numbers": lambda: ", ".join(str(int(order)) for order in value),
             "lead": lambda: f"{number(1e3 * value)} mm",
             "unit": lambda: value if isinstance(value, str) else with_unit(value, self.unit),
-            "parameter": lambda: f"parameter {value}" if value.isalpha() and value.islower() and len(value) > 2 else value,
+            "parameter": lambda: (
+                f"parameter {value}"
+                if value.isalpha() and value.islower() and len(value) > 2
+                else value
+            ),
             "percents": lambda: ", ".join(f"{number(share, 10.0)} %" for share in value),
             "samples": lambda: counted(int(value)),
             "stiffness of an axis": lambda: stiffness_text(value, self.kind),
@@ -158,7 +188,10 @@ class _Words(Formatter):
             return number(value, digits=int(format_spec.split()[0]))
         if re.split(r"[*/]", format_spec)[0] in NAMES:
             values = value if isinstance(value, tuple) else (value,)
-            return ", ".join(with_unit(number_in_unit, unit_of(format_spec, self.kind)) for number_in_unit in values)
+            return ", ".join(
+                with_unit(number_in_unit, unit_of(format_spec, self.kind))
+                for number_in_unit in values
+            )
         text = super().format_field(value, format_spec)
         short = re.fullmatch(r"\.(\d)g", format_spec)
         if short and isinstance(value, float) and "e+" in text:

@@ -12,7 +12,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core import Axis, Card, Diagnostic, InputError, Model, Progress, WithCard, content_of, guarded, library, whole
+from bristle.core import (
+    Axis,
+    Card,
+    Diagnostic,
+    InputError,
+    Model,
+    Progress,
+    WithCard,
+    content_of,
+    guarded,
+    library,
+    whole,
+)
 from bristle.files import SUMMARY, read_arrays, read_axis, read_model, write_whole
 from bristle.identification import Estimate, Fit
 from bristle.prediction import Claim, Compensation, compensation_of, fit_of
@@ -68,14 +80,19 @@ class ModelInHand(WithCard):
     @property
     def diagnostics(self) -> tuple[DiagnosticWithMessage, ...]:
         """Warnings and assumptions of the model, each with its sentence in ``message``."""
-        return tuple(DiagnosticWithMessage(**vars(diagnostic)) for diagnostic in self.best.diagnostics)
+        return tuple(
+            DiagnosticWithMessage(**vars(diagnostic)) for diagnostic in self.best.diagnostics
+        )
 
     @property
     def covariance_names(self) -> tuple[str, ...]:
         """Names of the identified parameters in the order of the covariance; parameters estimated before the fit are last."""
         together = self.best.correlation_names
         stds = self._stds()
-        return (*(name for name in together if name in stds), *(name for name in stds if name not in together))
+        return (
+            *(name for name in together if name in stds),
+            *(name for name in stds if name not in together),
+        )
 
     @property
     def covariance(self) -> np.ndarray:
@@ -87,7 +104,9 @@ class ModelInHand(WithCard):
         places = [index for index, name in enumerate(together) if name in stds]
         names, count = self.covariance_names, len(places)
         correlation = np.eye(len(names))
-        correlation[:count, :count] = np.asarray(self.best.correlation, dtype=float)[np.ix_(places, places)]
+        correlation[:count, :count] = np.asarray(self.best.correlation, dtype=float)[
+            np.ix_(places, places)
+        ]
         std = np.array([stds[name] for name in names])
         return correlation * np.outer(std, std)
 
@@ -96,27 +115,47 @@ class ModelInHand(WithCard):
         return {
             estimate.name: estimate.std
             for estimate in self.best.estimates
-            if estimate.status == "identified" and estimate.std is not None and np.isfinite(estimate.std)
+            if estimate.status == "identified"
+            and estimate.std is not None
+            and np.isfinite(estimate.std)
         }
 
     @property
     def draws(self) -> dict[str, np.ndarray]:
         """Parameters of the replicates, one entry for each simulated log; empty without replicates."""
         resampling = self.best.resampling
-        return {} if resampling is None else {name: np.asarray(values) for name, values in resampling.bands.draws.items()}
+        return (
+            {}
+            if resampling is None
+            else {name: np.asarray(values) for name, values in resampling.bands.draws.items()}
+        )
 
     def predict(
-        self, log: Log | str | PathLike[str] | Any, mode: str = "inverse", *, axis: Axis | str | PathLike[str] | None = None
+        self,
+        log: Log | str | PathLike[str] | Any,
+        mode: str = "inverse",
+        *,
+        axis: Axis | str | PathLike[str] | None = None,
     ) -> Prediction:
         """Predict a log with the treatment of the identification, and with its 95 % band if the model has bands."""
         from bristle.files import TREATMENT
         from bristle.prediction import predict
 
         resampling = self.best.resampling
-        options: dict[str, Any] = {name: self.treatment[name] for name in TREATMENT if name in self.treatment}
+        options: dict[str, Any] = {
+            name: self.treatment[name] for name in TREATMENT if name in self.treatment
+        }
         options |= {"decimation": int(options["decimation"])} if "decimation" in options else {}
         bands = resampling.bands if resampling is not None else None
-        return predict(self.plant, self.model, log, self.axis if axis is None else axis, mode, bands=bands, **options)
+        return predict(
+            self.plant,
+            self.model,
+            log,
+            self.axis if axis is None else axis,
+            mode,
+            bands=bands,
+            **options,
+        )
 
     def drive_table(self, entries: int = 20) -> list[tuple[float, float]]:
         """Return velocity and steady friction for the compensation of a drive, with at most `entries` rows."""
@@ -125,7 +164,9 @@ class ModelInHand(WithCard):
         return drive_table(self.best, entries)
 
     @guarded(draws=whole(1, 1000))
-    def known_truth(self, log: Any = None, *, draws: int = 10, progress: Progress | None = None) -> KnownTruth:
+    def known_truth(
+        self, log: Any = None, *, draws: int = 10, progress: Progress | None = None
+    ) -> KnownTruth:
         """Return which parameters the log determines: simulate logs of this axis and identify them again.
 
         For loaded results without a named log, bristle searches the parent folder, the folder and the current folder.
@@ -134,7 +175,9 @@ class ModelInHand(WithCard):
         from bristle.report.known_truth import KnownTruth
 
         best, (logs, axes, settings) = self.best, self._recorded(log)
-        parameters = Determined.by_simulated_logs(logs, axes, best, self.treatment, settings, count=draws, progress=progress)
+        parameters = Determined.by_simulated_logs(
+            logs, axes, best, self.treatment, settings, count=draws, progress=progress
+        )
         return KnownTruth(best.name, {parameter.name: parameter for parameter in parameters}, draws)
 
     @abstractmethod
@@ -152,7 +195,11 @@ class ModelInHand(WithCard):
         from bristle.report.apps import part
         from bristle.report.living import uncertainty_of
 
-        return part("widget")(self.model, uncertainty=uncertainty_of(self.best), fastest=float(self.treatment.get("velocity_max", 0.0)))
+        return part("widget")(
+            self.model,
+            uncertainty=uncertainty_of(self.best),
+            fastest=float(self.treatment.get("velocity_max", 0.0)),
+        )
 
     def to_dataframe(self) -> Any:
         """Return the parameters as a data frame of pandas, one row for each parameter."""
@@ -179,7 +226,12 @@ class ModelInHand(WithCard):
         logs, remarks = self._words()
         title = f"{self.best.name}, identified{f' from {logs}' if logs else ''}: error {self.best.error_percent:.3g} %"
         heads = tuple(table.heads[index] for index in columns)
-        return Card(title, heads, rows, (*remarks, *(f"warning: {warning}" for warning in warnings_of(self.best))))
+        return Card(
+            title,
+            heads,
+            rows,
+            (*remarks, *(f"warning: {warning}" for warning in warnings_of(self.best))),
+        )
 
     def _words(self) -> tuple[str, list[str]]:
         """Return the names of the logs, and remarks."""
@@ -244,7 +296,9 @@ class Loaded(ModelInHand):
 
     def _words(self) -> tuple[str, list[str]]:
         behind = ", ".join(model["name"] for model in self.summary["models"][1:])
-        return self.summary.get("provenance", {}).get("log") or "", [f"next in rank: {behind}"] * bool(behind)
+        return self.summary.get("provenance", {}).get("log") or "", [
+            f"next in rank: {behind}"
+        ] * bool(behind)
 
 
 @guarded()
@@ -271,7 +325,9 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
     place = Path(folder)
     if not (place / SUMMARY).is_file():
         raise InputError(
-            "there is no such file", path=str(place / SUMMARY), mend="Name a folder written by `save` or `bristle identify --out`"
+            "there is no such file",
+            path=str(place / SUMMARY),
+            mend="Name a folder written by `save` or `bristle identify --out`",
         )
     try:
         summary = json.loads(content_of(place / SUMMARY).data)
@@ -280,11 +336,15 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
     plant, friction, info = read_model(place / "model.toml", allow_code=allow_code)
     traces = read_arrays(place, "traces")
     if plant is None or not traces or "parameters" not in summary:
-        raise InputError("contains no identification", path=str(place), mend="Name a folder written by `save`")
+        raise InputError(
+            "contains no identification", path=str(place), mend="Name a folder written by `save`"
+        )
     try:
         fit = fit_of(plant, friction, summary, traces, read_arrays(place, "draws"), info["bands"])
     except (KeyError, TypeError) as error:
-        raise InputError(f"has missing or invalid entries: {error!r}", path=str(place / SUMMARY)) from None
+        raise InputError(
+            f"has missing or invalid entries: {error!r}", path=str(place / SUMMARY)
+        ) from None
     axis, page = place / "axis.toml", place / REPORT
     return Loaded(
         fit,

@@ -15,13 +15,20 @@ if TYPE_CHECKING:
     from bristle.identification import Estimate, Fit, Identification, Settings
     from bristle.simulation.certificates import Certificate
 
-STATUS_WORDS = {"identified": "", "held": "held constant", "at_edge": "at the edge of its range", "unidentifiable": "not identified"}
+STATUS_WORDS = {
+    "identified": "",
+    "held": "held constant",
+    "at_edge": "at the edge of its range",
+    "unidentifiable": "not identified",
+}
 MOST_PERCENT, LEAST_PERCENT = 1000.0, 1e-3  # of a value, the limits for a half-width in percent
 RANKED = (
     "Models, smallest held-out error first. bristle chose the fewest parameters within one standard error of the smallest error. "
     "A model with half or more of its parameters not identified gives way to a simpler model"
 )
-RANKED_BY_FIT = "Models compared: the error of the fit decides, because the log has no held-out stretches"
+RANKED_BY_FIT = (
+    "Models compared: the error of the fit decides, because the log has no held-out stretches"
+)
 DOUBTED, WITH_CONSTANT = "doubtful: see the warnings", "valid only with the given offset"
 
 
@@ -37,27 +44,48 @@ USES = {
 
 # Quantity -> names in `LevelValues` with their labels.
 LEVELS = {
-    "force": {"forward": "Friction forward, F+", "backward": "Friction backward, F\u2212", "constant": "Constant force"},
-    "force*time/length": {"viscous_forward": "Viscous friction forward", "viscous_backward": "Viscous friction backward"},
+    "force": {
+        "forward": "Friction forward, F+",
+        "backward": "Friction backward, F\u2212",
+        "constant": "Constant force",
+    },
+    "force*time/length": {
+        "viscous_forward": "Viscous friction forward",
+        "viscous_backward": "Viscous friction backward",
+    },
     "mass": {"inertia": "Mass or inertia"},
 }
 
 
 def values_to_enter(fit: Fit, axis: Axis | None) -> Table:
     """Return friction, constant force and inertia for a drive without a table, in the units of the drive first."""
-    kind, levels, units, rows = fit.plant.kind, level_values(fit), drive_units(axis, fit.plant.kind), []
+    kind, levels, units, rows = (
+        fit.plant.kind,
+        level_values(fit),
+        drive_units(axis, fit.plant.kind),
+        [],
+    )
     unknown = [estimate.name for estimate in fit.estimates if estimate.status == "unidentifiable"]
-    unknown = ["constant"] * ("offset" in unknown) + ["inertia"] * (fit.inertia is not None and fit.inertia.name in unknown)
-    for quantity, name, label in ((quantity, *named) for quantity, names in LEVELS.items() for named in names.items()):
+    unknown = ["constant"] * ("offset" in unknown) + ["inertia"] * (
+        fit.inertia is not None and fit.inertia.name in unknown
+    )
+    for quantity, name, label in (
+        (quantity, *named) for quantity, names in LEVELS.items() for named in names.items()
+    ):
         if name not in unknown and (value := getattr(levels, name, None)):
-            words = [f"{number(unit.of(value), digits=3)} {typeset(printable(unit.name))}" for unit in units.of(quantity)]
+            words = [
+                f"{number(unit.of(value), digits=3)} {typeset(printable(unit.name))}"
+                for unit in units.of(quantity)
+            ]
             rows.append((label, "; ".join(words), with_unit(value, unit_of(quantity, kind))))
     below = (
         ""
         if levels is None
         else f": at most {with_unit(levels.deviation, unit_of('force', kind))} below the steady friction, never above it"
     )
-    return Table(f"Values to enter into the drive{below}", ("Value", "In the drive's units", "SI"), rows).without_empty_columns()
+    return Table(
+        f"Values to enter into the drive{below}", ("Value", "In the drive's units", "SI"), rows
+    ).without_empty_columns()
 
 
 def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
@@ -68,7 +96,9 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
     plain = fit.resampling is None
     values = drive_values(fit, axis)
     rows = [
-        _parameter_row(estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate))
+        _parameter_row(
+            estimate, values.get(estimate.name, {}), plain=plain, remark=_remark(fit, estimate)
+        )
         for estimate in (*fit.estimates, *fit.combinations)
         # An infinite value switches a term of the model off.
         if estimate.status != "held" or not math.isinf(estimate.value)
@@ -76,7 +106,9 @@ def parameter_table(fit: Fit, axis: Axis | None = None) -> Table:
     return Table.of(f"Parameters of {fit.name}", rows).without_empty_columns()
 
 
-def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str) -> dict[str, str]:
+def _parameter_row(
+    estimate: Estimate, in_units: Mapping[str, float], *, plain: bool, remark: str
+) -> dict[str, str]:
     std, size, ends = estimate.std, abs(estimate.value), estimate.interval
     std = std if plain and std is not None and math.isfinite(std) else None
     if ends is not None and ends[0] < 0.0 < ends[1] and size < 0.1 * max(-ends[0], ends[1]):
@@ -90,7 +122,9 @@ def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: 
         width = max(0.5 * (high - low), LEAST_PERCENT / 100.0 * max(abs(low), abs(high)))
         interval = interval_text(number(low, width), number(high, width))
         if precision is None and high != low:
-            precision = max(0.5 * (high - low), LEAST_PERCENT / 100.0 * abs(scale.factor * estimate.value))
+            precision = max(
+                0.5 * (high - low), LEAST_PERCENT / 100.0 * abs(scale.factor * estimate.value)
+            )
     return {
         "Parameter": estimate.name,
         "Meaning": estimate.description,
@@ -100,7 +134,9 @@ def _parameter_row(estimate: Estimate, in_units: Mapping[str, float], *, plain: 
         "Unit": scale.unit or "–",
         "Standard error [%]": _percent(estimate.relative_std_percent) if plain else "–",
         "95 % interval [%]": half if half == "–" or half.startswith((">", "<")) else f"± {half}",
-        "In the drive's units": "; ".join(_in_unit(value, name) for name, value in in_units.items()),
+        "In the drive's units": "; ".join(
+            _in_unit(value, name) for name, value in in_units.items()
+        ),
         "Remark": remark,
     }
 
@@ -110,7 +146,12 @@ def _remark(fit: Fit, estimate: Estimate) -> str:
     if estimate.status != "identified":
         return STATUS_WORDS.get(estimate.status, estimate.status)
     rough = (estimate.name,) if estimate.is_rough else ()
-    remarks = {"roughly identified": rough, "effective": fit.effective, DOUBTED: fit.doubted, WITH_CONSTANT: fit.with_constant}
+    remarks = {
+        "roughly identified": rough,
+        "effective": fit.effective,
+        DOUBTED: fit.doubted,
+        WITH_CONSTANT: fit.with_constant,
+    }
     return "; ".join(text for text, names in remarks.items() if estimate.name in names)
 
 
@@ -119,7 +160,11 @@ def _in_unit(value: float, name: str) -> str:
     unit, at, _ = name.partition(" at the motor")
     if at:
         return f"{with_unit(value, unit, digits=4)} (motor)"
-    short = name.removesuffix(" of rated").replace("rpm of the motor", "rpm").replace("deg of the motor", "deg (motor)")
+    short = (
+        name.removesuffix(" of rated")
+        .replace("rpm of the motor", "rpm")
+        .replace("deg of the motor", "deg (motor)")
+    )
     return f"{number(value)} {typeset(printable(short))}"
 
 
@@ -139,19 +184,31 @@ def _percent(value: float | None) -> str:
 
 def comparison_table(identification: Identification, *, details: bool = True) -> Table:
     """Return the models by their held-out error, with the rule of the choice; `details` adds criteria and condition numbers."""
-    in_order = sorted(identification.fits, key=lambda fit: fit.held_out.mean_percent if fit.held_out else math.inf)
+    in_order = sorted(
+        identification.fits, key=lambda fit: fit.held_out.mean_percent if fit.held_out else math.inf
+    )
     smallest, rows = in_order[0].held_out, []
     for fit in in_order:
         information, difference = fit.information, "–"
         if smallest is not None and fit.held_out is not None:
             mean, error = fit.held_out.above(smallest)
-            difference = "0" if fit is in_order[0] else f"+{short_text(mean)} ± {number(error, digits=2)}"
-        unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
+            difference = (
+                "0" if fit is in_order[0] else f"+{short_text(mean)} ± {number(error, digits=2)}"
+            )
+        unknown = [
+            estimate.name
+            for estimate in fit.estimates
+            if estimate.status in ("unidentifiable", "at_edge")
+        ]
         row = {
             "Model": fit.name,
             "Chosen": "yes" if fit is identification.fits[0] else "",
-            "Parameters": str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
-            "Held-out error [%]": "–" if fit.held_out is None else short_text(fit.held_out.mean_percent),
+            "Parameters": str(
+                sum(estimate.status != "held" for estimate in fit.estimates) + fit.further
+            ),
+            "Held-out error [%]": "–"
+            if fit.held_out is None
+            else short_text(fit.held_out.mean_percent),
             "Above the smallest [%]": difference,
             "Error of the fit [%]": short_text(fit.error_percent),
         }
@@ -167,13 +224,24 @@ def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | No
     """Return the drive table in readable units, and in the units of the drive and of its log."""
     speed = Quantity.of(unit_of("length/time", kind), (v for v, _ in table), digits=5)
     effort = Quantity.of(unit_of("force", kind), (force for _, force in table), digits=4)
-    further, word = drive_units(axis, kind), "Friction torque" if kind == "rotational" else "Friction force"
+    further, word = (
+        drive_units(axis, kind),
+        "Friction torque" if kind == "rotational" else "Friction force",
+    )
     velocities, efforts = (
-        {f"[{typeset(printable(unit.name))}]": unit for unit in units if typeset(printable(unit.name)) != column.scale.unit}
+        {
+            f"[{typeset(printable(unit.name))}]": unit
+            for unit in units
+            if typeset(printable(unit.name)) != column.scale.unit
+        }
         for units, column in ((further.velocities, speed), (further.efforts, effort))
     )
     rows = [
-        {"Entry": str(index), speed.head("Velocity"): _side(v) or speed.cell(v), effort.head(word): effort.cell(force)}
+        {
+            "Entry": str(index),
+            speed.head("Velocity"): _side(v) or speed.cell(v),
+            effort.head(word): effort.cell(force),
+        }
         | {head: _side(v) or number(unit.of(v)) for head, unit in velocities.items()}
         | {head: number(unit.of(force)) for head, unit in efforts.items()}
         for index, (v, force) in enumerate(table, 1)
@@ -201,7 +269,11 @@ def drive_values(fit: Fit, axis: Axis | None) -> dict[str, dict[str, float]]:
     for estimate in fit.estimates:
         if estimate.name in variables and math.isfinite(estimate.value):
             units = of_drive.of(variables[estimate.name].quantity)
-            values |= {estimate.name: {unit.name: unit.of(estimate.value) for unit in units}} if units else {}
+            values |= (
+                {estimate.name: {unit.name: unit.of(estimate.value) for unit in units}}
+                if units
+                else {}
+            )
     return values
 
 
@@ -213,7 +285,9 @@ def changed_settings(settings: Settings) -> Table | None:
             "Value": f"{getattr(settings, threshold.name):g}",
             "Default": f"{threshold.default:g}",
             "Unit": threshold.unit if threshold.unit != "1" else "–",
-            "Meaning": f"{threshold.meaning} ({threshold.source})" if threshold.source else threshold.meaning,
+            "Meaning": f"{threshold.meaning} ({threshold.source})"
+            if threshold.source
+            else threshold.meaning,
         }
         for threshold in settings.described()
         if threshold.name in settings.changed
@@ -226,9 +300,15 @@ def certificate_table(name: str, certificates: Mapping[str, Certificate]) -> Tab
     rows = [
         {
             "Certificate": key,
-            "Verdict": {True: "passed", False: "FAILED", None: "does not apply"}[certificate.passed],
-            "Found": "" if certificate.value is None else with_unit(certificate.value, certificate.unit),
-            "Limit": "" if certificate.threshold is None else with_unit(certificate.threshold, certificate.unit),
+            "Verdict": {True: "passed", False: "FAILED", None: "does not apply"}[
+                certificate.passed
+            ],
+            "Found": ""
+            if certificate.value is None
+            else with_unit(certificate.value, certificate.unit),
+            "Limit": ""
+            if certificate.threshold is None
+            else with_unit(certificate.threshold, certificate.unit),
             "Meaning and advice": certificate.advice,
             "Matters for": USES[key],
         }

@@ -31,11 +31,16 @@ class NextMotion(NamedTuple):
     @property
     def text(self) -> str:
         """The parameters with their half-widths before and after the motion."""
-        changes = [f"{name} {half_text(now)} → {half_text(then)}" for name, (now, then) in self.half_widths.items()]
+        changes = [
+            f"{name} {half_text(now)} → {half_text(then)}"
+            for name, (now, then) in self.half_widths.items()
+        ]
         return ", ".join(changes)
 
 
-def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None) -> NextMotion | None:
+def next_motion(
+    fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
+) -> NextMotion | None:
     """Return the motion that narrows most of the open intervals of a fit; None if they are narrow, or no motion helps.
 
     Each candidate motion is designed and rehearsed on the identified axis, as `bristle excite --model` does. Without
@@ -46,25 +51,48 @@ def next_motion(fit: Fit, axis: Axis, log: Log, progress: Progress | None = None
     variables = fit.plant.component.variables | fit.friction.component.variables
     unknown = {estimate.name: estimate for estimate in fit.estimates if is_open(estimate)}
     kinds = {variables[name].excitation for name in unknown if name in variables}
-    candidates = dict.fromkeys(ADVICE[kind][1] for kind in kinds if kind in ADVICE and ADVICE[kind][1])
+    candidates = dict.fromkeys(
+        ADVICE[kind][1] for kind in kinds if kind in ADVICE and ADVICE[kind][1]
+    )
     limited, limits = _with_limits(axis, fit)
-    travel = None if axis.stroke else f"{np.ptp(log.position.values):.2g} {unit_of('length', axis.kind)}"
+    travel = (
+        None if axis.stroke else f"{np.ptp(log.position.values):.2g} {unit_of('length', axis.kind)}"
+    )
     options = ("--duration", DURATION, *(("--travel", travel) if travel else ()))
     best: NextMotion | None = None
     for place, purposes in enumerate(candidates):
         if progress is not None:
             progress(place / len(candidates), f"rehearsing a motion for {purposes}")
         try:
-            motion = excite(limited, model=(fit.plant, fit.friction), purposes=purposes, duration=DURATION, travel=travel, draws=DRAWS)
+            motion = excite(
+                limited,
+                model=(fit.plant, fit.friction),
+                purposes=purposes,
+                duration=DURATION,
+                travel=travel,
+                draws=DRAWS,
+            )
         except InputError:  # the axis file allows no such motion
             continue
         # No rehearsal, beyond the limits of the axis, or already in the log, which then does not keep the promise either.
         if motion.rehearsal is None or motion.exceeded or holds(log, motion.rehearsal.log):
             continue
-        rehearsed = {estimate.name: estimate for estimate in motion.rehearsal.identification.best.estimates}
-        present = {name: estimate.interval_percent if estimate.status == "identified" else None for name, estimate in unknown.items()}
-        gained = {name: (present[name], _then(rehearsed.get(name), estimate)) for name, estimate in unknown.items()}
-        narrower = {name: (now, then) for name, (now, then) in gained.items() if then is not None and then < NARROWER * (now or 100.0)}
+        rehearsed = {
+            estimate.name: estimate for estimate in motion.rehearsal.identification.best.estimates
+        }
+        present = {
+            name: estimate.interval_percent if estimate.status == "identified" else None
+            for name, estimate in unknown.items()
+        }
+        gained = {
+            name: (present[name], _then(rehearsed.get(name), estimate))
+            for name, estimate in unknown.items()
+        }
+        narrower = {
+            name: (now, then)
+            for name, (now, then) in gained.items()
+            if then is not None and then < NARROWER * (now or 100.0)
+        }
         if narrower and (best is None or len(narrower) > len(best.half_widths)):
             best = NextMotion(purposes, narrower, options, limits)
     return best
@@ -93,7 +121,12 @@ def is_open(estimate: Estimate) -> bool:
 
 def _then(rehearsed: Estimate | None, estimate: Estimate) -> float | None:
     """Return the half-width that the rehearsal gives, in percent of the present value; None if the new interval misses this value."""
-    if rehearsed is None or rehearsed.status != "identified" or rehearsed.ends is None or not estimate.value:
+    if (
+        rehearsed is None
+        or rehearsed.status != "identified"
+        or rehearsed.ends is None
+        or not estimate.value
+    ):
         return None
     low, high = rehearsed.ends
     return 50.0 * (high - low) / abs(estimate.value) if low <= estimate.value <= high else None

@@ -25,7 +25,9 @@ def bundle(result: Any, include: Any = None, exclude: Any = None) -> dict[str, A
     shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if shell is not None and not hasattr(shell, "kernel"):
         return {"text/plain": repr(result)}
-    return {"text/plain": repr(result), "text/html": as_html(result)} | ({} if shell is None else _live(result))
+    return {"text/plain": repr(result), "text/html": as_html(result)} | (
+        {} if shell is None else _live(result)
+    )
 
 
 def _live(result: Any) -> dict[str, Any]:
@@ -46,24 +48,42 @@ def _parts(result: Any) -> list[str]:
 
 def _of_model(model: Model) -> list[str]:
     """Return name, description, equations, and parameters beside a picture of the loops of friction."""
-    component, unit = model.component, {name: variable.unit(model.kind) for name, variable in model.component.variables.items()}
+    component, unit = (
+        model.component,
+        {name: variable.unit(model.kind) for name, variable in model.component.variables.items()},
+    )
     try:
         from latex2mathml.converter import convert
 
         equations = [Markup(convert(equation)) for equation in component.latex]
     except Exception:  # noqa: BLE001  (not installed, or other LaTeX in the docstring of a user)
         equations = [Markup("<div>{}</div>").format(line) for line in component.equations]
-    head = Markup('<p><strong>{}</strong> <span class="soft">{}, {}</span></p><p>{}.</p><div class="equations">{}</div>')
-    rows = [(name, _value(value, unit[name]), component.variables[name].description) for name, value in model.values.items()]
+    head = Markup(
+        '<p><strong>{}</strong> <span class="soft">{}, {}</span></p><p>{}.</p><div class="equations">{}</div>'
+    )
+    rows = [
+        (name, _value(value, unit[name]), component.variables[name].description)
+        for name, value in model.values.items()
+    ]
 
     def draw() -> Any:
         from bristle.report.figures.small_multiples import loops_of
 
         return loops_of(model, reversal_distance(model, 0.1))
 
-    picture = _picture(draw, f"Force over position of {model.name}") if component.family == "friction" else ""
+    picture = (
+        _picture(draw, f"Force over position of {model.name}")
+        if component.family == "friction"
+        else ""
+    )
     return [
-        head.format(model.name, component.family, model.kind, capital(component.description), Markup("").join(equations)),
+        head.format(
+            model.name,
+            component.family,
+            model.kind,
+            capital(component.description),
+            Markup("").join(equations),
+        ),
         picture + Card("", ("Parameter", "Value", "Meaning"), tuple(rows)).html(),
     ]
 
@@ -73,7 +93,9 @@ def _value(value: Any, unit: str) -> str:
     if isinstance(value, str):
         return value
     scale = scale_of(unit, float(np.max(np.abs(value), initial=0.0)))
-    return f"{', '.join(f'{item:.6g}' for item in np.atleast_1d(value) * scale.factor)} {scale.unit}".replace("inf", "∞").rstrip()
+    return f"{', '.join(f'{item:.6g}' for item in np.atleast_1d(value) * scale.factor)} {scale.unit}".replace(
+        "inf", "∞"
+    ).rstrip()
 
 
 def _picture(draw: Callable[[], Any], description: str) -> str:
@@ -102,7 +124,9 @@ def _of_identification(identified: Any) -> list[str]:
     else:
         ruling = ruling_of(identified, outcome.following)
         lines = brief(identified, outcome.simulation, outcome.following, identified.axis)[:-2]
-    gain = lines[next((place for place, line in enumerate(lines) if line.label == "Gain"), len(lines)) :]
+    gain = lines[
+        next((place for place, line in enumerate(lines) if line.label == "Gain"), len(lines)) :
+    ]
 
     cards = cards_of(fit, identified.axis, usable=ruling.level != "measure_again")
 
@@ -115,14 +139,19 @@ def _of_identification(identified: Any) -> list[str]:
             return identified.plot()
         return gain_at_reversal(simulation, [step.name for step in gained.steps[-2:]])
 
-    verdict = Markup('<p><span class="pill {}">{}</span> <strong>{}</strong> <span class="soft">{}</span></p>')
+    verdict = Markup(
+        '<p><span class="pill {}">{}</span> <strong>{}</strong> <span class="soft">{}</span></p>'
+    )
     facts = (f"Feedforward: {feedforward_of(identified)}", second_pass_of(fit))
     warned = [Markup("<li>{}</li>").format(warning) for warning in warnings_of(fit)]
     return [
         verdict.format(ruling.level, ruling.words, fit.name, "; ".join(ruling.reasons)),
         *(Markup("<p>{}</p>").format(worded(fact)) for fact in facts if fact),
         f'<div class="cards">{"".join(macro("card")(card, None) for card in cards)}</div>',
-        *(Markup('<p class="{}">{}</p>').format(line.level or "soft", capital(line.text)) for line in gain),
+        *(
+            Markup('<p class="{}">{}</p>').format(line.level or "soft", capital(line.text))
+            for line in gain
+        ),
         _picture(draw, f"Following error or effort of {fit.name}"),
         f'<strong class="warned">Warnings</strong><ul>{"".join(warned)}</ul>' if warned else "",
         '<p class="soft">Report: <code>.report("report.html")</code></p>',

@@ -145,7 +145,14 @@ def about(*facts: str) -> str:
 
 
 def picture(
-    name: str, draw: Callable[[], Figure], alternative: str, caption: str, *, file: str = "", published: str = "", own: bool = False
+    name: str,
+    draw: Callable[[], Figure],
+    alternative: str,
+    caption: str,
+    *,
+    file: str = "",
+    published: str = "",
+    own: bool = False,
 ) -> Picture:
     """Return a figure for a page."""
     from bristle.report.figures import inline_svg
@@ -158,13 +165,26 @@ def picture(
 
 
 def report_page(
-    kind: str, facts: Facts, front: Front, sections: Sequence[Section], *, figures: Sequence[ReportFigure] = (), **options: Any
+    kind: str,
+    facts: Facts,
+    front: Front,
+    sections: Sequence[Section],
+    *,
+    figures: Sequence[ReportFigure] = (),
+    **options: Any,
 ) -> str:
     """Return the page of a kind of report, with its figures and those of the user; options as of `page_of`."""
     pictures, remarks = _pictures(kind, facts)
     own = [*remarks, *(block for figure in figures for block in _own_blocks(figure, facts))]
-    filled = [*(_filled(section, pictures) for section in sections), Section("further", "Further figures", own)]
-    return page_of(front._replace(figures=pictures.get("front", ()), beside=pictures.get("beside", ())), filled, **options)
+    filled = [
+        *(_filled(section, pictures) for section in sections),
+        Section("further", "Further figures", own),
+    ]
+    return page_of(
+        front._replace(figures=pictures.get("front", ()), beside=pictures.get("beside", ())),
+        filled,
+        **options,
+    )
 
 
 def page_of(
@@ -184,9 +204,20 @@ def page_of(
     for section in (_filled(section, {}) for section in sections):
         if section.blocks:
             tabs.setdefault(section.tab or section.heading, []).append(section)
-    facts = {"command": command, "provenance": provenance, "banner": banner, "living": living, "front": front, "tabs": tabs}
+    facts = {
+        "command": command,
+        "provenance": provenance,
+        "banner": banner,
+        "living": living,
+        "front": front,
+        "tabs": tabs,
+    }
     script = joined(("plots.js",), "bristle.report")
-    common = {"palette": Markup(colour_variables()), "plots": Markup(script), "plots_hash": hash_of(script)}
+    common = {
+        "palette": Markup(colour_variables()),
+        "plots": Markup(script),
+        "plots_hash": hash_of(script),
+    }
     return printable(_environment().get_template("page.html").render(**common, **facts))
 
 
@@ -201,27 +232,46 @@ def _pictures(kind: str, facts: Facts) -> tuple[dict[str, list[Picture]], list[M
             if not place.is_taken(facts):
                 continue
             figure, arguments = place.figure, place.figure.arguments(facts)
-            alternative, caption = (text if isinstance(text, str) else text(*arguments) for text in (figure.alternative, figure.caption))
+            alternative, caption = (
+                text if isinstance(text, str) else text(*arguments)
+                for text in (figure.alternative, figure.caption)
+            )
             drawing = picture(figure.name, partial(figure.draw, *arguments), alternative, caption)
             # A prediction may be of another log than the report.
-            own, log = facts.get("log_name", ""), facts["prediction"].log if "prediction" in figure.needs else facts.get("log_name", "")
+            own, log = (
+                facts.get("log_name", ""),
+                facts["prediction"].log
+                if "prediction" in figure.needs
+                else facts.get("log_name", ""),
+            )
             # The title of the first screen names its log.
             log = "" if place.section in ("front", "beside") and log == own else log
             pictures[place.section].append(drawing._replace(log=log))
         except Exception as error:  # noqa: BLE001  (a fault of a figure costs no results)
-            remark = f"the figure {place.name} is not drawn: {type(error).__name__}: {error_text(error)}".rstrip(": ")
-            warnings.warn(FaultWarning(f"{remark}. The other results are complete", error), stacklevel=2)
+            remark = f"the figure {place.name} is not drawn: {type(error).__name__}: {error_text(error)}".rstrip(
+                ": "
+            )
+            warnings.warn(
+                FaultWarning(f"{remark}. The other results are complete", error), stacklevel=2
+            )
             remarks.append(Markup("<p>{}.</p>").format(remark))
     return pictures, remarks
 
 
 def _filled(section: Section, pictures: Mapping[str, Sequence[Picture]]) -> Section:
     """Return a section with its figures in place, by default at its end, and without empty blocks."""
-    filled = (block for block in section.blocks if block and (not isinstance(block, Block) or block.content))
+    filled = (
+        block
+        for block in section.blocks
+        if block and (not isinstance(block, Block) or block.content)
+    )
     blocks = [block for block in filled if not isinstance(block, Table) or block.rows]
     if not any(isinstance(block, Figures) for block in blocks):
         blocks.append(Figures(section.id))
-    groups = (pictures.get(block.section, ()) if isinstance(block, Figures) else (block,) for block in blocks)
+    groups = (
+        pictures.get(block.section, ()) if isinstance(block, Figures) else (block,)
+        for block in blocks
+    )
     return section._replace(blocks=[block for group in groups for block in group])
 
 
@@ -234,12 +284,20 @@ def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
         if missing := figure.missing(facts):
             reason = f"this report has no {' and no '.join(missing)}"
         else:
-            name, texts = f"own-{figure.name.replace('_', '-')}", (str(figure.alternative), str(figure.caption))
-            drawing = picture(name, lambda: draw_own(figure, facts), *texts, file=figure.name, own=True)
+            name, texts = (
+                f"own-{figure.name.replace('_', '-')}",
+                (str(figure.alternative), str(figure.caption)),
+            )
+            drawing = picture(
+                name, lambda: draw_own(figure, facts), *texts, file=figure.name, own=True
+            )
             return [Markup("<h3>{}</h3>").format(figure.title), drawing]
     # Code of the user may raise any exception or call exit(); the results must survive.
     except (Exception, SystemExit) as error:  # noqa: BLE001
-        reason, place = f"{type(error).__name__}: {error_text(error)}".rstrip(": "), place_in_own_code(error)
+        reason, place = (
+            f"{type(error).__name__}: {error_text(error)}".rstrip(": "),
+            place_in_own_code(error),
+        )
     remark = f"{place or figure.name}: the figure {figure.name} is not drawn: {reason}"
     warnings.warn(f"{remark}. The other results are complete", InputWarning, stacklevel=2)
     return [Markup("<h3>{}</h3><p>{}.</p>").format(figure.title, remark)]
@@ -257,7 +315,10 @@ def _environment() -> jinja2.Environment:
 
     def breakable(text: str) -> Markup:
         # Long names, such as those of tests, may break after an underscore.
-        words = (escape(word).replace("_", Markup("_<wbr>")) if len(word) > SHORT else word for word in text.split(" "))
+        words = (
+            escape(word).replace("_", Markup("_<wbr>")) if len(word) > SHORT else word
+            for word in text.split(" ")
+        )
         return Markup(" ").join(words)
 
     environment.filters |= {"typeset": typeset_sentence, "worded": worded, "breakable": breakable}
@@ -295,10 +356,15 @@ def worded(text: str) -> Markup:
         return text
     pieces = re.split(r"`([^`]+)`", text)
     return Markup().join(
-        Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece)) for place, piece in enumerate(pieces)
+        Markup("<code>{}</code>").format(piece) if place % 2 else symbolic(typeset_sentence(piece))
+        for place, piece in enumerate(pieces)
     )
 
 
 def typeset_sentence(text: str) -> str:
     """Return a sentence with typeset units after its numbers."""
-    return re.sub(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*", lambda match: typeset(match[0]), text)
+    return re.sub(
+        r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*",
+        lambda match: typeset(match[0]),
+        text,
+    )

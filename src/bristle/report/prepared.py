@@ -6,7 +6,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bristle.core import SIZE_LIMIT, Axis, Experiment, InputError, Progress, Readable, Status, Variant, digest, guarded, located, size_of
+from bristle.core import (
+    SIZE_LIMIT,
+    Axis,
+    Experiment,
+    InputError,
+    Progress,
+    Readable,
+    Status,
+    Variant,
+    digest,
+    guarded,
+    located,
+    size_of,
+)
 from bristle.files import FITTED_TO, Planned, Sources, planned_in, read_toml, results_folder
 
 if TYPE_CHECKING:
@@ -37,7 +50,11 @@ class Prepared:
 
 @guarded()
 def prepare(
-    experiment: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT, progress: Progress | None = None
+    experiment: Readable,
+    *,
+    allow_code: bool = False,
+    size_limit: int | str = SIZE_LIMIT,
+    progress: Progress | None = None,
 ) -> tuple[Prepared, ...]:
     """Identify the models under ``[identify.NAME]`` in an experiment file, unless their results are present.
 
@@ -96,10 +113,15 @@ def _identified(plan: Planned, source: Path, size_limit: int, progress: Progress
             logs, axis = _excited(plan.excited, axis)
         else:
             logs = [log for log, _ in logs_and_axes(list(plan.logs), axis, size_limit=size_limit)]
-        identification = identify(logs, axis=axis, progress=progress, **{"draws": 0, **plan.options}).finished
+        identification = identify(
+            logs, axis=axis, progress=progress, **{"draws": 0, **plan.options}
+        ).finished
         outcome = identification.outcome_with(command=f"[{plan.path}] of {source.name}")
         if plan.excited:
-            facts = {"identified from a run of": f"{source.name}: {plan.excited.name}", FITTED_TO: digest(plan.excited.friction)}
+            facts = {
+                "identified from a run of": f"{source.name}: {plan.excited.name}",
+                FITTED_TO: digest(plan.excited.friction),
+            }
             outcome = replace(outcome, provenance={**outcome.provenance, **facts})
         outcome.write(folder)
         folder.write(*plan.note)
@@ -115,8 +137,16 @@ def _excited(variant: Variant, axis: Axis | None) -> tuple[list[Log], Axis]:
     outcome = simulate(Experiment(variant.name, kind, (variant,))).variants[variant.name]
     if outcome.status is not Status.OK:
         raise InputError(
-            "the simulation stopped early", path=f"compare.{variant.name}", value=outcome.status.sentence, mend="Correct this loop"
+            "the simulation stopped early",
+            path=f"compare.{variant.name}",
+            value=outcome.status.sentence,
+            mend="Correct this loop",
         )
-    signals = (outcome.time, outcome.measured, outcome.command, *(() if outcome.is_open else (outcome.reference,)))
+    signals = (
+        outcome.time,
+        outcome.measured,
+        outcome.command,
+        *(() if outcome.is_open else (outcome.reference,)),
+    )
     axis = axis or Axis(kind=kind, resolution=variant.sensor.values.get("resolution"))
     return [Log.from_columns(dict(zip(SIGNALS, signals, strict=False)), axis=axis)], axis

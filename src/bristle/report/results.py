@@ -11,7 +11,15 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from bristle.core import Axis, InputError, InputWarning, WithCard, error_text, guarded, place_in_own_code
+from bristle.core import (
+    Axis,
+    InputError,
+    InputWarning,
+    WithCard,
+    error_text,
+    guarded,
+    place_in_own_code,
+)
 from bristle.files import SUMMARY, Results, as_json, log_text, plain, results_folder, write_whole
 from bristle.report.page import FaultWarning, Plate, plates, typeset_sentence
 
@@ -48,7 +56,12 @@ class Result(WithCard):
         write_report(folder, self._page(()), self._summary())
 
     @guarded()
-    def report(self, path: str | PathLike[str], *, figures: Sequence[ReportFigure | str | PathLike[str]] = ()) -> Path:
+    def report(
+        self,
+        path: str | PathLike[str],
+        *,
+        figures: Sequence[ReportFigure | str | PathLike[str]] = (),
+    ) -> Path:
         """Write the report, one self-contained HTML file.
 
         Parameters
@@ -117,7 +130,10 @@ def log_names(variants: Sequence[str]) -> dict[str, str]:
         return {variants[0]: "log.csv"}
     labels = [re.sub(r"[^\w.-]", "_", name) for name in variants]
     # Some file systems ignore case, and names have at most 255 bytes.
-    if len({label.casefold() for label in labels}) < len(labels) or max(len(label.encode()) for label in labels) > 200:
+    if (
+        len({label.casefold() for label in labels}) < len(labels)
+        or max(len(label.encode()) for label in labels) > 200
+    ):
         labels = [str(number) for number in range(1, len(labels) + 1)]
     return {name: f"log_{label}.csv" for name, label in zip(variants, labels, strict=True)}
 
@@ -132,10 +148,15 @@ def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
         if variant.name not in names:
             continue
         outcome = result.variants[variant.name]
-        signals = {"time": outcome.time, "position": outcome.measured, "effort": outcome.command} | (
-            {} if outcome.is_open else {"reference": outcome.reference}
+        signals = {
+            "time": outcome.time,
+            "position": outcome.measured,
+            "effort": outcome.command,
+        } | ({} if outcome.is_open else {"reference": outcome.reference})
+        write_whole(
+            folder / names[variant.name],
+            log_text(variant.axis or Axis(kind=variant.plant.kind), signals),
         )
-        write_whole(folder / names[variant.name], log_text(variant.axis or Axis(kind=variant.plant.kind), signals))
     return names
 
 
@@ -171,17 +192,25 @@ def _is_written(folder: Any, plate: Plate, endings: Sequence[str]) -> bool:
                     behind = f"-panel-{number}" if len(panels) > 1 else ""
                     folder.write(f"{FOLDER}/{plate.name}{behind}.csv", as_csv(panel))
                 continue
-            folder.write(f"{FOLDER}/{plate.name}.{ending}", figure_file(plate.figure, ending, plate.alternative))
+            folder.write(
+                f"{FOLDER}/{plate.name}.{ending}",
+                figure_file(plate.figure, ending, plate.alternative),
+            )
     except OSError:
         raise  # no room on the disk, and no fault of the figure
     except (Exception, SystemExit) as error:  # noqa: BLE001  (code of the user may raise any exception)
         reason = f"{type(error).__name__}: {error_text(error)}".rstrip(": ")
         remark = f"{place_in_own_code(error) or plate.name}: the figure {plate.name} is not written as a file: {reason}"
-        warnings.warn(InputWarning(remark) if plate.own else FaultWarning(remark, error), stacklevel=2)
+        warnings.warn(
+            InputWarning(remark) if plate.own else FaultWarning(remark, error), stacklevel=2
+        )
         return False
     return True
 
 
 def captions(collected: Sequence[Plate]) -> str:
     """Return the file names of the figures, each with its caption."""
-    return "\n".join(f"{plate.name}\n  {typeset_sentence(' '.join(plate.caption.split()))}\n" for plate in collected)
+    return "\n".join(
+        f"{plate.name}\n  {typeset_sentence(' '.join(plate.caption.split()))}\n"
+        for plate in collected
+    )

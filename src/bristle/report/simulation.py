@@ -9,8 +9,25 @@ from bristle.core import NORMAL_95, Diagnostic, Status, unit_of
 from bristle.exports import promise_of_law
 from bristle.prediction import Claim
 from bristle.report.cards import COMPARE, Card, Step
-from bristle.report.compensation import change_text, closing_sentences, gain_of, is_alike, pair_in, pair_of, standing, variant_of
-from bristle.report.loops import direction_table, law_lines, loop_doubts, loop_warnings, parts_table, run_table, variant_table
+from bristle.report.compensation import (
+    change_text,
+    closing_sentences,
+    gain_of,
+    is_alike,
+    pair_in,
+    pair_of,
+    standing,
+    variant_of,
+)
+from bristle.report.loops import (
+    direction_table,
+    law_lines,
+    loop_doubts,
+    loop_warnings,
+    parts_table,
+    run_table,
+    variant_table,
+)
 from bristle.report.messages import as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.table import fixed, length_text
@@ -43,16 +60,44 @@ def simulation_report(
     if gain is not None and gain.alone and len(gain.steps) > 1:
         facts["gain_pair"] = tuple(step.name for step in gain.steps[-2:])
     if is_open:
-        basis = ["An open loop: without a controller, the given effort is constant over each sample."]
-        basis += [f"Effort of {variant.name}: {variant.effort.description}." for variant in variants if variant.effort is not None]
+        basis = [
+            "An open loop: without a controller, the given effort is constant over each sample."
+        ]
+        basis += [
+            f"Effort of {variant.name}: {variant.effort.description}."
+            for variant in variants
+            if variant.effort is not None
+        ]
     else:
-        basis = ["The following error is reference minus encoder reading. The true error is reference minus true position."]
+        basis = [
+            "The following error is reference minus encoder reading. The true error is reference minus true position."
+        ]
     best = None if rank is None else Block("items", _values_of(result, rank.best, claims))
     sections = [
-        Section("variants", "Motions and efforts" if is_open else "Errors and efforts", [variant_table(result)], "Variants"),
-        Section("results", "Results", [*(f"{warning}." for warning in warnings), *closing_sentences(result), best], "Results"),
-        Section("directions", "Forward and backward", [None if is_open else direction_table(result)], "Variants"),
-        Section("assumptions", "Simulated variants", [*basis, run_table(variants), *map(parts_table, variants)], "Models"),
+        Section(
+            "variants",
+            "Motions and efforts" if is_open else "Errors and efforts",
+            [variant_table(result)],
+            "Variants",
+        ),
+        Section(
+            "results",
+            "Results",
+            [*(f"{warning}." for warning in warnings), *closing_sentences(result), best],
+            "Results",
+        ),
+        Section(
+            "directions",
+            "Forward and backward",
+            [None if is_open else direction_table(result)],
+            "Variants",
+        ),
+        Section(
+            "assumptions",
+            "Simulated variants",
+            [*basis, run_table(variants), *map(parts_table, variants)],
+            "Models",
+        ),
     ]
     front = _front(result, warnings if doubts is None else doubts)
     return report_page("simulation", facts, front, sections, **options)
@@ -78,7 +123,10 @@ def simulation_summary(
         "effort_unit": unit_of("force", kind),
         "runs": max((variant.runs for variant in result.variants.values()), default=0),
         "variants": variants_as_data(result)
-        | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
+        | {
+            name: {"status": reason, "completed": False, "runs": 0}
+            for name, reason in result.refused.items()
+        },
         "claims": [claim._asdict() for claim in claims],
         "files": files,
         "verdict": simulation_ruling(result, loop_doubts(diagnostics)).as_data(),
@@ -90,7 +138,10 @@ def simulation_summary(
 
 def variants_as_data(result: SimulationResult) -> dict[str, Any]:
     """Return the variants of an experiment in numbers, by name."""
-    return {name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE} for name, variant in result.variants.items()}
+    return {
+        name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE}
+        for name, variant in result.variants.items()
+    }
 
 
 def _is_open(result: SimulationResult) -> bool:
@@ -105,9 +156,15 @@ def focus_of(result: SimulationResult) -> tuple[str, ...]:
 
 def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) -> Ruling:
     """Return the verdict on the variants of an experiment, with its reasons."""
-    completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    completed = [
+        variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE
+    ]
     failed = [f"{name}: {reason}" for name, reason in result.refused.items()]
-    failed += [f"{name}: {variant.status.sentence}" for name, variant in result.variants.items() if variant not in completed]
+    failed += [
+        f"{name}: {variant.status.sentence}"
+        for name, variant in result.variants.items()
+        if variant not in completed
+    ]
     # A refused variant has the same text among the warnings.
     doubts = tuple(dict.fromkeys([*warnings, *failed]))
     if not completed:
@@ -122,48 +179,89 @@ def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) ->
         return Ruling(level, "It runs, but there is no second loop to compare", doubts)
     if rank.best is rank.base:
         subject = "Compensation" if gain_of(result) is not None else "Another loop"
-        return Ruling("no", f"{subject} does not help", (f"no variant is better than {rank.base.name}", *doubts))
-    fed, plain = (variant_of(result, variant.name).feedforward.friction for variant in (rank.best, rank.base))
+        return Ruling(
+            "no",
+            f"{subject} does not help",
+            (f"no variant is better than {rank.base.name}", *doubts),
+        )
+    fed, plain = (
+        variant_of(result, variant.name).feedforward.friction for variant in (rank.best, rank.base)
+    )
     # Friction feedforward must help without the change of the law.
     pair = pair_of(result.experiment, variant_of(result, rank.best.name))
     partner = None if pair is None else result.variants.get(pair[0].name)
-    by_itself = partner is None or partner.status is Status.NOT_FINITE or not is_alike(rank.best, partner)
+    by_itself = (
+        partner is None or partner.status is Status.NOT_FINITE or not is_alike(rank.best, partner)
+    )
     is_compensation = fed is not None and plain is None and (rank.alike or by_itself)
     helps = "hardly helps" if rank.alike else "helps"
     subject = "Compensation" if is_compensation else "Another loop"
-    return Ruling("with_care" if rank.alike else level, f"{subject} {helps}", (rank.instead, *doubts))
+    return Ruling(
+        "with_care" if rank.alike else level, f"{subject} {helps}", (rank.instead, *doubts)
+    )
 
 
 def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
-    count, runs = len(result.experiment.variants) + len(result.refused), max((loop.runs for loop in result.variants.values()), default=0)
-    facts = about(f"{count} {'variant' if count == 1 else 'variants'}", f"mean of {runs} runs" if runs > 1 else "")
+    count, runs = (
+        len(result.experiment.variants) + len(result.refused),
+        max((loop.runs for loop in result.variants.values()), default=0),
+    )
+    facts = about(
+        f"{count} {'variant' if count == 1 else 'variants'}",
+        f"mean of {runs} runs" if runs > 1 else "",
+    )
     rank = None if _is_open(result) else standing(result)
     ruling, heading = simulation_ruling(result, warnings), f"{result.experiment.name}: simulated"
     if rank is not None and rank.best is not rank.base and rank.instead in ruling.reasons[:1]:
         ruling = ruling.beyond_title
-    kind, unit, gain = result.experiment.kind, unit_of("force", result.experiment.kind), gain_of(result)
+    kind, unit, gain = (
+        result.experiment.kind,
+        unit_of("force", result.experiment.kind),
+        gain_of(result),
+    )
     front = Front(heading, facts, ruling, title="No variant completed", basis="(simulated)")
     if rank is None:
-        completed = [loop for loop in result.variants.values() if loop.status is not Status.NOT_FINITE]
+        completed = [
+            loop for loop in result.variants.values() if loop.status is not Status.NOT_FINITE
+        ]
         if moved := [loop for loop in completed if loop.is_open]:
-            front = front._replace(title=f"The open loop moves by {length_text(moved[0].motion.peak_to_peak, kind)}")
-        return front._replace(cards=[Card(f"Effort, {loop.name}", fixed(loop.effort_rms, unit), "rms") for loop in completed[:4]])
+            front = front._replace(
+                title=f"The open loop moves by {length_text(moved[0].motion.peak_to_peak, kind)}"
+            )
+        return front._replace(
+            cards=[
+                Card(f"Effort, {loop.name}", fixed(loop.effort_rms, unit), "rms")
+                for loop in completed[:4]
+            ]
+        )
     best, base, subject = rank.best, rank.base, rank.best.error_word
     spread = best.spread.get(best.compared, {}).get("peak_to_peak")
-    (old, old_rms), (peak, rms) = ((error.peak_to_peak, error.rms) for error in (base.compared_error, best.compared_error))
+    (old, old_rms), (peak, rms) = (
+        (error.peak_to_peak, error.rms) for error in (base.compared_error, best.compared_error)
+    )
     title = f"{subject}: {change_text(old, peak, partial(length_text, kind=kind), 'peak to peak')}"
     if gain is not None and gain.alone and len(gain.steps) > 1:
         title = gain.headline
     elif best is base:
         title = f"{subject} {length_text(peak, kind)} peak to peak"
-    half = 100.0 * NORMAL_95 * float(spread) / math.sqrt(best.runs) / peak if spread and best.runs > 1 and peak else None
+    half = (
+        100.0 * NORMAL_95 * float(spread) / math.sqrt(best.runs) / peak
+        if spread and best.runs > 1 and peak
+        else None
+    )
     swings = [_swing(result, loop) for loop in (best, base)]
     cards = [Card("Error, peak to peak", length_text(peak, kind), best.name, half)]
     cards += [Card("Error, rms", length_text(rms, kind), _instead(best, base, old_rms))]
     if swings[0] is not None and swings[1] is not None:
-        cards.append(Card("Worst reversal", length_text(swings[0], kind), _instead(best, base, swings[1])))
-    cards.append(Card("Effort, rms", fixed(best.effort_rms, unit), f"peak {fixed(best.effort_peak, unit)}"))
-    return front._replace(title=title, cards=cards, next=Step.of(BETTER if best is base else ON_THE_MACHINE))
+        cards.append(
+            Card("Worst reversal", length_text(swings[0], kind), _instead(best, base, swings[1]))
+        )
+    cards.append(
+        Card("Effort, rms", fixed(best.effort_rms, unit), f"peak {fixed(best.effort_peak, unit)}")
+    )
+    return front._replace(
+        title=title, cards=cards, next=Step.of(BETTER if best is base else ON_THE_MACHINE)
+    )
 
 
 def _instead(best: VariantResult, base: VariantResult, length: float) -> str:
@@ -178,12 +276,17 @@ def promised_in(result: SimulationResult) -> tuple[Claim, ...]:
 
 def _values_of(result: SimulationResult, best: VariantResult, claims: Sequence[Claim]) -> list[str]:
     """Return the gains of the best variant, whether its drive is at its limit, and the scatter of its runs."""
-    variant, spread = variant_of(result, best.name), best.spread.get("following_error", {}).get("peak_to_peak")
+    variant, spread = (
+        variant_of(result, best.name),
+        best.spread.get("following_error", {}).get("peak_to_peak"),
+    )
     lines = [f"{best.name}: {law}" for law in law_lines(variant, claims)]
     if math.isfinite(limit := variant.run.effort_limit) and best.effort_peak >= limit:
         lines.append("the drive is at its limit")
     if best.runs > 1 and spread:
-        lines.append(f"{best.runs} runs with different noise: standard deviation {length_text(float(spread), best.kind)}")
+        lines.append(
+            f"{best.runs} runs with different noise: standard deviation {length_text(float(spread), best.kind)}"
+        )
     return lines
 
 

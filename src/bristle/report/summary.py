@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.core import Axis, unit_of
-from bristle.prediction import drive_units, first_gain, largest_deviation, level_values, proposals_of, reversal_distance
+from bristle.prediction import (
+    drive_units,
+    first_gain,
+    largest_deviation,
+    level_values,
+    proposals_of,
+    reversal_distance,
+)
 from bristle.report.judgement import compensation_in, ruling_of
 from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
@@ -23,7 +30,9 @@ if TYPE_CHECKING:
     from bristle.simulation.certificates import Certificate
 
 
-NOT_SIMULATED: dict[str, Any] = dict.fromkeys(("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse"))
+NOT_SIMULATED: dict[str, Any] = dict.fromkeys(
+    ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
+)
 
 
 def identification_summary(
@@ -42,7 +51,10 @@ def identification_summary(
     kind = best.friction.kind
     compensation = compensation_in(identification)
     gain = first_gain(best, compensation)
-    doubt, ruling = None if following is None else following.contradiction, ruling_of(identification, following)
+    doubt, ruling = (
+        None if following is None else following.contradiction,
+        ruling_of(identification, following),
+    )
     return {
         "model": best.name,
         "kind": kind,
@@ -58,7 +70,9 @@ def identification_summary(
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,
         "resampling": _resampling(best),
-        "certificates": {name: vars(certificate) for name, certificate in (certificates or {}).items()},
+        "certificates": {
+            name: vars(certificate) for name, certificate in (certificates or {}).items()
+        },
         "warnings": [*warnings_of(best), *((message(doubt),) if doubt else ())],
         "assumptions": assumptions_of(best),
         "diagnostics": as_data([*best.diagnostics, *((doubt,) if doubt else ())]),
@@ -107,12 +121,24 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
     levels, units = level_values(fit), drive_units(axis, fit.plant.kind)
     if levels is None:
         return None
-    viscous = {"viscous_forward": levels.viscous_forward, "viscous_backward": levels.viscous_backward}
-    forces = {name: value for name, value in levels._asdict().items() if name not in ("inertia", *viscous)}
-    of_units = {unit.name: {name: None if value is None else unit.of(value) for name, value in forces.items()} for unit in units.efforts}
+    viscous = {
+        "viscous_forward": levels.viscous_forward,
+        "viscous_backward": levels.viscous_backward,
+    }
+    forces = {
+        name: value for name, value in levels._asdict().items() if name not in ("inertia", *viscous)
+    }
+    of_units = {
+        unit.name: {
+            name: None if value is None else unit.of(value) for name, value in forces.items()
+        }
+        for unit in units.efforts
+    }
     of_units |= {unit.name: {"inertia": unit.of(levels.inertia)} for unit in units.inertias}
     of_units |= {
-        unit.name: {name: None if value is None else unit.of(value) for name, value in viscous.items()}
+        unit.name: {
+            name: None if value is None else unit.of(value) for name, value in viscous.items()
+        }
         for unit in units.of("force*time/length")
     }
     distance = reversal_distance(fit.friction, float(np.max(np.abs(fit.traces.velocity))))
@@ -124,13 +150,27 @@ def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
 def _parameters(fit: Fit, axis: Axis | None) -> dict[str, Any]:
     """Return the parameters, also in the units of the drive."""
     values = drive_values(fit, axis)
-    return {name: estimate | {"in_drive_units": values.get(name, {})} for name, estimate in _described(fit.estimates).items()}
+    return {
+        name: estimate | {"in_drive_units": values.get(name, {})}
+        for name, estimate in _described(fit.estimates).items()
+    }
 
 
 def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
-    names = ("value", "unit", "std", "relative_std_percent", "robust_std", "interval_percent", "interval", "status")
+    names = (
+        "value",
+        "unit",
+        "std",
+        "relative_std_percent",
+        "robust_std",
+        "interval_percent",
+        "interval",
+        "status",
+    )
     return {
-        estimate.name: picked(estimate, *names) | {"note": note_of(estimate), "description": estimate.description} for estimate in estimates
+        estimate.name: picked(estimate, *names)
+        | {"note": note_of(estimate), "description": estimate.description}
+        for estimate in estimates
     }
 
 
@@ -139,11 +179,21 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
     resampling = fit.resampling
     if resampling is None:
         return None
-    of_bands = ("noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
+    of_bands = (
+        "noise",
+        "unexplained",
+        "lasting",
+        "inflation",
+        "left_in_closed_loop",
+        "left_in_open_loop",
+    )
     facts = picked(resampling, "half_cycles", "resolution") | picked(resampling.bands, *of_bands)
     return facts | {
         "draws": resampling.bands.count,
         "scatter": resampling.scatter._asdict(),
-        "virgin_curve": {name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))},
+        "virgin_curve": {
+            name: [row[column] for row in resampling.curve]
+            for column, name in enumerate(("x", "force", "low", "high"))
+        },
         "virgin_curve_from": resampling.curve_from,
     }

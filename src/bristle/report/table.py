@@ -33,8 +33,16 @@ class Table(NamedTuple):
     def without_empty_columns(self) -> Table:
         """Return the table without empty columns."""
         # Empty cells have no text or a dash.
-        filled = [column for column in range(len(self.heads)) if any(row[column] not in ("", "–") for row in self.rows)]
-        return Table(self.caption, [self.heads[column] for column in filled], [[row[column] for column in filled] for row in self.rows])
+        filled = [
+            column
+            for column in range(len(self.heads))
+            if any(row[column] not in ("", "–") for row in self.rows)
+        ]
+        return Table(
+            self.caption,
+            [self.heads[column] for column in filled],
+            [[row[column] for column in filled] for row in self.rows],
+        )
 
 
 class Quantity(NamedTuple):
@@ -73,7 +81,11 @@ def length_text(value: float, kind: Kind) -> str:
     ('0.419\xa0µm', '2.5\xa0mrad')
     """
     unit = unit_of("length", kind)
-    return f"{short_text(value / MICROMETRE)}\u00a0µ{unit}" if 0.0 < abs(value) < MICROMETRE else fixed(value, unit)
+    return (
+        f"{short_text(value / MICROMETRE)}\u00a0µ{unit}"
+        if 0.0 < abs(value) < MICROMETRE
+        else fixed(value, unit)
+    )
 
 
 def capital(text: str) -> str:

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 from bristle.core import Axis, number, scale_of, unit_of, with_unit
 from bristle.files import write_model
 from bristle.prediction import level_values
-from bristle.report.cards import Card, Line, Step, distance_card, error_card, friction_card, labelled, quantity_text
+from bristle.report.cards import (
+    Card,
+    Line,
+    Step,
+    distance_card,
+    error_card,
+    friction_card,
+    labelled,
+    quantity_text,
+)
 from bristle.report.table import Table, capital, percent_text, short_text
 
 if TYPE_CHECKING:
@@ -17,9 +26,17 @@ if TYPE_CHECKING:
     from bristle.identification import Estimate, Identification
 
 ALL_AT_THE_MOTOR = "One encoder does not separate the friction of motor and load: the plant has all friction at the motor"
-MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = "two_masses_motor.toml", "two_masses_table.toml", "two_masses.toml"
+MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = (
+    "two_masses_motor.toml",
+    "two_masses_table.toml",
+    "two_masses.toml",
+)
 SUM_FILE = "two_masses_sum.toml"
-FASTEST, OF_ANTIRESONANCE, FOR_POSITION = 2.0 * math.pi * 20.0, 0.2, 0.25  # [rad/s], of the antiresonance, of the velocity loop
+FASTEST, OF_ANTIRESONANCE, FOR_POSITION = (
+    2.0 * math.pi * 20.0,
+    0.2,
+    0.25,
+)  # [rad/s], of the antiresonance, of the velocity loop
 STROKE = 0.25  # of the recorded range: amplitude of the sine
 EXPERIMENT = """\
 # The identified motor and table in a velocity and position loop around the motor, with a sine at the top speed of the log.
@@ -46,7 +63,10 @@ friction = {{ file = "{motor}" }}
 TABLE = f'table_friction = {{ file = "{TABLE_FILE}" }}\n'
 
 
-SIMULATE_BOTH = Step("Compare the feedforward of one mass and of both masses", f"bristle run {EXPERIMENT_FILE} --out two_masses")
+SIMULATE_BOTH = Step(
+    "Compare the feedforward of one mass and of both masses",
+    f"bristle run {EXPERIMENT_FILE} --out two_masses",
+)
 
 
 def title_of(identification: Identification) -> str:
@@ -54,7 +74,9 @@ def title_of(identification: Identification) -> str:
     masses, facts = identification.two_masses, identification.treatment
     if masses is None or masses.load is None:
         return f"Antiresonance {with_unit(facts['antiresonance'], 'Hz')}, resonance {with_unit(facts['resonance'], 'Hz')}"
-    errors = (f"{name} {percent_text(side.best.error_percent)}" for name, side in masses.sides.items())
+    errors = (
+        f"{name} {percent_text(side.best.error_percent)}" for name, side in masses.sides.items()
+    )
     return f"Model error: {', '.join(errors)}"
 
 
@@ -64,36 +86,70 @@ def models_of(identification: Identification) -> str:
     if masses is None or masses.load is None:
         return identification.best.name
     names = {side: one.best.name for side, one in masses.sides.items()}
-    return ", ".join(f"{name} ({side})" for side, name in names.items()) if len({*names.values()}) > 1 else names["motor"]
+    return (
+        ", ".join(f"{name} ({side})" for side, name in names.items())
+        if len({*names.values()}) > 1
+        else names["motor"]
+    )
 
 
 def elastic_cards(identification: Identification, axis: Axis | None) -> list[Card]:
     """Return masses, stiffness, frequencies and friction of an axis with two masses, each with its interval."""
-    masses, facts, fit, cards = identification.two_masses, identification.treatment, identification.best, list[Card]()
+    masses, facts, fit, cards = (
+        identification.two_masses,
+        identification.treatment,
+        identification.best,
+        list[Card](),
+    )
     of = {} if masses is None else masses.by_name
     if "motor" in of:
-        cards.append(_pair("Mass" if fit.plant.kind == "translational" else "Inertia", of["motor"], of["load"]))
+        cards.append(
+            _pair(
+                "Mass" if fit.plant.kind == "translational" else "Inertia", of["motor"], of["load"]
+            )
+        )
     elif masses is None:
         cards.append(Card("Motor / load", "–", "not determined", open=True))
     if "stiffness" in of:
         remark = f"play {_value(of['play'])}" if "play" in of else ""
         cards.append(_card("Stiffness", of["stiffness"])._replace(remark=remark))
     hertz = [facts.get(f"antiresonance{part}", 0.0) for part in ("", "_half_width")]
-    hertz = [of["antiresonance"].value, of["antiresonance"].half_width] if "antiresonance" in of else hertz
+    hertz = (
+        [of["antiresonance"].value, of["antiresonance"].half_width]
+        if "antiresonance" in of
+        else hertz
+    )
     if hertz[0]:
-        high = facts["resonance"] if masses is None or masses.load is None else hertz[0] * math.sqrt(1.0 + _inertia_ratio(masses))
+        high = (
+            facts["resonance"]
+            if masses is None or masses.load is None
+            else hertz[0] * math.sqrt(1.0 + _inertia_ratio(masses))
+        )
         text = " / ".join(number(value, digits=3) for value in (hertz[0], high))
-        cards.append(Card("Antiresonance / resonance", f"{text}\u00a0Hz", half=100.0 * hertz[1] / hertz[0]))
+        cards.append(
+            Card("Antiresonance / resonance", f"{text}\u00a0Hz", half=100.0 * hertz[1] / hertz[0])
+        )
     if masses is None or masses.load is None:
-        return [*cards, friction_card("Lowest sliding friction", fit, axis), *filter(None, [distance_card(fit, axis)]), error_card(fit)]
+        return [
+            *cards,
+            friction_card("Lowest sliding friction", fit, axis),
+            *filter(None, [distance_card(fit, axis)]),
+            error_card(fit),
+        ]
     for name, side in masses.sides.items():
-        cards.append(friction_card(f"Friction of the {name}", side.best, axis if name == "motor" else None)._replace(sliders=()))
+        cards.append(
+            friction_card(
+                f"Friction of the {name}", side.best, axis if name == "motor" else None
+            )._replace(sliders=())
+        )
     return cards
 
 
 def _inertia_ratio(masses: Any) -> float:
     of = masses.by_name
-    return float(of["load"].value / (of["motor"].value + (of["screw"].value if "screw" in of else 0.0)))
+    return float(
+        of["load"].value / (of["motor"].value + (of["screw"].value if "screw" in of else 0.0))
+    )
 
 
 def _card(label: str, item: Any) -> Card:
@@ -115,17 +171,36 @@ def two_masses_table(identification: Identification) -> Table | None:
     masses = identification.two_masses
     if masses is None:
         return None
-    rows = [("", capital(item.meaning), _value(item), _share(item) or "–") for item in masses.quantities]
+    rows = [
+        ("", capital(item.meaning), _value(item), _share(item) or "–") for item in masses.quantities
+    ]
     for name, side in _sides(masses).items():
         fit = side.best
         for estimate in fit.estimates:
             if estimate.name not in fit.friction.values or estimate.status == "held":
                 continue
-            half = math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
+            half = (
+                math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
+            )
             side_of = f"friction of the {name}: {fit.name}"
-            rows.append((capital(side_of), estimate.name, with_unit(estimate.value, estimate.unit), _width(half, estimate.value)))
-    source = "the sensor in the coupling" if masses.measured else "the encoder of the motor" if masses.load is None else "both encoders"
-    caption = f"Motor and load as two masses, from {source}. ± is the half-width of the 95 % interval"
+            rows.append(
+                (
+                    capital(side_of),
+                    estimate.name,
+                    with_unit(estimate.value, estimate.unit),
+                    _width(half, estimate.value),
+                )
+            )
+    source = (
+        "the sensor in the coupling"
+        if masses.measured
+        else "the encoder of the motor"
+        if masses.load is None
+        else "both encoders"
+    )
+    caption = (
+        f"Motor and load as two masses, from {source}. ± is the half-width of the 95 % interval"
+    )
     caption = f"{caption}. {remark}" if (remark := _remark(masses)) else caption
     return Table(caption, ("Friction", "Quantity", "Value", "95 % interval [%]"), rows)
 
@@ -136,13 +211,22 @@ def two_masses_lines(identification: Identification) -> list[Line]:
     if masses is None:
         return _without(identification.reason_for_one_mass, identification.treatment)
     shares = map(_share, masses.quantities)
-    texts = [f"{item.meaning} {_value(item)}" + f" {share} %" * bool(share) for item, share in zip(masses.quantities, shares, strict=True)]
+    texts = [
+        f"{item.meaning} {_value(item)}" + f" {share} %" * bool(share)
+        for item, share in zip(masses.quantities, shares, strict=True)
+    ]
     for name, side in _sides(masses).items():
         fit, sides = side.best, level_values(side.best)
         parts = [fit.name, *(_level(fit.parameters[level]) for level in fit.levels)]
         constant = 0.0 if sides is None else sides.constant
-        parts += [f"constant force {with_unit(constant, unit_of('force', fit.friction.kind))}"] if constant else []
-        texts.append(f"friction of the {name}: {', '.join(parts)}, model error {percent_text(fit.error_percent)}")
+        parts += (
+            [f"constant force {with_unit(constant, unit_of('force', fit.friction.kind))}"]
+            if constant
+            else []
+        )
+        texts.append(
+            f"friction of the {name}: {', '.join(parts)}, model error {percent_text(fit.error_percent)}"
+        )
     texts += filter(None, [_remark(masses)])
     return labelled("Two masses", texts)
 
@@ -157,11 +241,15 @@ def _without(reason: str, facts: Mapping[str, Any]) -> list[Line]:
     texts = [f"not determined: {reason}"] if reason else []
     for name in ("antiresonance", "resonance"):
         if reason and name in facts:
-            texts.append(f"{name} {with_unit(facts[name], 'Hz')} {_width(facts[f'{name}_half_width'], facts[name])} %")
+            texts.append(
+                f"{name} {with_unit(facts[name], 'Hz')} {_width(facts[f'{name}_half_width'], facts[name])} %"
+            )
     return labelled("Two masses", texts)
 
 
-def write_two_masses(folder: Results, identification: Identification, provenance: Mapping[str, str]) -> None:
+def write_two_masses(
+    folder: Results, identification: Identification, provenance: Mapping[str, str]
+) -> None:
     """Write plant and friction as model files, and an experiment file that simulates them."""
     masses, log = identification.two_masses, identification.log
     if masses is None or not masses.is_elastic:
@@ -170,13 +258,22 @@ def write_two_masses(folder: Results, identification: Identification, provenance
     write_model(folder / MOTOR_FILE, plant, masses.motor_friction, provenance=provenance)
     if masses.table_friction is not None:
         write_model(folder / TABLE_FILE, None, masses.table_friction, provenance=provenance)
-    write_model(folder / SUM_FILE, None, masses.at_the_motor(identification.best.friction), provenance=provenance)
+    write_model(
+        folder / SUM_FILE,
+        None,
+        masses.at_the_motor(identification.best.friction),
+        provenance=provenance,
+    )
     position = log.position.values
     amplitude = STROKE * float(position.max() - position.min()) / masses.arm
     speed = float(identification.treatment["velocity_max"]) / masses.arm
     frequency = speed / (2.0 * math.pi * amplitude)
     inertia = plant.values["J"] + plant.values["M"] * masses.arm**2
-    pace = min(FASTEST, OF_ANTIRESONANCE * 2.0 * math.pi * masses.by_name["antiresonance"].value, 0.1 / log.sample_time)
+    pace = min(
+        FASTEST,
+        OF_ANTIRESONANCE * 2.0 * math.pi * masses.by_name["antiresonance"].value,
+        0.1 / log.sample_time,
+    )
     gains = {"k_p": FOR_POSITION * pace, "k_v": pace * inertia}
     text = EXPERIMENT.format(
         name=EXPERIMENT_FILE,
@@ -220,11 +317,17 @@ def _remark(masses: Any) -> str:
 
 def _value(item: Any) -> str:
     bounded = item.value <= item.half_width < math.inf
-    return with_unit(item.value, item.unit) if not bounded else f"below {with_unit(item.value + item.half_width, item.unit)}"
+    return (
+        with_unit(item.value, item.unit)
+        if not bounded
+        else f"below {with_unit(item.value + item.half_width, item.unit)}"
+    )
 
 
 def _width(half: float, value: float) -> str:
-    return f"± {number(100.0 * half / abs(value), digits=2)}" if value and math.isfinite(half) else "–"
+    return (
+        f"± {number(100.0 * half / abs(value), digits=2)}" if value and math.isfinite(half) else "–"
+    )
 
 
 def _share(item: Any) -> str:

@@ -21,7 +21,13 @@ from bristle.core.experiment import Experiment, Feedforward, Variant
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.simulation import linear_system as linear
-from bristle.simulation.linear_system import GAIN_ENOUGH, PHASE_ENOUGH, Margins, SampledLoop, margins_of
+from bristle.simulation.linear_system import (
+    GAIN_ENOUGH,
+    PHASE_ENOUGH,
+    Margins,
+    SampledLoop,
+    margins_of,
+)
 
 FINER = 0.98  # ratio of successive trial gains
 GAINS = 400  # trial gains at most
@@ -107,7 +113,9 @@ class Assessment:
         """Whether the loop is stable, oscillates within bounds, or diverges."""
         # A growing oscillation becomes a large motion: if the loop for large motions is stable, the growth ends.
         # A loop that only friction destabilises (by falling with velocity) sticks and slips; friction can also stabilise a loop.
-        large = [point.loop.is_unstable for point in self.points if point.motions is not Motions.SMALL]
+        large = [
+            point.loop.is_unstable for point in self.points if point.motions is not Motions.SMALL
+        ]
         if large and all(large):
             return Verdict.DIVERGES
         if any(point.loop.is_unstable for point in self.points):
@@ -135,7 +143,10 @@ class Assessment:
     @property
     def least_phase(self) -> float | None:
         """Smallest phase margin of the working points without friction [°]; None without a crossover."""
-        return min((point.margins.phase for point in self.bare if point.margins.phase is not None), default=None)
+        return min(
+            (point.margins.phase for point in self.bare if point.margins.phase is not None),
+            default=None,
+        )
 
     @property
     def finding(self) -> Diagnostic:
@@ -161,10 +172,20 @@ class Assessment:
             taken = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
             diagnostics.append(Diagnostic("stiffness_taken", numbers=taken, kind=self.kind))
         bare = [point for point in self.bare if not point.loop.is_unstable]
-        margins = [(point.margins.phase, point.margins.gain, point.motions.value) for point in bare if point.margins.phase is not None]
-        phase, gain, motions = min(margins, key=lambda margin: margin[0], default=(PHASE_ENOUGH, None, ""))
+        margins = [
+            (point.margins.phase, point.margins.gain, point.motions.value)
+            for point in bare
+            if point.margins.phase is not None
+        ]
+        phase, gain, motions = min(
+            margins, key=lambda margin: margin[0], default=(PHASE_ENOUGH, None, "")
+        )
         if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
-            numbers: dict[str, Number] = {"motions": motions, "phase": phase, "enough": PHASE_ENOUGH}
+            numbers: dict[str, Number] = {
+                "motions": motions,
+                "phase": phase,
+                "enough": PHASE_ENOUGH,
+            }
             if gain is not None:
                 numbers["gain"] = gain
             diagnostics.append(Diagnostic("small_margin", numbers=numbers))
@@ -198,18 +219,28 @@ def assess(variant: Variant) -> Assessment:
             combined = law
             if name is Friction.STUCK and feedback is not None:
                 fed, compensation = feedback
-                stiffness = Stiffness(min(map(law_stiffness, laws.values())), frictions[0].k, compensation)
+                stiffness = Stiffness(
+                    min(map(law_stiffness, laws.values())), frictions[0].k, compensation
+                )
                 combined = law.beside(fed)
-            points.append(WorkingPoint(motions, name, SampledLoop(plant, combined, run.delay, run.sample_time)))
+            points.append(
+                WorkingPoint(
+                    motions, name, SampledLoop(plant, combined, run.delay, run.sample_time)
+                )
+            )
     return Assessment(variant.name, variant.plant.kind, tuple(points), switches, stiffness)
 
 
 def _laws(variant: Variant) -> tuple[dict[Motions, linear.LinearSystem], bool]:
     """Return the law for each size of motion, and whether it switches."""
     amplitudes = (0.1 * linear.SMALL, linear.SMALL, linear.LARGE, 10.0 * linear.LARGE)
-    smallest, small, large, larger = (linear.linear_law(variant.controller, variant.run.sample_time, size) for size in amplitudes)
+    smallest, small, large, larger = (
+        linear.linear_law(variant.controller, variant.run.sample_time, size) for size in amplitudes
+    )
     # A slope that falls below half its value at ten times the amplitude vanishes for large motions.
-    A, B, C, D = (np.where(np.abs(b) < 0.5 * np.abs(a), 0.0, a) for a, b in zip(large, larger, strict=True))
+    A, B, C, D = (
+        np.where(np.abs(b) < 0.5 * np.abs(a), 0.0, a) for a, b in zip(large, larger, strict=True)
+    )
     large = linear.LinearSystem(A, B, C, float(D))
     if _alike(small, large, linear.SAME):
         return {Motions.ALL: large}, False
@@ -219,24 +250,37 @@ def _laws(variant: Variant) -> tuple[dict[Motions, linear.LinearSystem], bool]:
 
 
 def _alike(first: linear.LinearSystem, second: linear.LinearSystem, tolerance: float) -> bool:
-    return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(first, second, strict=True))
+    return all(
+        np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(first, second, strict=True)
+    )
 
 
-def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[linear.LinearFriction, linear.LinearFriction]]:
+def _frictions(
+    variant: Variant, motions: Motions
+) -> dict[Friction, tuple[linear.LinearFriction, linear.LinearFriction]]:
     """Return the friction at the port of the plant and at its table, for each working point."""
     frictions = {Friction.NONE: (linear.NO_FRICTION, linear.NO_FRICTION)}
     dt = variant.run.sample_time
     screw = variant.plant.component.screw
     stuck = linear.stiffness_at_rest(variant.friction, dt)
-    behind = linear.NO_FRICTION if variant.table is None else linear.stiffness_at_rest(variant.table, dt)
-    if motions is not Motions.LARGE and stuck is not None and behind is not None and max(stuck.k, behind.k) > 0.0:
+    behind = (
+        linear.NO_FRICTION if variant.table is None else linear.stiffness_at_rest(variant.table, dt)
+    )
+    if (
+        motions is not Motions.LARGE
+        and stuck is not None
+        and behind is not None
+        and max(stuck.k, behind.k) > 0.0
+    ):
         frictions[Friction.STUCK] = (stuck, behind)
     speed = top_speed(variant)
     if speed > 0.0:
         sliding = linear.slope_in_sliding(variant.friction, speed)
         behind = linear.NO_FRICTION
         if variant.table is not None and screw is not None:
-            behind = linear.slope_in_sliding(variant.table, speed * screw(variant.plant.parameters).arm)
+            behind = linear.slope_in_sliding(
+                variant.table, speed * screw(variant.plant.parameters).arm
+            )
         frictions[Friction.SLIDING] = (sliding, behind)
     return frictions
 
@@ -255,7 +299,9 @@ def top_speed(variant: Variant) -> float:
 
 def law_stiffness(law: linear.LinearSystem) -> float:
     """Return the effort of a law for a constant deviation [N/m or N*m/rad], infinite with an integral."""
-    slow = np.abs(law.response(np.exp(1j * np.array([1e-7, 1e-6]))))  # a law without an integral has equal responses there
+    slow = np.abs(
+        law.response(np.exp(1j * np.array([1e-7, 1e-6])))
+    )  # a law without an integral has equal responses there
     if slow[0] > 2.0 * slow[1]:
         return float("inf")
     return float(slow[0])
@@ -271,15 +317,24 @@ def _feedback_of(feedforward: Feedforward, dt: float) -> tuple[linear.LinearSyst
     # Mean force over the last sample, from the previous position to the present one.
     spring = 0.5 * feedforward.gain * stuck.k
     damper = feedforward.gain * stuck.c / dt
-    return linear.LinearSystem(np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper), 2.0 * spring
+    return linear.LinearSystem(
+        np.zeros((1, 1)), np.ones(1), np.array([spring - damper]), spring + damper
+    ), 2.0 * spring
 
 
 @guarded()
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
     """Return the experiment without the variants whose loop diverges, and the assessment of each closed loop."""
-    judged = {variant.name: assess(variant) for variant in experiment.variants if variant.effort is None}
-    diverging = {name for name, assessment in judged.items() if assessment.verdict is Verdict.DIVERGES}
-    return replace(experiment, variants=tuple(variant for variant in experiment.variants if variant.name not in diverging)), judged
+    judged = {
+        variant.name: assess(variant) for variant in experiment.variants if variant.effort is None
+    }
+    diverging = {
+        name for name, assessment in judged.items() if assessment.verdict is Verdict.DIVERGES
+    }
+    return replace(
+        experiment,
+        variants=tuple(variant for variant in experiment.variants if variant.name not in diverging),
+    ), judged
 
 
 def _cause_of(assessment: Assessment) -> dict[str, Number]:
@@ -294,10 +349,19 @@ def _cause_of(assessment: Assessment) -> dict[str, Number]:
     numbers: dict[str, Number] = {}
     if no_time_left:
         numbers["mend"] = "feed_desired"
-    loops = [point.loop for point in assessment.points if point.friction in (Friction.NONE, worst.friction)]
+    loops = [
+        point.loop
+        for point in assessment.points
+        if point.friction in (Friction.NONE, worst.friction)
+    ]
     # From the shortest delay up: each sample of delay adds a state, and poles of many states take long.
-    delay = max(itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay)), default=None)
-    gain = next((FINER**power for power in range(1, GAINS) if _are_stable(loops, gain=FINER**power)), None)
+    delay = max(
+        itertools.takewhile(lambda delay: _are_stable(loops, delay=delay), range(worst.loop.delay)),
+        default=None,
+    )
+    gain = next(
+        (FINER**power for power in range(1, GAINS) if _are_stable(loops, gain=FINER**power)), None
+    )
     if delay is not None:
         numbers["longest_delay"] = delay
     if gain is not None:

@@ -10,7 +10,18 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import Amount, among, amount, array, guarded, instance, model
 from bristle.core.errors import InputError
-from bristle.core.experiment import FEEDFORWARD, LOOP_VARIANTS, RESTS, RUN, Effort, Experiment, Feedforward, Run, Start, Variant
+from bristle.core.experiment import (
+    FEEDFORWARD,
+    LOOP_VARIANTS,
+    RESTS,
+    RUN,
+    Effort,
+    Experiment,
+    Feedforward,
+    Run,
+    Start,
+    Variant,
+)
 from bristle.core.fingerprint import digest
 from bristle.engine import Compensator, conditioned
 from bristle.engine.checks import FRICTION, PERIOD, check_run
@@ -29,8 +40,16 @@ from bristle.models.sensors import encoder
 from bristle.simulation.two_masses import following, screw_of, wound_up
 
 
-@guarded(model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]), rest=among(*RESTS))
-def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0, rest: str = RESTS[0]) -> np.ndarray:
+@guarded(
+    model=FRICTION,
+    velocity=array(least=1),
+    dt=PERIOD,
+    conditioning=amount(FEEDFORWARD["conditioning"]),
+    rest=among(*RESTS),
+)
+def friction_along(
+    model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0, rest: str = RESTS[0]
+) -> np.ndarray:
     """Return the friction force that a compensator predicts along a desired motion.
 
     Parameters
@@ -53,11 +72,15 @@ def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amo
     """
     model = with_rest(model, rest)
     state, memory = conditioned(model, conditioning)
-    return compensation_along(model, Shape(), velocity, dt, dt * np.cumsum(velocity), state=state, memory=memory)
+    return compensation_along(
+        model, Shape(), velocity, dt, dt * np.cumsum(velocity), state=state, memory=memory
+    )
 
 
 @guarded(position=array(least=2), acceleration=array(least=2), dt=PERIOD)
-def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
+def feedforward_effort(
+    feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount
+) -> np.ndarray:
     """Return the effort fed forward along a desired trajectory, for the step after each sample.
 
     Parameters
@@ -80,7 +103,9 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
 
 
 @guarded(position=array(least=2), acceleration=array(least=2), dt=PERIOD)
-def motor_reference(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
+def motor_reference(
+    feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount
+) -> np.ndarray:
     r"""Return the position of the motor that moves a table behind an elastic screw along a desired trajectory.
 
     .. math::
@@ -113,7 +138,9 @@ def motor_reference(feedforward: Feedforward, position: Any, acceleration: Any, 
     return motor_feedforward(feedforward, position, acceleration, dt).position
 
 
-def motor_feedforward(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> Lead:
+def motor_feedforward(
+    feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float
+) -> Lead:
     """Return position and effort of the motor for a desired motion of the load, and the rate and acceleration of its lead."""
     screw = screw_of(feedforward)
     still = np.zeros(position.size)
@@ -126,7 +153,11 @@ def motor_feedforward(feedforward: Feedforward, position: np.ndarray, accelerati
 
     if feedforward.friction is None or feedforward.along == "measured":
         return lead
-    carried = lead.effort if screw is not None else carried_effort(feedforward, position, acceleration, dt)
+    carried = (
+        lead.effort
+        if screw is not None
+        else carried_effort(feedforward, position, acceleration, dt)
+    )
     steps = np.diff(motor) / dt
     friction = with_rest(feedforward.friction, feedforward.rest)
     state, memory = conditioned(friction, feedforward.conditioning)
@@ -143,7 +174,9 @@ def motor_feedforward(feedforward: Feedforward, position: np.ndarray, accelerati
     return lead._replace(effort=lead.effort + fed)
 
 
-def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float) -> np.ndarray:
+def carried_effort(
+    feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float
+) -> np.ndarray:
     """Return the effort [N or N*m] that a desired trajectory transmits to the load, for the step after each sample."""
     plant = feedforward.carries
     screw = screw_of(feedforward)
@@ -161,14 +194,24 @@ def carried_effort(feedforward: Feedforward, position: np.ndarray, acceleration:
     if inner.inverse is None:
         known = "inertia, oscillator"
         mend = "Remove carries, so that the transmitted effort is the effort of the feedforward"
-        raise InputError("is a plant without inverse dynamics", path="feedforward.carries", value=plant.name, allowed=known, mend=mend)
-    effort = inner.inverse(middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + following(acceleration)), p)
+        raise InputError(
+            "is a plant without inverse dynamics",
+            path="feedforward.carries",
+            value=plant.name,
+            allowed=known,
+            mend=mend,
+        )
+    effort = inner.inverse(
+        middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + following(acceleration)), p
+    )
     if terms_of(plant) is None:
         return effort
     return effort + effort_along(middle, place_of(plant))
 
 
-def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) -> Compensator | None:
+def compensator_of(
+    feedforward: Feedforward, carried: np.ndarray | None = None
+) -> Compensator | None:
     """Return the compensator that a loop runs along the measured motion, with the `carried` effort at each sample; None without one."""
     if feedforward.friction is None or feedforward.along == "desired":
         return None
@@ -177,17 +220,23 @@ def compensator_of(feedforward: Feedforward, carried: np.ndarray | None = None) 
     return Compensator(friction, shape_of(feedforward), state, memory, carried)
 
 
-def _planned(feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+def _planned(
+    feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray
+) -> np.ndarray:
     """Return fed-forward inertia, gravity and cogging, half way between samples."""
     effort = feedforward.mass * 0.5 * (acceleration + following(acceleration))
     if feedforward.plant is None or terms_of(feedforward.plant) is None:
         return effort
-    return effort + effort_along(0.5 * (position + following(position)), place_of(feedforward.plant))
+    return effort + effort_along(
+        0.5 * (position + following(position)), place_of(feedforward.plant)
+    )
 
 
 def shape_of(feedforward: Feedforward) -> Shape:
     """Return the shape of the friction that is fed forward."""
-    shape = Shape(**{name: getattr(feedforward, name) for name in Shape._fields if name in FEEDFORWARD})
+    shape = Shape(
+        **{name: getattr(feedforward, name) for name in Shape._fields if name in FEEDFORWARD}
+    )
     if feedforward.scaled == "contact" and feedforward.friction is not None:
         shape = shape._replace(**whole_parts(feedforward.friction))
     return shape
@@ -280,7 +329,12 @@ def compensation_experiment(
         reference=recorded(kind=kind, position=np.asarray(reference), sample_time=sample_time),
         feedforward=Feedforward(),
         run=Run(
-            duration=duration, sample_time=sample_time, effort_limit=effort_limit, settle=settling(duration), delay=delay, current_lag=lag
+            duration=duration,
+            sample_time=sample_time,
+            effort_limit=effort_limit,
+            settle=settling(duration),
+            delay=delay,
+            current_lag=lag,
         ),
         disturbance=disturbance,
         injected=injected,
@@ -295,9 +349,18 @@ def compensation_experiment(
     follows = controller
     if "k_ff" in controller.component.variables:
         follows = controller.with_values(k_ff=1.0)
-    fed = replace(base, name=WITH_FEEDFORWARD, controller=follows, feedforward=Feedforward(mass=mass, plant=bent))
+    fed = replace(
+        base,
+        name=WITH_FEEDFORWARD,
+        controller=follows,
+        feedforward=Feedforward(mass=mass, plant=bent),
+    )
     share = feedforward_of(rule)
-    compensated = replace(fed, name=COMPENSATED, feedforward=Feedforward(mass=mass, plant=bent, friction=compensator, **share))
+    compensated = replace(
+        fed,
+        name=COMPENSATED,
+        feedforward=Feedforward(mass=mass, plant=bent, friction=compensator, **share),
+    )
     return Experiment(name=name, kind=kind, variants=(base, fed, compensated))
 
 
@@ -307,13 +370,21 @@ def on_another_rig(experiment: Experiment) -> dict[str, Diagnostic]:
     return {
         variant.name: Diagnostic("another_rig", severity="note", kind=variant.plant.kind)
         for variant in experiment.variants
-        if variant.feedforward.fitted_to and variant.feedforward.fitted_to != digest(without_presliding(variant.friction))
+        if variant.feedforward.fitted_to
+        and variant.feedforward.fitted_to != digest(without_presliding(variant.friction))
     }
 
 
 @guarded(plant=model("plant"), effort=array(least=3), sample_time=amount(RUN["sample_time"]))
 def open_loop_experiment(
-    plant: Model, friction: Model, effort: Any, sample_time: Amount, *, sensor: Model | None = None, name: str = "open loop", **run: Any
+    plant: Model,
+    friction: Model,
+    effort: Any,
+    sample_time: Amount,
+    *,
+    sensor: Model | None = None,
+    name: str = "open loop",
+    **run: Any,
 ) -> Experiment:
     """Return the experiment in which a given effort drives a plant with friction, without a controller.
 

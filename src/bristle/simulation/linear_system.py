@@ -26,7 +26,9 @@ from bristle.models.plants import ball_screw
 
 ALIKE = 1e-3  # largest relative change of a constant slope over a decade of amplitude
 SAME = 1e-6  # largest relative difference of equal numbers
-SMALL = 1e-12  # amplitude [SI] inside every boundary layer, dead band, backlash and break-away distance
+SMALL = (
+    1e-12  # amplitude [SI] inside every boundary layer, dead band, backlash and break-away distance
+)
 DAMPED = 0.01  # assumed damping ratio of a coupling: that of a lightly damped machine
 LARGE = 1e6  # amplitude [SI] at which bounded terms (switching, backlash) are negligible
 
@@ -44,14 +46,22 @@ class LinearSystem(NamedTuple):
         n = self.B.size
         m = system.B.size
         A = np.block([[self.A, np.zeros((n, m))], [np.zeros((m, n)), system.A]])
-        return LinearSystem(A, np.append(self.B, system.B), np.append(self.C, system.C), self.D + system.D)
+        return LinearSystem(
+            A, np.append(self.B, system.B), np.append(self.C, system.C), self.D + system.D
+        )
 
     def response(self, z: np.ndarray) -> np.ndarray:
         """Return the transfer function at points `z` of the complex plane, shape (point,)."""
         if not self.B.size:
             return np.full(z.shape, self.D, dtype=complex)
         resolvent = z[:, None, None] * np.eye(self.B.size) - self.A
-        return np.linalg.solve(resolvent, np.broadcast_to(self.B[:, None], (z.size, self.B.size, 1)))[:, :, 0] @ self.C + self.D
+        return (
+            np.linalg.solve(resolvent, np.broadcast_to(self.B[:, None], (z.size, self.B.size, 1)))[
+                :, :, 0
+            ]
+            @ self.C
+            + self.D
+        )
 
 
 def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:
@@ -83,10 +93,15 @@ def varied_in(structure: Any) -> np.ndarray:
 
 
 def measured_on(
-    sample: Callable[[np.ndarray, float], tuple[np.ndarray, float]], rest: np.ndarray, varied: np.ndarray, amplitude: float
+    sample: Callable[[np.ndarray, float], tuple[np.ndarray, float]],
+    rest: np.ndarray,
+    varied: np.ndarray,
+    amplitude: float,
 ) -> LinearSystem:
     """Return the linear system of a function of state and input that returns the next state and the output."""
-    directions = [np.where(np.arange(rest.size) == i, amplitude, 0.0) for i in np.flatnonzero(varied)]
+    directions = [
+        np.where(np.arange(rest.size) == i, amplitude, 0.0) for i in np.flatnonzero(varied)
+    ]
     moves = [(direction, 0.0) for direction in directions] + [(np.zeros(rest.size), amplitude)]
     columns = []
     outputs = []
@@ -140,7 +155,9 @@ def slope_in_sliding(friction: Model, speed: float) -> LinearFriction:
     """Return the friction slope of an axis that slides at a constant `speed` [m/s or rad/s], mean of both directions."""
     fast = 1.05 * speed
     slow = 0.95 * speed
-    return LinearFriction(0.0, (sliding_force(friction, fast) - sliding_force(friction, slow)) / (fast - slow))
+    return LinearFriction(
+        0.0, (sliding_force(friction, fast) - sliding_force(friction, slow)) / (fast - slow)
+    )
 
 
 def sliding_force(friction: Model, speed: float) -> float:
@@ -149,7 +166,10 @@ def sliding_force(friction: Model, speed: float) -> float:
 
 
 def linear_plant(
-    variant: Variant, amplitude: float, friction: LinearFriction = NO_FRICTION, table: LinearFriction = NO_FRICTION
+    variant: Variant,
+    amplitude: float,
+    friction: LinearFriction = NO_FRICTION,
+    table: LinearFriction = NO_FRICTION,
 ) -> LinearSystem:
     r"""Return drive and plant of a loop, from the commanded effort (zero-order hold) to the sampled position.
 
@@ -206,8 +226,19 @@ def with_two_masses(variant: Variant) -> Variant:
     motor = mass / (1.0 + coupling.inertia_ratio)
     load = mass - motor
     # A lead of 2 pi: one radian of the motor is one unit of travel.
-    values = {"J": motor, "M": load, "lead": 2.0 * math.pi, "k": load * omega**2, "d": 2.0 * DAMPED * load * omega}
-    return replace(variant, plant=ball_screw(kind="rotational", validate=False, **values), table=None, sensor_at="motor")
+    values = {
+        "J": motor,
+        "M": load,
+        "lead": 2.0 * math.pi,
+        "k": load * omega**2,
+        "d": 2.0 * DAMPED * load * omega,
+    }
+    return replace(
+        variant,
+        plant=ball_screw(kind="rotational", validate=False, **values),
+        table=None,
+        sensor_at="motor",
+    )
 
 
 def antiresonance_of(variant: Variant) -> float:
@@ -230,7 +261,15 @@ def _moved(plant: Model, body: Any, effort: float, friction: LinearFriction, h: 
 
 
 def _pulled(
-    plant: Model, body: Any, effort: float, friction: LinearFriction, screw: Screw, table: LinearFriction, x: float, v: float, h: float
+    plant: Model,
+    body: Any,
+    effort: float,
+    friction: LinearFriction,
+    screw: Screw,
+    table: LinearFriction,
+    x: float,
+    v: float,
+    h: float,
 ) -> tuple[Any, float, float]:
     """Return the state of a motor, and position and velocity of its table referred to the motor."""
     square = screw.arm * screw.arm
@@ -358,7 +397,10 @@ def margins_of(loop: SampledLoop) -> Margins:
         (math.degrees(np.angle(-loop.response(np.array([w]))[0])), w)
         for w in _crossings(loop, omega, response, lambda response: np.abs(response) - 1.0)
     ]
-    turns = [float(loop.response(np.array([w]))[0].real) for w in _crossings(loop, omega, response, np.imag)]
+    turns = [
+        float(loop.response(np.array([w]))[0].real)
+        for w in _crossings(loop, omega, response, np.imag)
+    ]
     gains = [-1.0 / real for real in (*turns, float(response[-1].real)) if real < 0.0]
     sensitivity = float(np.max(1.0 / np.abs(1.0 + response)))
     if loop.is_unstable:
@@ -366,7 +408,9 @@ def margins_of(loop: SampledLoop) -> Margins:
     return _margins_of_stable(crossovers, gains, sensitivity, loop.sample_time)
 
 
-def _margins_of_stable(crossovers: list[tuple[float, float]], gains: list[float], sensitivity: float, dt: float) -> Margins:
+def _margins_of_stable(
+    crossovers: list[tuple[float, float]], gains: list[float], sensitivity: float, dt: float
+) -> Margins:
     """Return the margins of a stable loop, from phases [deg] at crossovers [rad/s], and gains at which a pole is on the unit circle."""
     # A spring gives two crossovers; count the distance from -180 degrees on both sides.
     phase, crossover = min(crossovers, key=lambda crossing: abs(crossing[0]), default=(None, None))
@@ -378,12 +422,16 @@ def _margins_of_stable(crossovers: list[tuple[float, float]], gains: list[float]
         gain=min((g for g in gains if g > 1.0), default=None),
         crossover=crossover,
         # Delay that brings a crossover to -180 degrees, from above.
-        delay=min((math.radians(phase % 360.0) / (w * dt) for phase, w in crossovers), default=None),
+        delay=min(
+            (math.radians(phase % 360.0) / (w * dt) for phase, w in crossovers), default=None
+        ),
         sensitivity=sensitivity,
     )
 
 
-def _margins_of_unstable(crossovers: list[tuple[float, float]], gains: list[float], sensitivity: float, dt: float) -> Margins:
+def _margins_of_unstable(
+    crossovers: list[tuple[float, float]], gains: list[float], sensitivity: float, dt: float
+) -> Margins:
     """Return the margins of an unstable loop, from phases [deg] at crossovers [rad/s], and gains at which a pole is on the unit circle."""
     phase, crossover = min(crossovers, key=lambda crossing: crossing[0], default=(None, None))
     return Margins(
@@ -396,7 +444,12 @@ def _margins_of_unstable(crossovers: list[tuple[float, float]], gains: list[floa
     )
 
 
-def _crossings(loop: SampledLoop, omega: np.ndarray, response: np.ndarray, of: Callable[[np.ndarray], np.ndarray]) -> list[float]:
+def _crossings(
+    loop: SampledLoop,
+    omega: np.ndarray,
+    response: np.ndarray,
+    of: Callable[[np.ndarray], np.ndarray],
+) -> list[float]:
     """Return the frequencies [rad/s] at which a quantity of the open loop changes sign, by parallel bisection."""
     values = of(response)
     at = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)

@@ -15,7 +15,15 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.simulation.statistics import NO_STATISTICS, Statistics, mean_statistics
 
-HEADS = ("Variant", "Following error, peak to peak", "its rms", "True error, rms", "Effort, rms", "Peak", "Status")
+HEADS = (
+    "Variant",
+    "Following error, peak to peak",
+    "its rms",
+    "True error, rms",
+    "Effort, rms",
+    "Peak",
+    "Status",
+)
 MODES = {
     "inverse": "the effort, from the measured motion",
     "closed-loop": "effort and motion, from the reference and the controller of the axis",
@@ -23,7 +31,15 @@ MODES = {
 }
 """Predicted signals in each mode, and their inputs."""
 
-OPEN_HEADS = ("Variant", "Position, peak to peak", "lowest", "highest", "Effort, rms", "Peak", "Status")
+OPEN_HEADS = (
+    "Variant",
+    "Position, peak to peak",
+    "lowest",
+    "highest",
+    "Effort, rms",
+    "Peak",
+    "Status",
+)
 
 
 @dataclass(frozen=True)
@@ -131,7 +147,10 @@ class VariantResult(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers without the arrays; for several runs each mean has a ``..._spread``."""
-        record = _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
+        record = _with_spread(self._numbers(), self.spread) | {
+            "status": self.status.sentence,
+            "runs": self.runs,
+        }
         if self.trials:
             record["trials"] = list(self.trials)
         return record
@@ -149,7 +168,9 @@ class VariantResult(Tabular):
 
     def _remarks(self) -> list[str]:
         heads = OPEN_HEADS if self.is_open else HEADS
-        return [f"{head}: {text}" for head, text in zip(heads[1:], self._row(), strict=True) if text]
+        return [
+            f"{head}: {text}" for head, text in zip(heads[1:], self._row(), strict=True) if text
+        ]
 
     def _row(self) -> tuple[str, ...]:
         """Return its numbers as a row of the card of an experiment."""
@@ -159,14 +180,19 @@ class VariantResult(Tabular):
         if self.is_open:
             errors = (self.motion.peak_to_peak, self.motion.min, self.motion.max)
         efforts = (self.effort_rms, self.effort_peak)
-        cells = [*(with_unit(error, length) for error in errors), *(with_unit(effort, force) for effort in efforts)]
+        cells = [
+            *(with_unit(error, length) for error in errors),
+            *(with_unit(effort, force) for effort in efforts),
+        ]
         return *cells, self.status.sentence
 
     def _numbers(self) -> dict[str, Any]:
         return {
             "following_error": asdict(self.following_error),
             "true_error": asdict(self.true_error),
-            "by_direction": {name: asdict(statistics) for name, statistics in self.by_direction.items()},
+            "by_direction": {
+                name: asdict(statistics) for name, statistics in self.by_direction.items()
+            },
             "effort": {"rms": self.effort_rms, "peak": self.effort_peak},
             "motion": asdict(self.motion),
         }
@@ -202,7 +228,10 @@ def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
         runs[0],
         following_error=mean_statistics([run.following_error for run in runs]),
         true_error=mean_statistics([run.true_error for run in runs]),
-        by_direction={name: mean_statistics([run.by_direction[name] for run in runs]) for name in runs[0].by_direction},
+        by_direction={
+            name: mean_statistics([run.by_direction[name] for run in runs])
+            for name in runs[0].by_direction
+        },
         motion=mean_statistics([run.motion for run in runs]),
         effort_rms=float(np.mean([run.effort_rms for run in runs])),
         effort_peak=float(np.mean([run.effort_peak for run in runs])),
@@ -262,7 +291,11 @@ class SimulationResult(WithCard):
         for name, frame in frames.items():
             frame.attrs = {}  # pandas would compare them number by number
             frame.insert(0, "variant", name)
-        stacked = pandas.concat(list(frames.values()), ignore_index=True) if frames else pandas.DataFrame()
+        stacked = (
+            pandas.concat(list(frames.values()), ignore_index=True)
+            if frames
+            else pandas.DataFrame()
+        )
         stacked.attrs["units"] = units
         return stacked
 
@@ -293,8 +326,17 @@ class SimulationResult(WithCard):
         if len(rows) == 1:
             noun = "variant"
         title = f"{self.experiment.name}: {len(rows)} {noun} simulated"
-        heads = OPEN_HEADS if rows and all(variant.is_open for variant in self.variants.values()) else HEADS
-        return Card(title, heads, rows, tuple(f"{name} was not simulated: {reason}" for name, reason in self.refused.items()))
+        heads = (
+            OPEN_HEADS
+            if rows and all(variant.is_open for variant in self.variants.values())
+            else HEADS
+        )
+        return Card(
+            title,
+            heads,
+            rows,
+            tuple(f"{name} was not simulated: {reason}" for name, reason in self.refused.items()),
+        )
 
 
 @dataclass(frozen=True)
@@ -364,23 +406,42 @@ class Prediction(Tabular):
         return _inside_percent(self.position, self.position_predicted, self.position_half_width)
 
     def _facts(self) -> dict[str, Any]:
-        return super()._facts() | {"inside_percent": self.inside_percent, "position_inside_percent": self.position_inside_percent}
+        return super()._facts() | {
+            "inside_percent": self.inside_percent,
+            "position_inside_percent": self.position_inside_percent,
+        }
 
     def _title(self) -> str:
         return f"Prediction ({self.mode}) of {len(self.time)} samples, {self.kind}"
 
     def _remarks(self) -> list[str]:
-        errors = {"effort": self.metrics.get("force_error_percent"), "position": self.metrics.get("position_error_percent")}
+        errors = {
+            "effort": self.metrics.get("force_error_percent"),
+            "position": self.metrics.get("position_error_percent"),
+        }
         inside = {"effort": self.inside_percent, "position": self.position_inside_percent}
         return [
-            *(f"error of the {name}: {error:.3g} %" for name, error in errors.items() if isinstance(error, float)),
-            *(f"inside the band of the {name}: {share:.3g} %" for name, share in inside.items() if share is not None),
+            *(
+                f"error of the {name}: {error:.3g} %"
+                for name, error in errors.items()
+                if isinstance(error, float)
+            ),
+            *(
+                f"inside the band of the {name}: {share:.3g} %"
+                for name, share in inside.items()
+                if share is not None
+            ),
             *super()._remarks(),
-            *(f"{item.severity}: {item.code} {item.parameter}".rstrip() for item in self.diagnostics),
+            *(
+                f"{item.severity}: {item.code} {item.parameter}".rstrip()
+                for item in self.diagnostics
+            ),
         ]
 
 
-def _inside_percent(signal: np.ndarray | None, predicted: np.ndarray | None, half_width: np.ndarray | None) -> float | None:
+def _inside_percent(
+    signal: np.ndarray | None, predicted: np.ndarray | None, half_width: np.ndarray | None
+) -> float | None:
     if signal is None or predicted is None or half_width is None:
         return None
     return 100.0 * float(np.mean(np.abs(signal - predicted) <= half_width))

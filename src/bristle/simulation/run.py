@@ -23,7 +23,17 @@ from bristle.simulation.result import SimulationResult, VariantResult, mean_resu
 from bristle.simulation.statistics import statistics_of
 from bristle.simulation.two_masses import feeds_inertia, screw_of, whole_inertia
 
-RECORDED = ("time", "measured", "position", "velocity", "command", "effort", "friction", "status", "kind")
+RECORDED = (
+    "time",
+    "measured",
+    "position",
+    "velocity",
+    "command",
+    "effort",
+    "friction",
+    "status",
+    "kind",
+)
 Motions = tuple[np.ndarray, np.ndarray, np.ndarray]  # position, velocity, acceleration
 DIRECTIONS = {"forward": 1.0, "backward": -1.0}
 
@@ -100,7 +110,10 @@ def planned_motion(variant: Variant) -> Motions:
         frequency = variant.reference.values[name]
         if variable.quantity == "frequency" and 2.0 * frequency * run.sample_time >= 1.0:
             raise InputError(
-                "is not sampled often enough", path=f"reference.{name}", value=frequency, allowed=f"< {0.5 / run.sample_time:g} Hz"
+                "is not sampled often enough",
+                path=f"reference.{name}",
+                value=frequency,
+                allowed=f"< {0.5 / run.sample_time:g} Hz",
             )
     t = run.sample_time * np.arange(round(run.duration / run.sample_time) + run.delay)
     return variant.reference.component.sample(t, variant.reference.parameters)
@@ -113,7 +126,9 @@ def _desired(variant: Variant) -> np.ndarray:
     delay = variant.run.delay
     count = motion[0].size - delay
     if variant.effort is None:
-        motor = motor_feedforward(variant.feedforward, motion[0], motion[2], variant.run.sample_time)
+        motor = motor_feedforward(
+            variant.feedforward, motion[0], motion[2], variant.run.sample_time
+        )
         effort = motor.effort
         if leads(variant):
             motion = motor.position, motion[1] + motor.rate, motion[2] + motor.acceleration
@@ -127,13 +142,22 @@ def _desired(variant: Variant) -> np.ndarray:
     elif variant.effort.values.size == count:
         effort = variant.effort.values
     else:
-        raise InputError("has another length than the run", path="effort", value=variant.effort.values.size, allowed=f"{count} samples")
+        raise InputError(
+            "has another length than the run",
+            path="effort",
+            value=variant.effort.values.size,
+            allowed=f"{count} samples",
+        )
     return np.stack((*(signal[:count] for signal in motion), effort))
 
 
 def leads(variant: Variant) -> bool:
     """Return whether the reference of the controller leads that of the load by a wind-up that is fed forward."""
-    return variant.effort is None and variant.sensor_at == "motor" and screw_of(variant.feedforward) is not None
+    return (
+        variant.effort is None
+        and variant.sensor_at == "motor"
+        and screw_of(variant.feedforward) is not None
+    )
 
 
 def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
@@ -167,7 +191,10 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         name=variant.name,
         following_error=statistics_of(following[judged]),
         true_error=statistics_of(true[judged]),
-        by_direction={name: statistics_of(following[judged][side * moving > 0.0]) for name, side in DIRECTIONS.items()},
+        by_direction={
+            name: statistics_of(following[judged][side * moving > 0.0])
+            for name, side in DIRECTIONS.items()
+        },
         effort_rms=statistics_of(trace.effort[judged]).rms,
         effort_peak=float(np.max(np.abs(trace.effort[judged]), initial=0.0)),
         reference=position[:count],
@@ -185,11 +212,17 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
     friction = seeded(variant.friction, number)
     feedforward = variant.feedforward
     carried = None
-    if feedforward.friction is not None and feedforward.along == "measured" and rises_with_effort(feedforward.friction):
+    if (
+        feedforward.friction is not None
+        and feedforward.along == "measured"
+        and rises_with_effort(feedforward.friction)
+    ):
         # Effort transmitted by the desired motion, as far ahead as the feedforward. It excludes the learned effort, which stands for
         # unknown forces.
         planned, _, planned_acceleration = planned_motion(variant)
-        carried = carried_effort(feedforward, planned, planned_acceleration, run.sample_time)[run.delay :]
+        carried = carried_effort(feedforward, planned, planned_acceleration, run.sample_time)[
+            run.delay :
+        ]
     begun = variant.start
     if begun is None:
         motion = planned_motion(variant) if leads(variant) else desired[:-1]
@@ -234,10 +267,17 @@ def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
     effort = np.clip(desired[3], -run.effort_limit, run.effort_limit)
     unseen = 0.0 if variant.disturbance is None else variant.disturbance
     trace = run_adaptive(
-        variant.plant, seeded(variant.friction, number), effort - unseen, run.sample_time, tolerance=run.tolerance, hold="zero"
+        variant.plant,
+        seeded(variant.friction, number),
+        effort - unseen,
+        run.sample_time,
+        tolerance=run.tolerance,
+        hold="zero",
     )
     reading = sensed(seeded(variant.sensor, number), trace.position, run.sample_time)
-    return replace(trace, measured=reading, effort=effort[: reading.size], command=effort[: reading.size])
+    return replace(
+        trace, measured=reading, effort=effort[: reading.size], command=effort[: reading.size]
+    )
 
 
 def learn(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
@@ -260,15 +300,24 @@ def learn(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
     if learning is None:
         raise TypeError("the variant has no learning")
     if not learning.cutoff < 0.5 / dt:
-        raise InputError("out of range", path="controller.learning.cutoff", value=learning.cutoff, allowed=f"< {0.5 / dt:g} Hz")
+        raise InputError(
+            "out of range",
+            path="controller.learning.cutoff",
+            value=learning.cutoff,
+            allowed=f"< {0.5 / dt:g} Hz",
+        )
     low_pass = butter(2, learning.cutoff, fs=1.0 / dt, output="sos")
     learned = np.zeros(desired.shape[1])
     errors: list[float] = []
     while True:
-        result = _simulate_once(variant, desired + np.outer((0.0, 0.0, 0.0, 1.0), learned), number + 1000 * len(errors))
+        result = _simulate_once(
+            variant, desired + np.outer((0.0, 0.0, 0.0, 1.0), learned), number + 1000 * len(errors)
+        )
         variant = replace(variant, controller=result.controller or variant.controller)
         errors.append(result.following_error.peak_to_peak)
         if len(errors) == learning.trials or result.status is Status.NOT_FINITE:
             return replace(result, trials=tuple(errors))
         error = result.reference - result.measured
-        learned = sosfiltfilt(low_pass, learned + learning.k_e * error + learning.k_d * np.gradient(error, dt))
+        learned = sosfiltfilt(
+            low_pass, learned + learning.k_e * error + learning.k_d * np.gradient(error, dt)
+        )

@@ -41,7 +41,14 @@ def statistics_of(signal: Any) -> Statistics:
     high = float(signal.max())
     with np.errstate(over="ignore", invalid="ignore"):
         rms = float(np.sqrt(np.mean(signal * signal)))
-        return Statistics(peak_to_peak=high - low, mean=float(signal.mean()), std=float(signal.std()), rms=rms, min=low, max=high)
+        return Statistics(
+            peak_to_peak=high - low,
+            mean=float(signal.mean()),
+            std=float(signal.std()),
+            rms=rms,
+            min=low,
+            max=high,
+        )
 
 
 def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
@@ -55,7 +62,9 @@ def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
 def mean_statistics(statistics: Sequence[Statistics]) -> Statistics:
     """Return the means of each statistic over several signals."""
     names = [field.name for field in fields(Statistics)]
-    return Statistics(*(float(np.mean([getattr(part, name) for part in statistics])) for name in names))
+    return Statistics(
+        *(float(np.mean([getattr(part, name) for part in statistics])) for name in names)
+    )
 
 
 def worst_reversal(reference: np.ndarray, error: np.ndarray) -> slice | None:

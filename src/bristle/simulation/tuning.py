@@ -76,11 +76,20 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
 
     def law(omega: float) -> Model:
         component = CONTROLLERS[name]
-        own = {key: value for key, value in variant.controller.values.items() if key in component.variables}
+        own = {
+            key: value
+            for key, value in variant.controller.values.items()
+            if key in component.variables
+        }
         fixed = own
         if "J" in component.variables:
             fixed = {"J": inertia_of(variant)} | own
-        return make_model(component, fixed | GAINS[name](omega, fixed, variant), kind=variant.plant.kind, validate=True)
+        return make_model(
+            component,
+            fixed | GAINS[name](omega, fixed, variant),
+            kind=variant.plant.kind,
+            validate=True,
+        )
 
     run = variant.run
     # Every current loop has a lag: each lag [s] with the required phase margin [deg].
@@ -90,18 +99,29 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
         # Additional lag with which the usual phase margin must remain [s].
         lags = [(stated, PHASE), (stated + 5e-4, PHASE_ENOUGH)]
     elastic = with_two_masses(variant)
-    plants = [(amplitude, phase, linear_plant(lagging(elastic, lag), amplitude)) for lag, phase in lags for amplitude in (SMALL, LARGE)]
+    plants = [
+        (amplitude, phase, linear_plant(lagging(elastic, lag), amplitude))
+        for lag, phase in lags
+        for amplitude in (SMALL, LARGE)
+    ]
 
     def keeps_margins(omega: float) -> bool:
         if omega > antiresonance_of(elastic):
             return False
-        controllers = {amplitude: linear_law(law(omega), run.sample_time, amplitude) for amplitude in (SMALL, LARGE)}
+        controllers = {
+            amplitude: linear_law(law(omega), run.sample_time, amplitude)
+            for amplitude in (SMALL, LARGE)
+        }
         for amplitude, phase, plant in plants:
             loop = SampledLoop(plant, controllers[amplitude], run.delay, run.sample_time)
             if loop.is_unstable:
                 return False
             margins = margins_of(loop)
-            if margins.phase is None or margins.phase < phase or (margins.gain is not None and margins.gain < GAIN_ENOUGH):
+            if (
+                margins.phase is None
+                or margins.phase < phase
+                or (margins.gain is not None and margins.gain < GAIN_ENOUGH)
+            ):
                 return False
         return True
 
@@ -169,7 +189,11 @@ def _sliding_mode(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) 
 GAINS: dict[str, Gains] = {
     "cascade": _cascade,
     "sliding_mode": _sliding_mode,
-    "disturbance_observer": lambda bandwidth, fixed, variant: {"lambda_": bandwidth, "K_1": bandwidth, "g": 0.2 * bandwidth},
+    "disturbance_observer": lambda bandwidth, fixed, variant: {
+        "lambda_": bandwidth,
+        "K_1": bandwidth,
+        "g": 0.2 * bandwidth,
+    },
 }
 
 
@@ -178,13 +202,17 @@ def inertia_of(variant: Variant) -> float:
     run = variant.run
     plant = linear_plant(variant, LARGE)
     omega = 1e-2 / run.sample_time
-    return float(1.0 / (omega**2 * np.abs(plant.response(np.exp([1j * omega * run.sample_time]))[0])))
+    return float(
+        1.0 / (omega**2 * np.abs(plant.response(np.exp([1j * omega * run.sample_time]))[0]))
+    )
 
 
 def count_response(variant: Variant) -> float:
     """Return the peak effort caused by one count of the encoder [N or N*m]."""
     count = variant.sensor.values.get("resolution", 0.0)
-    return float(count * np.max(np.abs(_step_response(variant.controller, variant.run.sample_time, SMALL))))
+    return float(
+        count * np.max(np.abs(_step_response(variant.controller, variant.run.sample_time, SMALL)))
+    )
 
 
 def _step_response(controller: Model, dt: float, amplitude: float = LARGE) -> np.ndarray:
@@ -244,7 +272,9 @@ def with_known_motion(variant: Variant) -> Variant:
     fed = feedforward.plant
     mass = 0.0
     # A plant with a screw feeds both of its masses forward.
-    if (fed is None or fed.component.screw is None) and not feeds_inertia(controller, variant.run.sample_time):
+    if (fed is None or fed.component.screw is None) and not feeds_inertia(
+        controller, variant.run.sample_time
+    ):
         mass = inertia_of(variant)
     if not math.isclose(mass, feedforward.mass, rel_tol=0.01):
         feedforward = replace(feedforward, mass=mass)
@@ -297,7 +327,11 @@ class Proposal:
 
 @guarded(bandwidth=optional(amount(Variable("frequency", "bandwidth", min=0.0), exclusive=True)))
 def proposals_for(
-    variant: Variant, *, bandwidth: float | None = None, simulated: bool = True, progress: Callable[[float, str], None] | None = None
+    variant: Variant,
+    *,
+    bandwidth: float | None = None,
+    simulated: bool = True,
+    progress: Callable[[float, str], None] | None = None,
 ) -> tuple[Proposal, ...]:
     """Return the present loop and alternatives, simulated unless they diverge.
 
@@ -340,14 +374,20 @@ def proposals_for(
         )
         outcome = outcomes.get(name)
         if outcome is not None and outcome.status is not Status.NOT_FINITE:
-            proposal = replace(proposal, following_error=outcome.following_error, effort_rms=outcome.effort_rms)
+            proposal = replace(
+                proposal, following_error=outcome.following_error, effort_rms=outcome.effort_rms
+            )
         proposals.append(proposal)
     return tuple(proposals)
 
 
-def _loops(variant: Variant, bandwidth: float | None) -> tuple[dict[str, Variant], dict[str, float]]:
+def _loops(
+    variant: Variant, bandwidth: float | None
+) -> tuple[dict[str, Variant], dict[str, float]]:
     """Return the present loop and the proposals by name, and the bandwidths of the proposals."""
-    desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"), learning=None)
+    desired = replace(
+        variant, feedforward=replace(variant.feedforward, along="desired"), learning=None
+    )
     loops = {AS_IT_IS: variant}
     bandwidths = {}
     if variant.feedforward.along != "desired":

@@ -56,25 +56,47 @@ def feeds_inertia(controller: Model, dt: float) -> bool:
     return efforts[0] != efforts[1]
 
 
-def wound_up(feedforward: Feedforward, screw: Screw, position: np.ndarray, acceleration: np.ndarray, dt: float) -> Lead:
+def wound_up(
+    feedforward: Feedforward,
+    screw: Screw,
+    position: np.ndarray,
+    acceleration: np.ndarray,
+    dt: float,
+) -> Lead:
     """Return the lead of the motor and its effort without its friction, for a desired motion of the table converted to the motor [rad]."""
     mean, force = _loads(feedforward, screw, position, acceleration, dt)
     return wind_up_along(_parameters(feedforward, screw, mean, force, dt), force, mean, dt)
 
 
-def wind_up_of(feedforward: Feedforward, screw: Screw, position: np.ndarray, acceleration: np.ndarray, dt: float) -> WindUp:
+def wind_up_of(
+    feedforward: Feedforward,
+    screw: Screw,
+    position: np.ndarray,
+    acceleration: np.ndarray,
+    dt: float,
+) -> WindUp:
     """Return the parameters of the wind-up along a desired motion of the table converted to the motor [rad]."""
-    return _parameters(feedforward, screw, *_loads(feedforward, screw, position, acceleration, dt), dt)
+    return _parameters(
+        feedforward, screw, *_loads(feedforward, screw, position, acceleration, dt), dt
+    )
 
 
-def _loads(feedforward: Feedforward, screw: Screw, position: np.ndarray, acceleration: np.ndarray, dt: float) -> tuple[Any, Any]:
+def _loads(
+    feedforward: Feedforward,
+    screw: Screw,
+    position: np.ndarray,
+    acceleration: np.ndarray,
+    dt: float,
+) -> tuple[Any, Any]:
     """Return the mean desired acceleration [rad/s^2] and the force of the screw [N] in each step."""
     mean = 0.5 * (acceleration + following(acceleration))
     passed = screw.M * screw.arm * mean
     return mean, passed + _table_friction(feedforward, screw, position, passed, dt)
 
 
-def _parameters(feedforward: Feedforward, screw: Screw, mean: np.ndarray, force: np.ndarray, dt: float) -> WindUp:
+def _parameters(
+    feedforward: Feedforward, screw: Screw, mean: np.ndarray, force: np.ndarray, dt: float
+) -> WindUp:
     assert feedforward.plant is not None
     inertia = _inertia_of(feedforward.plant, dt)
     # The nut stays on its flank until a clear force of the opposite sign, and starts in the middle of the gap.
@@ -83,7 +105,9 @@ def _parameters(feedforward: Feedforward, screw: Screw, mean: np.ndarray, force:
     time = feedforward.wind_up_time
     if time == 0.0:
         largest = float(np.max(np.abs(inertia * mean + screw.arm * force)))
-        time = _time_for(inertia * float(np.ptp(wind_up_along(p, force, mean, dt).position)), largest)
+        time = _time_for(
+            inertia * float(np.ptp(wind_up_along(p, force, mean, dt).position)), largest
+        )
     return p._replace(d=screw.d, weights=_weights(time, dt, force.size))
 
 
@@ -94,7 +118,13 @@ def whole_inertia(plant: Model, screw: Screw, dt: float) -> float:
 
 def _inertia_of(plant: Model, dt: float) -> float:
     """Return the inertia of a motor: the mean velocity at its port falls by dt / (2 J) per effort."""
-    return -0.5 * dt / plant.component.port(plant.component.initial_state(plant.parameters), 0.0, dt, plant.parameters)[1]
+    return (
+        -0.5
+        * dt
+        / plant.component.port(
+            plant.component.initial_state(plant.parameters), 0.0, dt, plant.parameters
+        )[1]
+    )
 
 
 def table_of(feedforward: Feedforward) -> Model:
@@ -110,7 +140,9 @@ def table_shape(feedforward: Feedforward) -> Shape:
     return shape
 
 
-def _table_friction(feedforward: Feedforward, screw: Screw, position: np.ndarray, passed: np.ndarray, dt: float) -> np.ndarray:
+def _table_friction(
+    feedforward: Feedforward, screw: Screw, position: np.ndarray, passed: np.ndarray, dt: float
+) -> np.ndarray:
     """Return the friction of the table along a desired motion [N], in the step after each sample."""
     friction = table_of(feedforward)
     travel = screw.arm * position

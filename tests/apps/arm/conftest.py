@@ -34,7 +34,11 @@ def swing(count, seconds, seed=0, amplitude=0.8):
     q, v, a = np.zeros((3, t.size, count))
     for joint in range(count):
         for frequency in rng.uniform(0.1, 0.8, 5):
-            phase, size, w = rng.uniform(0.0, 2 * np.pi), amplitude * rng.uniform(0.1, 0.5), 2 * np.pi * frequency
+            phase, size, w = (
+                rng.uniform(0.0, 2 * np.pi),
+                amplitude * rng.uniform(0.1, 0.5),
+                2 * np.pi * frequency,
+            )
             q[:, joint] += size * np.sin(w * t + phase)
             v[:, joint] += size * w * np.cos(w * t + phase)
             a[:, joint] -= size * w**2 * np.sin(w * t + phase)
@@ -47,4 +51,6 @@ def motion_with(effort, t, q, v, a, step=4):
 
 @pytest.fixture
 def pin():
-    return pytest.importorskip("pinocchio", reason="the dynamics of an arm need pip install bristle[arm]")
+    return pytest.importorskip(
+        "pinocchio", reason="the dynamics of an arm need pip install bristle[arm]"
+    )

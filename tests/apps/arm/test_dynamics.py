@@ -18,7 +18,12 @@ LUGRE = friction.lugre(F_C=8.0, F_S=11.0, v_S=0.05, sigma_0=4e4, sigma_1=30.0, s
 
 def effort_of(q, v, a, seed=0, noise=0.3):
     x = np.ascontiguousarray(q[:, 0] + 0.5 * DT * v[:, 0])
-    force = along(LUGRE.model if hasattr(LUGRE, "model") else LUGRE, dt=DT, v=np.ascontiguousarray(v[:, 0]), x=x)
+    force = along(
+        LUGRE.model if hasattr(LUGRE, "model") else LUGRE,
+        dt=DT,
+        v=np.ascontiguousarray(v[:, 0]),
+        x=x,
+    )
     weight = GRAVITY * (TRUE["mc_x"] * np.sin(q[:, 0]) + TRUE["mc_y"] * np.cos(q[:, 0]))
     total = TRUE["I_zz"] * a[:, 0] + weight + force
     return (total + noise * np.random.default_rng(seed).normal(size=len(q)))[:, None]
@@ -47,7 +52,9 @@ def repeated(periods):
         q[:, 0] += size * np.sin(w * t + w)
         v[:, 0] += size * w * np.cos(w * t + w)
         a[:, 0] -= size * w**2 * np.sin(w * t + w)
-    effort = effort_of(q, v, a, noise=0.01) + 0.5 * np.sin(25.0 * q) + 0.3 * np.abs(v) * np.sin(12.0 * q)
+    effort = (
+        effort_of(q, v, a, noise=0.01) + 0.5 * np.sin(25.0 * q) + 0.3 * np.abs(v) * np.sin(12.0 * q)
+    )
     motion = motion_with(effort, t, q, v, a)
     assert motion.period == pytest.approx(5.0, abs=4 * DT)
     return np.array([entry.half_width for entry in identify_dynamics(Pendulum(), motion).base])
@@ -69,17 +76,29 @@ def test_a_motion_with_one_free_joint_has_no_period():
 
 def test_half_widths_are_the_scatter_of_estimates_without_one_block():
     rng = np.random.default_rng(0)
-    friction, columns, effort = rng.normal(size=(60, 4)), rng.normal(size=(60, 1, 3)), rng.normal(size=(60, 1))
+    friction, columns, effort = (
+        rng.normal(size=(60, 4)),
+        rng.normal(size=(60, 1, 3)),
+        rng.normal(size=(60, 1)),
+    )
     friction = np.linalg.qr(friction)[0]
     blocks = np.array_split(rng.permutation(60), 12)
     design = np.hstack([friction, columns[:, 0]])
     kept = [np.setdiff1d(np.arange(60), block) for block in blocks]
-    estimates = np.array([np.linalg.lstsq(design[rows], effort[rows, 0], rcond=None)[0][4:] for rows in kept])
+    estimates = np.array(
+        [np.linalg.lstsq(design[rows], effort[rows, 0], rcond=None)[0][4:] for rows in kept]
+    )
     whole = np.linalg.lstsq(design, effort[:, 0], rcond=None)[0][4:]
-    apart = columns - np.einsum("nk,kjp->njp", friction, np.einsum("nk,njp->kjp", friction, columns))
+    apart = columns - np.einsum(
+        "nk,kjp->njp", friction, np.einsum("nk,njp->kjp", friction, columns)
+    )
     residual = effort - friction @ (friction.T @ effort) - apart @ whole
-    expected = 2.2009852 * np.sqrt(11 / 12 * np.sum((estimates - whole) ** 2, axis=0))  # Student, 11 degrees of freedom
-    np.testing.assert_allclose(_half_widths(apart, residual, [friction], blocks), expected, rtol=1e-6)
+    expected = 2.2009852 * np.sqrt(
+        11 / 12 * np.sum((estimates - whole) ** 2, axis=0)
+    )  # Student, 11 degrees of freedom
+    np.testing.assert_allclose(
+        _half_widths(apart, residual, [friction], blocks), expected, rtol=1e-6
+    )
 
 
 def test_bodies_have_positive_mass_and_explain_the_efforts(estimated):
@@ -93,7 +112,9 @@ def test_bodies_have_positive_mass_and_explain_the_efforts(estimated):
 def test_a_link_without_mass_is_no_body_of_the_prior(estimated):
     # The link is too light for its moment: the mass must grow to hold the centre of mass within its moments of inertia.
     t, q, v, a = swing(1, 30.0)
-    light = identify_dynamics(Pendulum(mass=1e-3), motion_with(effort_of(q, v, a), t, q, v, a)).bodies[0]
+    light = identify_dynamics(
+        Pendulum(mass=1e-3), motion_with(effort_of(q, v, a), t, q, v, a)
+    ).bodies[0]
     assert light[0] * light[9] > light[1] ** 2 + light[2] ** 2
 
 
@@ -113,7 +134,10 @@ def test_elements_slip_at_their_distance_and_remember():
 
 def test_a_point_mass_has_no_inertia_about_its_centre():
     mass, (x, y, z) = 2.0, (0.3, -0.2, 0.5)
-    about = [mass * moment for moment in (y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y)]
+    about = [
+        mass * moment
+        for moment in (y * y + z * z, -x * y, x * x + z * z, -x * z, -y * z, x * x + y * y)
+    ]
     of_body, centre, inertia = centred(np.array([mass, mass * x, mass * y, mass * z, *about]))
     assert of_body == mass
     np.testing.assert_allclose(centre, (x, y, z))

@@ -43,11 +43,27 @@ def identified(tmp_path, monkeypatch):
     def of(further=lambda q: 0.0 * q, joints=JOINTS, pressure=0.0, begin=0.0, seconds=40.0):
         t, q, v, a = swing(1, seconds, seed=3, amplitude=1.2)
         push = np.sin(5.0 * t)
-        effort = (INERTIA + ROTOR) * a + GRAVITY * np.sin(q) + 3.0 * np.sign(v) + 2.0 * v + further(q) + pressure * push[:, None]
-        np.savetxt(tmp_path / "arm.csv", np.column_stack([begin + t, q, effort, push]), "%.15g", ",", header="t,q,u,p", comments="")
+        effort = (
+            (INERTIA + ROTOR) * a
+            + GRAVITY * np.sin(q)
+            + 3.0 * np.sign(v)
+            + 2.0 * v
+            + further(q)
+            + pressure * push[:, None]
+        )
+        np.savetxt(
+            tmp_path / "arm.csv",
+            np.column_stack([begin + t, q, effort, push]),
+            "%.15g",
+            ",",
+            header="t,q,u,p",
+            comments="",
+        )
         (tmp_path / "arm.urdf").write_text("<robot/>")
         (tmp_path / "joints.toml").write_text(joints)
-        return br.arm.identify_arm(tmp_path / "arm.csv", tmp_path / "arm.urdf", str(tmp_path / "joints.toml"))
+        return br.arm.identify_arm(
+            tmp_path / "arm.csv", tmp_path / "arm.urdf", str(tmp_path / "joints.toml")
+        )
 
     return of
 
@@ -64,7 +80,9 @@ def test_two_lines_of_python_identify_the_friction_of_each_joint(arm, tmp_path):
     assert "only in a sum with bodies" in (tmp_path / "arm" / "joints" / "hinge.toml").read_text()
     assert joints_table(arm).rows[0][-1].endswith("(only in a sum)")
     (axis,) = axes
-    result = br.identify(tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics")
+    result = br.identify(
+        tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics"
+    )
     assert type(result).__name__ == "Identified"
     assert result.best.parameters["F_C"].value == pytest.approx(3.0, rel=0.05)
     assert result.best.parameters["F_v"].value == pytest.approx(2.0, rel=0.1)
@@ -108,14 +126,20 @@ def test_an_arm_needs_neither_kind_nor_times_in_its_log(identified, tmp_path):
     arm = identified(joints=f"{joints}timing = {{ sample_time = {DT} }}\n")
     (axis,) = arm.write(tmp_path / "arm")
     assert axis.mass == pytest.approx(arm.dynamics.rotors[0])
-    result = br.identify(tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics")
+    result = br.identify(
+        tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics"
+    )
     assert result.best.parameters["F_C"].value == pytest.approx(3.0, rel=0.05)
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("begin", "span"), [(1.7e9, ""), (7.0, '[log]\nspan = ["9 s", "29 s"]\n')])
 def test_an_arm_is_identified_on_any_stretch_of_time(identified, tmp_path, begin, span):
-    arm = identified(joints=JOINTS.replace("[[joint]]", f"{span}[[joint]]"), begin=begin, seconds=30.0)
+    arm = identified(
+        joints=JOINTS.replace("[[joint]]", f"{span}[[joint]]"), begin=begin, seconds=30.0
+    )
     (axis,) = arm.write(tmp_path / "arm")
-    result = br.identify(tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics")
+    result = br.identify(
+        tmp_path / "arm.csv", "coulomb_viscous", axis=axis, draws=0, method="inverse_dynamics"
+    )
     assert result.best.parameters["F_C"].value == pytest.approx(3.0, rel=0.05)

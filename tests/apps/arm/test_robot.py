@@ -32,7 +32,12 @@ URDF = """<robot name="r"><link name="base"/><link name="l1"/><link name="l2"/>
 <limit lower="-3" upper="3" effort="9" velocity="9"/></joint>
 <joint name="lift" type="revolute"><parent link="l1"/><child link="l2"/><origin xyz="0.1 0 0.4" rpy="-1.5707963267948966 0 -0.0"/>
 <axis xyz="0 0 -1"/><limit lower="-3" upper="3" effort="9" velocity="9"/></joint></robot>"""
-BODIES = np.array([[8.0, 0.4, 0.1, 0.8, 1.1, 0.01, 1.2, 0.02, -0.03, 0.9], [4.0, 0.8, -0.2, 0.1, 0.4, 0.02, 0.6, 0.01, 0.02, 0.5]])
+BODIES = np.array(
+    [
+        [8.0, 0.4, 0.1, 0.8, 1.1, 0.01, 1.2, 0.02, -0.03, 0.9],
+        [4.0, 0.8, -0.2, 0.1, 0.4, 0.02, 0.6, 0.01, 0.02, 0.5],
+    ]
+)
 
 
 def robot(text, name):
@@ -49,13 +54,17 @@ def test_both_kinds_of_files_give_the_same_efforts(chain):
     q, v, a = np.random.default_rng(0).normal(size=(3, 20, 2))
     of_urdf = robot(URDF, "robot.urdf")
     turned = q + np.array([0.0, np.pi / 2])
-    np.testing.assert_allclose(chain.effort(BODIES, q, v, a), of_urdf.effort(BODIES, turned, v, a), atol=1e-9)
+    np.testing.assert_allclose(
+        chain.effort(BODIES, q, v, a), of_urdf.effort(BODIES, turned, v, a), atol=1e-9
+    )
     assert chain.names == of_urdf.names == ("turn", "lift")
 
 
 def test_efforts_are_linear_in_the_dynamic_parameters(chain):
     q, v, a = np.random.default_rng(1).normal(size=(3, 20, 2))
-    np.testing.assert_allclose(chain.regressor(q, v, a) @ BODIES.ravel(), chain.effort(BODIES, q, v, a), atol=1e-9)
+    np.testing.assert_allclose(
+        chain.regressor(q, v, a) @ BODIES.ravel(), chain.effort(BODIES, q, v, a), atol=1e-9
+    )
 
 
 def test_gravity_acts_on_the_lifted_arm_only(chain):
@@ -70,7 +79,9 @@ def test_joints_outside_the_log_stay_at_zero(chain):
     alone = chain.of(["lift"])
     assert alone.names == ("lift",)
     whole = [np.hstack([np.zeros_like(signal), signal]) for signal in (q, v, a)]
-    np.testing.assert_allclose(alone.effort(BODIES[1:], q, v, a)[:, 0], chain.effort(BODIES, *whole)[:, 1], atol=1e-9)
+    np.testing.assert_allclose(
+        alone.effort(BODIES[1:], q, v, a)[:, 0], chain.effort(BODIES, *whole)[:, 1], atol=1e-9
+    )
     with pytest.raises(InputError, match="is not a joint of the robot"):
         chain.of(["lift", "wrist"])
 
@@ -83,11 +94,17 @@ def test_an_identified_urdf_has_the_bodies(pin):
 
 @pytest.mark.slow
 def test_the_scene_has_a_motor_and_friction_for_each_joint(chain):
-    frictions = {"turn": friction.coulomb_viscous(F_C=3.0, F_v=2.0), "lift": friction.dahl(F_C=3.0, sigma_0=1e3)}
+    frictions = {
+        "turn": friction.coulomb_viscous(F_C=3.0, F_v=2.0),
+        "lift": friction.dahl(F_C=3.0, sigma_0=1e3),
+    }
     text, errors = arm_scene(chain, BODIES, np.array([0.5, 0.25]), frictions)
     assert list(errors) == ["lift"]
     assert "% rms" in errors["lift"]
-    assert '<joint name="turn" type="hinge" axis="0.0 0.0 1.0" armature="0.5" frictionloss="3.0" damping="2.0" />' in text
+    assert (
+        '<joint name="turn" type="hinge" axis="0.0 0.0 1.0" armature="0.5" frictionloss="3.0" damping="2.0" />'
+        in text
+    )
     assert text.count("<motor ") == 2
     assert text.count('<joint joint="lift" coef="1" />') == text.count("springyield=") > 2
 

@@ -10,7 +10,14 @@ from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 
 SLIDING = {"v_S": 5e-3, "sigma_0": 5e6, "sigma_1": 1e3}
 TRUTH = friction.find("lugre+asymmetry")(
-    F_C_pos=24.0, F_C_neg=16.0, F_S_pos=30.0, F_S_neg=22.0, sigma_2_pos=100.0, sigma_2_neg=100.0, offset=2.0, **SLIDING
+    F_C_pos=24.0,
+    F_C_neg=16.0,
+    F_S_pos=30.0,
+    F_S_neg=22.0,
+    sigma_2_pos=100.0,
+    sigma_2_neg=100.0,
+    offset=2.0,
+    **SLIDING,
 )
 COMPENSATOR = friction.lugre(F_C=18.0, F_S=22.0, sigma_2=80.0, **SLIDING)
 
@@ -25,7 +32,10 @@ def loop(name="fed", compensator=COMPENSATOR, **changed):
         "feedforward": Feedforward(mass=20.0, friction=compensator),
         "run": Run(4.0, 1e-3, delay=1, settle=1.0),
     } | changed
-    of_axis = {part: replace(parts[part], kind=parts["plant"].kind) for part in ("friction", "controller", "sensor", "reference")}
+    of_axis = {
+        part: replace(parts[part], kind=parts["plant"].kind)
+        for part in ("friction", "controller", "sensor", "reference")
+    }
     return Variant(name=name, **(parts | of_axis))
 
 

@@ -8,9 +8,27 @@ from bristle.core.experiment import Feedforward, Run, Variant
 RADIAN = 2e-3 * math.pi / 5.0  # of the screw, for a micrometre of the table
 
 
-def rig(delay, *, slope=340.0, gain=340.0, switching=5e3 * RADIAN, layer=20.0 * RADIAN, limit=1.0, model=None):
+def rig(
+    delay,
+    *,
+    slope=340.0,
+    gain=340.0,
+    switching=5e3 * RADIAN,
+    layer=20.0 * RADIAN,
+    limit=1.0,
+    model=None,
+):
     """The rig of the source paper: 4e-4 kg m^2, 2 kHz, current lag 0.2 ms."""
-    law = controllers.sliding_mode(kind="rotational", J=4e-4, lambda_=slope, K_1=gain, K_2=switching, phi=layer, cutoff=400.0, limit=limit)
+    law = controllers.sliding_mode(
+        kind="rotational",
+        J=4e-4,
+        lambda_=slope,
+        K_1=gain,
+        K_2=switching,
+        phi=layer,
+        cutoff=400.0,
+        limit=limit,
+    )
     return Variant(
         name="rig",
         plant=plants.inertia(kind="rotational", M=4e-4),

@@ -16,24 +16,45 @@ from bristle.engine.contact import steady_force
 from bristle.models.sensors import encoder
 from bristle.report.messages import message
 from bristle.simulation.assessment import Friction, Motions
-from bristle.simulation.linear_system import LinearSystem, SampledLoop, margins_of, slope_in_sliding, stiffness_at_rest
+from bristle.simulation.linear_system import (
+    LinearSystem,
+    SampledLoop,
+    margins_of,
+    slope_in_sliding,
+    stiffness_at_rest,
+)
 
 
 def travelling(**parts):
     """The loop of an axis that travels."""
     reference = references.sine(amplitude=1e-3, frequency=0.25)
-    return replace(rig(0), **({"friction": friction.coulomb(F_C=1.0), "sensor": encoder(), "reference": reference} | parts))
+    return replace(
+        rig(0),
+        **(
+            {"friction": friction.coulomb(F_C=1.0), "sensor": encoder(), "reference": reference}
+            | parts
+        ),
+    )
 
 
 def point(assessment, motions, under=Friction.NONE):
-    return next(item for item in assessment.points if item.motions is motions and item.friction is under)
+    return next(
+        item for item in assessment.points if item.motions is motions and item.friction is under
+    )
 
 
 @pytest.mark.parametrize(
     ("delay", "outside", "inside", "radius"),
-    [(0, 41.5, 30.8, 0.886), (1, 21.1, 3.6, 0.986), (2, 0.8, -23.5, 1.062), (3, -19.5, -50.6, 1.096)],
+    [
+        (0, 41.5, 30.8, 0.886),
+        (1, 21.1, 3.6, 0.986),
+        (2, 0.8, -23.5, 1.062),
+        (3, -19.5, -50.6, 1.096),
+    ],
 )
-def test_margins_of_the_paper_s_loop_outside_and_inside_the_boundary_layer(delay, outside, inside, radius):
+def test_margins_of_the_paper_s_loop_outside_and_inside_the_boundary_layer(
+    delay, outside, inside, radius
+):
     result = assess(rig(delay))
     assert point(result, Motions.LARGE).margins.phase == pytest.approx(outside, abs=1.0)
     assert point(result, Motions.SMALL).margins.phase == pytest.approx(inside, abs=1.0)
@@ -41,7 +62,10 @@ def test_margins_of_the_paper_s_loop_outside_and_inside_the_boundary_layer(delay
 
 
 def test_the_gain_that_is_named_is_the_largest_that_is_stable():
-    share = float(message(assess(rig(3)).finding).rpartition("gains lowered to ")[2].partition(" %")[0]) / 100.0
+    share = (
+        float(message(assess(rig(3)).finding).rpartition("gains lowered to ")[2].partition(" %")[0])
+        / 100.0
+    )
     for factor, verdict in ((0.95 * share, Verdict.STABLE), (1.05 * share, Verdict.OSCILLATES)):
         weaker = rig(3)
         law = weaker.controller.with_values(J=factor * 4e-4)
@@ -55,7 +79,13 @@ def test_a_law_without_a_boundary_layer_switches():
 
 
 def test_terms_that_fade_with_amplitude_are_absent_at_large_motions():
-    proportional = {"kind": "rotational", "J": 4e-4, "lambda_": 300.0, "K_1": 200.0, "cutoff": 400.0}
+    proportional = {
+        "kind": "rotational",
+        "J": 4e-4,
+        "lambda_": 300.0,
+        "K_1": 200.0,
+        "cutoff": 400.0,
+    }
     twisting = controllers.super_twisting(k_1=1e-3, k_2=0.2, **proportional)
     plain = controllers.sliding_mode(**proportional)
     result, expected = (assess(replace(rig(1), controller=item)) for item in (twisting, plain))
@@ -71,7 +101,9 @@ def test_a_linear_law_has_one_loop():
 
 
 def test_the_limit_of_the_drive_does_not_change_the_loop():
-    assert assess(rig(1, limit=1e-9)).worst.loop.poles == pytest.approx(assess(rig(1)).worst.loop.poles, rel=1e-9)
+    assert assess(rig(1, limit=1e-9)).worst.loop.poles == pytest.approx(
+        assess(rig(1)).worst.loop.poles, rel=1e-9
+    )
 
 
 # --- against another implementation -----------------------------------------------------------------------------
@@ -89,21 +121,32 @@ def by_transfer_functions(k_p, k_v, mass, dt, delay):
 def test_a_cascade_agrees_with_its_transfer_function(k_v, delay):
     dt, mass, k_p = 1e-3, 30.0, 40.0
     law = controllers.cascade(k_p=k_p, k_v=k_v)
-    variant = travelling(plant=plants.inertia(M=mass), controller=law, run=Run(8.0, dt, delay=delay))
+    variant = travelling(
+        plant=plants.inertia(M=mass), controller=law, run=Run(8.0, dt, delay=delay)
+    )
     result = assess(variant).bare[0]
     over, under = by_transfer_functions(k_p, k_v, mass, dt, delay)
     expected = np.roots(np.polyadd(under, over))
-    assert np.sort(np.abs(result.loop.poles))[-3:] == pytest.approx(np.sort(np.abs(expected))[-3:], rel=1e-7)
+    assert np.sort(np.abs(result.loop.poles))[-3:] == pytest.approx(
+        np.sort(np.abs(expected))[-3:], rel=1e-7
+    )
     omega = np.geomspace(0.1, np.pi / dt, 200_001)
     z = np.exp(1j * omega * dt)
     response = np.polyval(over, z) / np.polyval(under, z)
     at = np.flatnonzero(np.diff(np.sign(np.abs(response) - 1.0)))[-1]
     assert result.margins.crossover == pytest.approx(omega[at], rel=1e-3)
-    assert result.margins.phase == pytest.approx(180.0 + np.degrees(np.angle(response[at])), abs=0.05)
-    largest = [np.max(np.abs(np.roots(np.polyadd(under, g * result.margins.gain * over)))) for g in (0.99, 1.0, 1.01)]
+    assert result.margins.phase == pytest.approx(
+        180.0 + np.degrees(np.angle(response[at])), abs=0.05
+    )
+    largest = [
+        np.max(np.abs(np.roots(np.polyadd(under, g * result.margins.gain * over))))
+        for g in (0.99, 1.0, 1.01)
+    ]
     assert largest[1] == pytest.approx(1.0, abs=1e-6)
     assert largest[0] < 1.0 < largest[2]
-    assert result.margins.sensitivity == pytest.approx(np.max(1.0 / np.abs(1.0 + response)), rel=1e-3)
+    assert result.margins.sensitivity == pytest.approx(
+        np.max(1.0 / np.abs(1.0 + response)), rel=1e-3
+    )
 
 
 # --- against the simulation -------------------------------------------------------------------------------------
@@ -122,14 +165,20 @@ def positions_of(loop, body, count):
 
 
 @interpreted()
-@pytest.mark.parametrize(("k_v", "k_i", "delay"), [(3000.0, 0.0, 1), (3000.0, 4e4, 0), (15000.0, 0.0, 2)])
+@pytest.mark.parametrize(
+    ("k_v", "k_i", "delay"), [(3000.0, 0.0, 1), (3000.0, 4e4, 0), (15000.0, 0.0, 2)]
+)
 def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     law, mass, moved = controllers.cascade(k_p=40.0, k_v=k_v, k_i=k_i), plants.inertia(M=30.0), 1e-3
     film = friction.viscous(F_v=50.0)
     variant = travelling(plant=mass, friction=film, controller=law, run=Run(1.0, 1e-3, delay=delay))
     loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
-    trace = run_closed_loop(mass, film, law, encoder(), np.zeros((4, 120)), 1e-3, steps=4, delay=delay, x=moved)
-    assert positions_of(loop, np.eye(loop.plant.B.size)[0] * moved, 120) == pytest.approx(trace.position, rel=1e-6, abs=1e-6 * moved)
+    trace = run_closed_loop(
+        mass, film, law, encoder(), np.zeros((4, 120)), 1e-3, steps=4, delay=delay, x=moved
+    )
+    assert positions_of(loop, np.eye(loop.plant.B.size)[0] * moved, 120) == pytest.approx(
+        trace.position, rel=1e-6, abs=1e-6 * moved
+    )
 
 
 @interpreted()
@@ -172,7 +221,10 @@ def test_an_unexcited_mode_is_no_pole_of_the_loop():
     # are: poles at 1 that say nothing of the loop.
     law = controllers.cascade(k_p=40.0, k_v=3000.0)
     pulled = plants.pulled_inertia(M=30.0, k=0.0, v_e=1e-3)
-    variants = [travelling(plant=variant, controller=law, run=Run(1.0, 1e-3)) for variant in (plants.inertia(M=30.0), pulled)]
+    variants = [
+        travelling(plant=variant, controller=law, run=Run(1.0, 1e-3))
+        for variant in (plants.inertia(M=30.0), pulled)
+    ]
     radii = [assess(variant).bare[0].loop.spectral_radius for variant in variants]
     assert radii[1] == pytest.approx(radii[0], rel=1e-6)
     assert radii[0] < 0.99
@@ -180,7 +232,9 @@ def test_an_unexcited_mode_is_no_pole_of_the_loop():
 
 # --- friction ---------------------------------------------------------------------------------------------------
 
-LUGRE = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=30.0, sigma_1=0.05, sigma_2=3e-3)
+LUGRE = friction.lugre(
+    kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=30.0, sigma_1=0.05, sigma_2=3e-3
+)
 
 
 def test_friction_is_a_spring_where_the_axis_is_stuck_and_a_damper_where_it_slides():
@@ -209,23 +263,35 @@ def test_a_friction_model_has_a_linear_form_or_sticks(name):
     typical = friction.find(name)(**friction.find(name).example)
     stuck = stiffness_at_rest(typical, 1e-3)
     assert stuck is None or (stuck.k >= 0.0 and stuck.c >= 0.0)
-    fast, slow = (0.5 * (steady_force(typical, v) - steady_force(typical, -v)) for v in (1.001, 0.999))
-    assert slope_in_sliding(typical, 1.0).c == pytest.approx((fast - slow) / 0.002, rel=0.01, abs=1e-6 * abs(fast))
+    fast, slow = (
+        0.5 * (steady_force(typical, v) - steady_force(typical, -v)) for v in (1.001, 0.999)
+    )
+    assert slope_in_sliding(typical, 1.0).c == pytest.approx(
+        (fast - slow) / 0.002, rel=0.01, abs=1e-6 * abs(fast)
+    )
 
 
 def test_a_film_is_no_spring():
     stuck = stiffness_at_rest(friction.viscous(F_v=200.0), 1e-3)
     assert stuck.k == 0.0
     assert stuck.c == pytest.approx(200.0)
-    assert {item.friction for item in assess(rig(0, model=friction.viscous(kind="rotational", F_v=1e-3))).points} == {
-        Friction.NONE,
-        Friction.SLIDING,
-    }
+    assert {
+        item.friction
+        for item in assess(rig(0, model=friction.viscous(kind="rotational", F_v=1e-3))).points
+    } == {Friction.NONE, Friction.SLIDING}
 
 
 def test_an_offset_and_two_sides_are_no_slope():
     shifted = friction.find("lugre+asymmetry")(
-        kind="rotational", F_C_pos=0.044, F_C_neg=0.024, F_S_pos=0.05, F_S_neg=0.03, v_S=0.5, sigma_0=30.0, sigma_1=0.05, offset=0.005
+        kind="rotational",
+        F_C_pos=0.044,
+        F_C_neg=0.024,
+        F_S_pos=0.05,
+        F_S_neg=0.03,
+        v_S=0.5,
+        sigma_0=30.0,
+        sigma_1=0.05,
+        offset=0.005,
     )
     assert stiffness_at_rest(shifted, 5e-4).k == pytest.approx(30.0, rel=1e-6)
 

@@ -15,13 +15,27 @@ from bristle.simulation.tuning import feeds_inertia, with_known_motion
 
 
 def test_each_cause_of_the_loop_is_found_and_no_other():
-    assert [item.name for item in causes_of(loop())] == ["amplitude", "shape", "asymmetry", "encoder", "delay"]
+    assert [item.name for item in causes_of(loop())] == [
+        "amplitude",
+        "shape",
+        "asymmetry",
+        "encoder",
+        "delay",
+    ]
     plain = loop(compensator=None)
-    assert [item.name for item in causes_of(plain)] == ["no compensation", "asymmetry", "encoder", "delay"]
+    assert [item.name for item in causes_of(plain)] == [
+        "no compensation",
+        "asymmetry",
+        "encoder",
+        "delay",
+    ]
 
 
 def test_a_loop_without_velocity_and_inertia_feedforward_lags():
-    deaf = loop(controller=loop().controller.with_values(k_ff=0.0), feedforward=replace(loop().feedforward, mass=0.0))
+    deaf = loop(
+        controller=loop().controller.with_values(k_ff=0.0),
+        feedforward=replace(loop().feedforward, mass=0.0),
+    )
     lag = causes_of(deaf)[0]
     assert lag.name == "lag"
     message = lag.without(deaf)
@@ -50,7 +64,11 @@ def test_causes_are_removed_in_any_order():
         left = loop()
         for cause in order:
             left = cause.without(left)
-        ways.append(replace(left, feedforward=replace(left.feedforward, gain=round(left.feedforward.gain, 9))))
+        ways.append(
+            replace(
+                left, feedforward=replace(left.feedforward, gain=round(left.feedforward.gain, 9))
+            )
+        )
     assert all(way == ways[0] for way in ways)
 
 
@@ -61,7 +79,9 @@ def test_the_nominal_friction_is_the_same_in_both_directions():
 
 @interpreted()
 def test_the_nominal_friction_repeats_itself():
-    rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1)
+    rough = friction.maxwell_stribeck(
+        F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1
+    )
     assert nominal(rough).values["scatter"] == 0.0
     assert "irregularity" in [item.name for item in causes_of(loop(friction=rough))]
 
@@ -69,12 +89,23 @@ def test_the_nominal_friction_repeats_itself():
 def test_the_budget_matches_its_simulated_loops(designed):
     budget = designed.budget
     assert budget.variant == "fed"
-    assert {item.cause for item in budget.entries} == {"amplitude", "shape", "asymmetry", "encoder", "delay"}
+    assert {item.cause for item in budget.entries} == {
+        "amplitude",
+        "shape",
+        "asymmetry",
+        "encoder",
+        "delay",
+    }
     entry = next(item for item in budget.entries if item.cause == "asymmetry")
-    even = next(item for item in causes_of(loop()) if item.name == "asymmetry").without(loop("even"))
+    even = next(item for item in causes_of(loop()) if item.name == "asymmetry").without(
+        loop("even")
+    )
     result = simulate(Experiment("one", "translational", (loop(), even)))
     assert entry.without == result.variants["even"].following_error
-    assert budget.all_causes == simulate(Experiment("one", "translational", (loop(),))).variants["fed"].following_error
+    assert (
+        budget.all_causes
+        == simulate(Experiment("one", "translational", (loop(),))).variants["fed"].following_error
+    )
 
 
 def test_a_compensator_of_the_right_size_and_shape_is_no_cause():

@@ -10,7 +10,16 @@ from tests.apps.design.conftest import COMPENSATOR, SLIDING, TRUTH, loop
 
 from bristle import controllers, friction, plants, references, sensors
 from bristle.apps.design import budget
-from bristle.apps.design.analysis import SAMPLES_LEAST, Circle, _axis, _bandwidth, _circles, _friction_at, circle_of, design
+from bristle.apps.design.analysis import (
+    SAMPLES_LEAST,
+    Circle,
+    _axis,
+    _bandwidth,
+    _circles,
+    _friction_at,
+    circle_of,
+    design,
+)
 from bristle.apps.design.budget import best_gain, causes_of, error_budget, nominal
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Feedforward
@@ -21,7 +30,14 @@ ANGLE = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 
 def test_glitches_are_swings_within_30_degrees_of_a_reversal():
     deviation = np.zeros(720)
-    for place, size in ((2, 1.0), (-2, -2.0), (180 + 58, 3.0), (360 - 61, 4.0), (540, -5.0), (540 + 62, 7.0)):  # in half degrees
+    for place, size in (
+        (2, 1.0),
+        (-2, -2.0),
+        (180 + 58, 3.0),
+        (360 - 61, 4.0),
+        (540, -5.0),
+        (540 + 62, 7.0),
+    ):  # in half degrees
         deviation[place] = size
     circle = Circle("x", 0.02, 0.05, ANGLE, deviation)
     assert circle.glitches == (3.0, 3.0, 0.0, 5.0)
@@ -30,19 +46,31 @@ def test_glitches_are_swings_within_30_degrees_of_a_reversal():
 
 def test_the_circle_of_a_motion_has_half_its_travel_as_radius():
     radius, feed = circle_of(loop(reference=references.sine(amplitude=3e-3, frequency=0.5)))
-    assert (radius, feed) == (pytest.approx(3e-3, rel=1e-4), pytest.approx(math.pi * 3e-3, rel=1e-4))
+    assert (radius, feed) == (
+        pytest.approx(3e-3, rel=1e-4),
+        pytest.approx(math.pi * 3e-3, rel=1e-4),
+    )
     assert circle_of(loop(reference=references.circle(radius=0.02, feed=0.05))) == (0.02, 0.05)
 
 
 def test_each_axis_of_a_circle_has_separate_noise_and_time_to_settle():
-    rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=4)
-    variant = loop(friction=rough, sensor=sensors.encoder(resolution=1e-6, noise=1e-7, seed=7), disturbance=np.ones(4000))
+    rough = friction.maxwell_stribeck(
+        F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=4
+    )
+    variant = loop(
+        friction=rough,
+        sensor=sensors.encoder(resolution=1e-6, noise=1e-7, seed=7),
+        disturbance=np.ones(4000),
+    )
     x, y = (_axis(variant, 0.02, 0.05, name) for name in ("x", "y"))
     assert (x.name, y.name) == ("fed, x", "fed, y")
     assert [each.friction.values["seed"] for each in (x, y)] == [4, 5]
     assert [each.sensor.values["seed"] for each in (x, y)] == [7, 8]
     revolution = 2.0 * math.pi * 0.02 / 0.05
-    assert (x.run.settle, x.run.duration) == (pytest.approx(revolution), pytest.approx(2.0 * revolution))
+    assert (x.run.settle, x.run.duration) == (
+        pytest.approx(revolution),
+        pytest.approx(2.0 * revolution),
+    )
     assert (x.run.seeds, x.disturbance, x.injected, x.learning) == (1, None, None, None)
     assert (x.reference.values["radius"], x.reference.values["feed"]) == (0.02, 0.05)
 
@@ -52,7 +80,9 @@ def test_a_circle_whose_samples_do_not_show_it_is_not_run():
     assert _circles(still, (), None) == ()
     # A revolution takes 2 pi radius over feed: of 400 samples of a millisecond at least.
     feed = 2.0 * math.pi * 1e-4 / (SAMPLES_LEAST * 1e-3)
-    assert _circles(loop(reference=references.circle(radius=1e-4, feed=1.01 * feed)), (), None) == ()
+    assert (
+        _circles(loop(reference=references.circle(radius=1e-4, feed=1.01 * feed)), (), None) == ()
+    )
     (circle,) = _circles(loop(reference=references.circle(radius=1e-4, feed=0.99 * feed)), (), None)
     assert (circle.variant, circle.radius) == ("without compensation", 1e-4)
     assert circle.angle.size == pytest.approx(404, abs=1)
@@ -71,7 +101,13 @@ def test_friction_at_a_speed_counts_that_of_the_table_at_its_arm():
 
 
 @pytest.mark.parametrize(
-    ("raw", "expected"), [(30.0, 30.0), ("30 rad/s", 30.0), ("30 Hz", 2.0 * math.pi * 30.0), ("60 1/min", 2.0 * math.pi)]
+    ("raw", "expected"),
+    [
+        (30.0, 30.0),
+        ("30 rad/s", 30.0),
+        ("30 Hz", 2.0 * math.pi * 30.0),
+        ("60 1/min", 2.0 * math.pi),
+    ],
 )
 def test_a_bandwidth_is_an_angular_frequency(raw, expected):
     assert _bandwidth(raw, "bandwidth", None) == pytest.approx(expected)
@@ -100,9 +136,16 @@ def text_of(variant, name):
 
 
 def test_causes_state_their_size():
-    rough = friction.maxwell_stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1)
-    assert text_of(loop(friction=rough), "irregularity") == "friction scatter of 5 % between reversals"
-    half = loop(compensator=nominal(TRUTH), feedforward=Feedforward(mass=20.0, friction=nominal(TRUTH), gain=0.5))
+    rough = friction.maxwell_stribeck(
+        F_C=20.0, F_S=28.0, v_S=2e-3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], scatter=0.05, seed=1
+    )
+    assert (
+        text_of(loop(friction=rough), "irregularity") == "friction scatter of 5 % between reversals"
+    )
+    half = loop(
+        compensator=nominal(TRUTH),
+        feedforward=Feedforward(mass=20.0, friction=nominal(TRUTH), gain=0.5),
+    )
     assert text_of(half, "amplitude") == "the compensator is 0.5 times the nominal friction"
     noisy = loop(sensor=sensors.encoder(resolution=1e-6, noise=1e-7))
     assert text_of(noisy, "encoder") == "resolution and noise of the encoder"
@@ -159,9 +202,15 @@ def test_a_loop_without_a_compensator_needs_no_gain():
 def test_the_best_gain_is_a_projection_where_shapes_differ():
     # Of 30 N forward and 10 N backward on a compensator of 20 N: the mean.
     uneven = friction.find("coulomb+asymmetry")(F_C_pos=30.0, F_C_neg=10.0)
-    assert best_gain(loop(friction=uneven, compensator=friction.coulomb(F_C=40.0))) == pytest.approx(0.5)
-    stribeck = friction.lugre(F_C=36.0, F_S=44.0, sigma_2=160.0, **(SLIDING | {"sigma_0": 1e7, "sigma_1": 2e3}))
-    assert best_gain(loop(friction=stribeck, compensator=COMPENSATOR)) == pytest.approx(2.0, rel=1e-6)
+    assert best_gain(
+        loop(friction=uneven, compensator=friction.coulomb(F_C=40.0))
+    ) == pytest.approx(0.5)
+    stribeck = friction.lugre(
+        F_C=36.0, F_S=44.0, sigma_2=160.0, **(SLIDING | {"sigma_0": 1e7, "sigma_1": 2e3})
+    )
+    assert best_gain(loop(friction=stribeck, compensator=COMPENSATOR)) == pytest.approx(
+        2.0, rel=1e-6
+    )
 
 
 def test_a_budget_sorts_causes_by_benefit_and_runs_loops_at_most_twice(monkeypatch):
@@ -171,12 +220,23 @@ def test_a_budget_sorts_causes_by_benefit_and_runs_loops_at_most_twice(monkeypat
             self.following_error = budget.statistics_of(np.array([0.0, size]))
 
     sizes = {"everything": 9.0, "nothing": 0.5}
-    sizes |= {f"without {name}": size for name, size in (("amplitude", 7.0), ("shape", 3.0), ("asymmetry", 5.0), ("delay", 8.0))}
+    sizes |= {
+        f"without {name}": size
+        for name, size in (("amplitude", 7.0), ("shape", 3.0), ("asymmetry", 5.0), ("delay", 8.0))
+    }
     ran = []
 
     def simulated(experiment, progress):
         ran.extend(experiment.variants)
-        return type("Result", (), {"variants": {each.name: Outcome(sizes.get(each.name, 1.0)) for each in experiment.variants}})
+        return type(
+            "Result",
+            (),
+            {
+                "variants": {
+                    each.name: Outcome(sizes.get(each.name, 1.0)) for each in experiment.variants
+                }
+            },
+        )
 
     monkeypatch.setattr(budget, "simulate", simulated)
     variant = loop(sensor=sensors.encoder(), run=replace(loop().run, seeds=5))
@@ -187,11 +247,15 @@ def test_a_budget_sorts_causes_by_benefit_and_runs_loops_at_most_twice(monkeypat
     assert {each.run.seeds for each in ran} == {2}
     assert result.entries[0].alone.peak_to_peak == 1.0
     by_name = {each.name: each for each in ran}
-    assert by_name["everything"] == replace(variant, name="everything", run=replace(variant.run, seeds=2))
+    assert by_name["everything"] == replace(
+        variant, name="everything", run=replace(variant.run, seeds=2)
+    )
     assert causes_of(by_name["nothing"]) == ()
     assert names(by_name["delay alone"]) == ["delay"]
     assert "delay" not in names(by_name["without delay"])
-    assert error_budget(loop(controller=controllers.cascade(k_p=80.0, k_v=4000.0, k_ff=1.0))).runs == 1
+    assert (
+        error_budget(loop(controller=controllers.cascade(k_p=80.0, k_v=4000.0, k_ff=1.0))).runs == 1
+    )
 
 
 def test_the_progress_of_a_design_ends_with_its_circles(monkeypatch):
@@ -206,12 +270,19 @@ def test_the_progress_of_a_design_ends_with_its_circles(monkeypatch):
     module = import_module("bristle.apps.design.analysis")
     monkeypatch.setattr(module, "error_budget", part)
     monkeypatch.setattr(module, "_circles", part)
-    monkeypatch.setattr(module, "proposals_for", lambda chosen, **requested: part(requested["progress"]))
+    monkeypatch.setattr(
+        module, "proposals_for", lambda chosen, **requested: part(requested["progress"])
+    )
     variants = (loop("plain", None), loop())
-    designed = design(Experiment("bench", "translational", variants), progress=lambda share, text: reported.append(share))
+    designed = design(
+        Experiment("bench", "translational", variants),
+        progress=lambda share, text: reported.append(share),
+    )
     assert reported == pytest.approx([0.0, 0.6, 0.6, 0.85, 0.85, 1.0])
     assert designed.variant.name == "fed"
     assert designed.budget == ()
     bare = Experiment("bench", "translational", (loop("first", None), loop("second", None)))
     assert design(bare, progress=lambda share, text: None).variant.name == "first"
-    assert design(bare, variant="second", progress=lambda share, text: None).variant.name == "second"
+    assert (
+        design(bare, variant="second", progress=lambda share, text: None).variant.name == "second"
+    )

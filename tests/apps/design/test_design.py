@@ -29,7 +29,11 @@ def keeps(variant, law):
     """Return whether a loop keeps its margins: with its lag and half a millisecond more, or over 0.2 to 1 ms."""
     stated = variant.run.current_lag
     requested = ((stated, 40.0), (stated + 5e-4, 30.0)) if stated else ((2e-4, 40.0), (1e-3, 40.0))
-    return all(margin.phase >= least and margin.gain >= 2.0 for lag, least in requested for margin in margins(variant, law, lag))
+    return all(
+        margin.phase >= least and margin.gain >= 2.0
+        for lag, least in requested
+        for margin in margins(variant, law, lag)
+    )
 
 
 @pytest.mark.slow
@@ -39,7 +43,13 @@ def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
     variant = rig(delay)
     law = tuned(variant, name).law
     assert keeps(variant, law)
-    higher = law.with_values(**{key: 1.12 * law.values[key] for key in ("lambda_", "K_1", "K_2", "g") if key in law.values})
+    higher = law.with_values(
+        **{
+            key: 1.12 * law.values[key]
+            for key in ("lambda_", "K_1", "K_2", "g")
+            if key in law.values
+        }
+    )
     assert not keeps(variant, higher)
 
 
@@ -51,7 +61,9 @@ def test_an_unstated_lag_does_not_count_as_zero(name):
     law = tuned(unstated, name).law
     assert keeps(unstated, law)
     for lag in np.linspace(2e-4, 1e-3, 9):  # every lag between, too
-        assert all(margin.phase >= 40.0 and margin.gain >= 2.0 for margin in margins(unstated, law, lag))
+        assert all(
+            margin.phase >= 40.0 and margin.gain >= 2.0 for margin in margins(unstated, law, lag)
+        )
     short = replace(lagging, run=replace(lagging.run, current_lag=1e-4))
     assert tuned(short, name).bandwidth > 1.1 * tuned(unstated, name).bandwidth
 
@@ -78,7 +90,13 @@ def test_tuned_gains_are_near_the_rule_of_thumb():
 
 
 def test_a_law_that_no_gains_are_known_for_is_left_alone():
-    assert tuned(replace(rig(1), controller=controllers.cascade(k_p=1.0, k_v=1.0, kind="rotational")), "layered") is None
+    assert (
+        tuned(
+            replace(rig(1), controller=controllers.cascade(k_p=1.0, k_v=1.0, kind="rotational")),
+            "layered",
+        )
+        is None
+    )
 
 
 def test_the_delay_of_a_loop_is_the_sum_of_its_parts():
@@ -98,8 +116,13 @@ def test_a_cascade_lags_by_its_averaging(averaging, samples):
 
 def test_mass_and_stiffness_are_those_of_the_loop():
     assert inertia_of(loop()) == pytest.approx(20.0, rel=1e-3)
-    assert law_stiffness(linear_law(controllers.cascade(k_p=80.0, k_v=4000.0), 1e-3, LARGE)) == pytest.approx(80.0 * 4000.0, rel=1e-6)
-    assert law_stiffness(linear_law(controllers.cascade(k_p=80.0, k_v=4000.0, k_i=1e4), 1e-3, LARGE)) == math.inf
+    assert law_stiffness(
+        linear_law(controllers.cascade(k_p=80.0, k_v=4000.0), 1e-3, LARGE)
+    ) == pytest.approx(80.0 * 4000.0, rel=1e-6)
+    assert (
+        law_stiffness(linear_law(controllers.cascade(k_p=80.0, k_v=4000.0, k_i=1e4), 1e-3, LARGE))
+        == math.inf
+    )
     # A count in one sample is a velocity of 1 mm/s.
     assert count_response(loop()) == pytest.approx(4000.0 * (1e-3 + 80.0 * 1e-6), rel=1e-6)
 
@@ -112,7 +135,9 @@ def test_friction_makes_a_circle_bulge_where_an_axis_reverses_and_compensation_f
     assert plain.angle[0] < 0.02
     assert plain.angle[-1] > 2.0 * math.pi - 0.02
     elsewhere = np.abs(np.abs(plain.angle % (0.5 * np.pi) - 0.25 * np.pi)) < 0.1
-    assert min(plain.glitches) > 5.0 * np.ptp(plain.deviation[elsewhere & (plain.angle < 0.5 * np.pi)])
+    assert min(plain.glitches) > 5.0 * np.ptp(
+        plain.deviation[elsewhere & (plain.angle < 0.5 * np.pi)]
+    )
     assert max(fed.glitches) < 0.2 * min(plain.glitches)
     assert plain.peak_to_peak >= max(plain.glitches)
 
@@ -140,7 +165,9 @@ def test_the_first_variant_that_feeds_friction_forward_is_designed(designed):
 
 
 def test_a_loop_that_diverges_has_no_budget(monkeypatch):
-    monkeypatch.setattr(import_module("bristle.apps.design.analysis"), "proposals_for", lambda variant, **asked: ())
+    monkeypatch.setattr(
+        import_module("bristle.apps.design.analysis"), "proposals_for", lambda variant, **asked: ()
+    )
     result = design(Experiment("slow", "translational", (loop(run=replace(loop().run, delay=9)),)))
     assert (result.is_stable, result.budget) == (False, None)
 
@@ -161,9 +188,13 @@ def test_a_bandwidth_that_is_asked_for_is_given_as_far_as_the_margins_allow():
 
 
 def test_an_axis_with_a_screw_is_stable_and_errs_by_its_backlash():
-    screw = plants.ball_screw(kind="rotational", J=1e-3, M=50.0, lead=5e-3, k=1e8, d=2e3, backlash="3 um")
+    screw = plants.ball_screw(
+        kind="rotational", J=1e-3, M=50.0, lead=5e-3, k=1e8, d=2e3, backlash="3 um"
+    )
     motor = friction.coulomb_viscous(kind="rotational", F_C=0.02, F_v=1e-3)
-    guide = friction.find("coulomb_viscous+asymmetry")(F_C_pos=30.0, F_C_neg=20.0, F_v_pos=200.0, F_v_neg=200.0)
+    guide = friction.find("coulomb_viscous+asymmetry")(
+        F_C_pos=30.0, F_C_neg=20.0, F_v_pos=200.0, F_v_neg=200.0
+    )
     axis = loop(
         compensator=None,
         plant=screw,
@@ -177,5 +208,11 @@ def test_an_axis_with_a_screw_is_stable_and_errs_by_its_backlash():
         run=Run(2.0, 1e-3, delay=1, settle=0.5),
     )
     assert assess(axis).verdict is Verdict.STABLE
-    assert {cause.name for cause in causes_of(axis)} == {"lag", "asymmetry", "encoder", "delay", "backlash"}
+    assert {cause.name for cause in causes_of(axis)} == {
+        "lag",
+        "asymmetry",
+        "encoder",
+        "delay",
+        "backlash",
+    }
     assert inertia_of(axis) == pytest.approx(1e-3 + 50.0 * (5e-3 / (2.0 * math.pi)) ** 2, rel=0.01)

@@ -50,7 +50,9 @@ def test_parallel_systems_add_their_outputs():
     both = single.beside(other)
     assert both.response(POINTS) == pytest.approx(single.response(POINTS) + other.response(POINTS))
     assert sorted(np.linalg.eigvals(both.A)) == pytest.approx([-0.2, 0.5])
-    assert single.beside(constant(1.0)).response(POINTS) == pytest.approx(single.response(POINTS) + 1.0)
+    assert single.beside(constant(1.0)).response(POINTS) == pytest.approx(
+        single.response(POINTS) + 1.0
+    )
 
 
 def test_a_function_is_measured_by_its_slopes_in_each_direction():
@@ -73,7 +75,9 @@ def test_a_cascade_answers_a_position_by_its_gains():
     slow = law.response(np.array([np.exp(1e-6j)]))[0]
     assert slow.real == pytest.approx(-40.0 * 3000.0, rel=1e-6)
     # A difference over a sample: k_v (1 - 1/z) / dt at half the sampling rate.
-    assert law.response(np.array([-1.0 + 0j]))[0] == pytest.approx(-3000.0 * (40.0 + 2.0 / DT), rel=1e-6)
+    assert law.response(np.array([-1.0 + 0j]))[0] == pytest.approx(
+        -3000.0 * (40.0 + 2.0 / DT), rel=1e-6
+    )
 
 
 def test_a_law_is_measured_about_rest_to_rounding():
@@ -84,7 +88,9 @@ def test_a_law_is_measured_about_rest_to_rounding():
     ):
         small, larger = linear_law(law, DT, SMALL), linear_law(law, DT, 1e3 * SMALL)
         for part, other in zip(small, larger, strict=True):
-            assert part == pytest.approx(other, rel=1e-14, abs=1e-14 * np.max(np.abs(other), initial=0.0))
+            assert part == pytest.approx(
+                other, rel=1e-14, abs=1e-14 * np.max(np.abs(other), initial=0.0)
+            )
 
 
 # --- plants ---------------------------------------------------------------------------------------------------------
@@ -107,13 +113,25 @@ def speed(x):
     return (x[-1] - x[-2]) / DT
 
 
-SCREW = {"kind": "rotational", "J": 1e-3, "M": 50.0, "lead": 2e-3 * math.pi, "k": 1e8, "d": 2e3}  # an arm of 1 mm
+SCREW = {
+    "kind": "rotational",
+    "J": 1e-3,
+    "M": 50.0,
+    "lead": 2e-3 * math.pi,
+    "k": 1e8,
+    "d": 2e3,
+}  # an arm of 1 mm
 
 
 def behind_a_screw(side, motor=NO_FRICTION, table=NO_FRICTION, **changed):
     """The plant of a table behind a screw whose arm is a millimetre."""
     law = controllers.cascade(kind="rotational", k_p=80.0, k_v=0.2)
-    variant = loop(plant=plants.ball_screw(**(SCREW | changed)), controller=law, sensor_at=side, run=Run(4.0, DT, substeps=20))
+    variant = loop(
+        plant=plants.ball_screw(**(SCREW | changed)),
+        controller=law,
+        sensor_at=side,
+        run=Run(4.0, DT, substeps=20),
+    )
     return linear_plant(variant, LARGE, motor, table)
 
 
@@ -125,21 +143,54 @@ KEPT = (LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4))
     ("plant", "command", "count", "read", "expected", "tolerance"),
     [
         # A constant effort moves a mass by half of its acceleration times time squared, and behind a lag later.
-        (lambda: linear_plant(loop(), LARGE), 40.0, 6, np.array, 0.5 * 2.0 * (DT * np.arange(6)) ** 2, 1e-6),
+        (
+            lambda: linear_plant(loop(), LARGE),
+            40.0,
+            6,
+            np.array,
+            0.5 * 2.0 * (DT * np.arange(6)) ** 2,
+            1e-6,
+        ),
         (
             lambda: linear_plant(LAGGING, LARGE),
             40.0,
             9,
             np.array,
-            2.0 * (0.5 * (DT * np.arange(9)) ** 2 - 2e-3 * DT * np.arange(9) + 4e-6 * (1.0 - np.exp(-0.5 * np.arange(9)))),
+            2.0
+            * (
+                0.5 * (DT * np.arange(9)) ** 2
+                - 2e-3 * DT * np.arange(9)
+                + 4e-6 * (1.0 - np.exp(-0.5 * np.arange(9)))
+            ),
             1e-3,
         ),
         # A damper lets it slide at its terminal speed, and a spring holds it where the effort balances.
-        (lambda: linear_plant(loop(), LARGE, LinearFriction(0.0, 4000.0)), 40.0, 100, speed, 0.01, 1e-6),
-        (lambda: linear_plant(loop(), LARGE, LinearFriction(2e5, 4000.0)), 40.0, 2000, last, 2e-4, 1e-6),
+        (
+            lambda: linear_plant(loop(), LARGE, LinearFriction(0.0, 4000.0)),
+            40.0,
+            100,
+            speed,
+            0.01,
+            1e-6,
+        ),
+        (
+            lambda: linear_plant(loop(), LARGE, LinearFriction(2e5, 4000.0)),
+            40.0,
+            2000,
+            last,
+            2e-4,
+            1e-6,
+        ),
         # 50 kg over an arm of a millimetre are 5e-5 kg m^2.
         *(
-            (partial(behind_a_screw, side), 0.42, 200, lambda x: np.mean(np.diff(x, 2)[100:]) / DT**2, 0.42 / (1e-3 + 5e-5), 0.01)
+            (
+                partial(behind_a_screw, side),
+                0.42,
+                200,
+                lambda x: np.mean(np.diff(x, 2)[100:]) / DT**2,
+                0.42 / (1e-3 + 5e-5),
+                0.01,
+            )
             for side in ("motor", "load")
         ),
         # 0.01 N m are 10 N at the table: of 1e7 N/m it gives by 1 um, or 1e-3 rad, and a screw of 1e6 N/m by 10 um, or 1e-2 rad.
@@ -147,13 +198,25 @@ KEPT = (LinearFriction(0.0, 0.06), LinearFriction(1e7, 3e4))
         (partial(behind_a_screw, "load", *KEPT, k=1e6), 0.01, 3000, last, 1e-3, 1e-3),
         # Over an arm of a millimetre 3e5 N s/m at the table are 0.3 N m s/rad at the motor.
         (partial(behind_a_screw, "load", LinearFriction(0.0, 0.3)), 0.06, 400, speed, 0.2, 1e-3),
-        (partial(behind_a_screw, "load", NO_FRICTION, LinearFriction(0.0, 3e5)), 0.06, 400, speed, 0.2, 1e-3),
+        (
+            partial(behind_a_screw, "load", NO_FRICTION, LinearFriction(0.0, 3e5)),
+            0.06,
+            400,
+            speed,
+            0.2,
+            1e-3,
+        ),
         # A spring at the motor holds both.
-        *((partial(behind_a_screw, side, LinearFriction(4.0, 0.2)), 0.2, 2000, last, 0.05, 1e-4) for side in ("motor", "load")),
+        *(
+            (partial(behind_a_screw, side, LinearFriction(4.0, 0.2)), 0.2, 2000, last, 0.05, 1e-4)
+            for side in ("motor", "load")
+        ),
     ],
 )
 def test_a_plant_goes_where_its_equation_says(plant, command, count, read, expected, tolerance):
-    assert read(positions(plant(), command, count)) == pytest.approx(expected, rel=tolerance, abs=1e-4 * tolerance)
+    assert read(positions(plant(), command, count)) == pytest.approx(
+        expected, rel=tolerance, abs=1e-4 * tolerance
+    )
 
 
 @pytest.mark.parametrize("side", ["motor", "load"])
@@ -163,22 +226,30 @@ def test_springs_without_dampers_keep_their_energy_and_their_frequencies(side):
     poles = np.linalg.eigvals(system.A)
     turning = poles[np.abs(poles) > 0.5]
     assert np.abs(turning) == pytest.approx(np.ones(4), abs=1e-9)
-    expected = np.sqrt(np.linalg.eigvals(np.array([[104.0 / 1e-3, -100.0 / 1e-3], [-100.0 / 5e-5, 110.0 / 5e-5]])))
+    expected = np.sqrt(
+        np.linalg.eigvals(np.array([[104.0 / 1e-3, -100.0 / 1e-3], [-100.0 / 5e-5, 110.0 / 5e-5]]))
+    )
     assert np.sort(np.angle(turning) / DT)[2:] == pytest.approx(np.sort(expected), rel=2e-3)
 
 
 def test_a_mass_on_a_spring_keeps_its_energy_and_its_frequency():
-    poles = np.linalg.eigvals(linear_plant(loop(run=Run(4.0, DT, substeps=20)), LARGE, LinearFriction(2e6, 0.0)).A)
+    poles = np.linalg.eigvals(
+        linear_plant(loop(run=Run(4.0, DT, substeps=20)), LARGE, LinearFriction(2e6, 0.0)).A
+    )
     turning = poles[np.abs(poles.imag) > 0.1]
     assert np.abs(turning) == pytest.approx(np.ones(2), abs=1e-9)
-    assert np.abs(np.angle(turning)) / DT == pytest.approx(np.full(2, math.sqrt(2e6 / 20.0)), rel=1e-3)
+    assert np.abs(np.angle(turning)) / DT == pytest.approx(
+        np.full(2, math.sqrt(2e6 / 20.0)), rel=1e-3
+    )
 
 
 # --- friction -------------------------------------------------------------------------------------------------------
 
 
 def test_friction_at_a_speed_is_the_mean_of_both_directions():
-    model = friction.find("coulomb_viscous+asymmetry")(F_C_pos=24.0, F_C_neg=16.0, F_v_pos=90.0, F_v_neg=50.0, offset=3.0)
+    model = friction.find("coulomb_viscous+asymmetry")(
+        F_C_pos=24.0, F_C_neg=16.0, F_v_pos=90.0, F_v_neg=50.0, offset=3.0
+    )
     assert sliding_force(model, 0.1) == pytest.approx(20.0 + 7.0)
     assert slope_in_sliding(model, 0.1) == (0.0, pytest.approx(70.0))
 
@@ -210,12 +281,16 @@ def test_delay_lines_and_laws_make_the_poles_of_their_polynomial(looped, polynom
 
 
 def test_states_that_take_no_part_are_no_poles():
-    idle = LinearSystem(np.diag([1.0, 0.99, 0.98]), np.array([1.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0]), 0.0)
+    idle = LinearSystem(
+        np.diag([1.0, 0.99, 0.98]), np.array([1.0, 0.0, 1.0]), np.array([1.0, 1.0, 0.0]), 0.0
+    )
     assert SampledLoop(idle, constant(-0.3), 0, DT).poles == pytest.approx([0.7])
 
 
 def test_a_free_body_is_not_unstable():
-    free = LinearSystem(np.array([[1.0, DT], [0.0, 1.0]]), np.array([0.0, DT]), np.array([1.0, 0.0]), 0.0)
+    free = LinearSystem(
+        np.array([[1.0, DT], [0.0, 1.0]]), np.array([0.0, DT]), np.array([1.0, 0.0]), 0.0
+    )
     assert not SampledLoop(free, constant(0.0), 0, DT).is_unstable
     assert SampledLoop(first_order(1.00001), constant(0.0), 0, DT).is_unstable
 
@@ -237,7 +312,9 @@ def test_margins_of_an_integrator_are_those_by_hand(gain, delay):
     assert result.phase == pytest.approx(phase, rel=1e-9)
     assert result.delay == pytest.approx(math.radians(phase) / angle, rel=1e-9)
     # At 180 degrees w T (1/2 + delay) is 90 degrees.
-    assert result.gain == pytest.approx(2.0 * math.sin(0.5 * math.pi / (1.0 + 2.0 * delay)) / gain, rel=1e-6)
+    assert result.gain == pytest.approx(
+        2.0 * math.sin(0.5 * math.pi / (1.0 + 2.0 * delay)) / gain, rel=1e-6
+    )
 
 
 def test_the_sensitivity_is_its_largest():
@@ -263,5 +340,13 @@ def test_a_loop_that_never_crosses_over_has_no_margin():
 
 def test_a_state_is_reached_along_a_chain():
     linked = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype=bool)
-    assert linear_system._reached(linked, np.array([True, False, False])).tolist() == [True, True, True]
-    assert linear_system._reached(linked.T, np.array([True, False, False])).tolist() == [True, False, False]
+    assert linear_system._reached(linked, np.array([True, False, False])).tolist() == [
+        True,
+        True,
+        True,
+    ]
+    assert linear_system._reached(linked.T, np.array([True, False, False])).tolist() == [
+        True,
+        False,
+        False,
+    ]

@@ -49,9 +49,18 @@ GOOD, BAD = 0.3, 2.5  # of a gain without delay
     [
         ([point(GOOD)], Verdict.STABLE),
         ([point(BAD)], Verdict.DIVERGES),
-        ([point(GOOD, motions=Motions.LARGE), point(BAD, motions=Motions.SMALL)], Verdict.OSCILLATES),
+        (
+            [point(GOOD, motions=Motions.LARGE), point(BAD, motions=Motions.SMALL)],
+            Verdict.OSCILLATES,
+        ),
         ([point(BAD, motions=Motions.LARGE), point(GOOD, motions=Motions.SMALL)], Verdict.DIVERGES),
-        ([point(BAD, motions=Motions.LARGE), point(GOOD, motions=Motions.LARGE, under=Friction.SLIDING)], Verdict.OSCILLATES),
+        (
+            [
+                point(BAD, motions=Motions.LARGE),
+                point(GOOD, motions=Motions.LARGE, under=Friction.SLIDING),
+            ],
+            Verdict.OSCILLATES,
+        ),
         ([point(BAD), point(BAD, under=Friction.SLIDING)], Verdict.DIVERGES),
         ([point(BAD, motions=Motions.SMALL)], Verdict.OSCILLATES),
     ],
@@ -88,16 +97,31 @@ def at_most(gain_percent):
     ("points", "expected"),
     [
         # With one sample of delay an integrator is stable up to a gain of 1, without delay up to 2.
-        ([point(1.5, 1)], {"why": "delay", "motions": "all", "delay": 1, "longest_delay": 0, "largest_gain_percent": at_most(100.0 / 1.5)}),
+        (
+            [point(1.5, 1)],
+            {
+                "why": "delay",
+                "motions": "all",
+                "delay": 1,
+                "longest_delay": 0,
+                "largest_gain_percent": at_most(100.0 / 1.5),
+            },
+        ),
         # No delay is short enough.
-        ([point(BAD, 0)], {"why": "gains", "longest_delay": None, "largest_gain_percent": at_most(80.0)}),
+        (
+            [point(BAD, 0)],
+            {"why": "gains", "longest_delay": None, "largest_gain_percent": at_most(80.0)},
+        ),
         ([point(3.0, 2)], {"why": "gains", "longest_delay": None}),
         # Every shorter delay is stable: 2 sin(pi/(2 (2 d + 1))) is 2, 1, 0.618, 0.445 for 0 to 3 samples.
         ([point(0.7, 3)], {"longest_delay": 1, "delay": 3}),
         # A law of the wrong sign has no gain that helps.
         ([point(-0.5)], {"why": "none", "largest_gain_percent": None}),
         # Friction that falls asks for gains.
-        ([point(GOOD), point(BAD, under=Friction.SLIDING)], {"why": "falling_friction", "mend": "raise_gains"}),
+        (
+            [point(GOOD), point(BAD, under=Friction.SLIDING)],
+            {"why": "falling_friction", "mend": "raise_gains"},
+        ),
     ],
 )
 def test_an_unstable_loop_is_reported_with_its_cause_and_its_limits(points, expected):
@@ -108,7 +132,10 @@ def test_an_unstable_loop_is_reported_with_its_cause_and_its_limits(points, expe
 def test_a_finding_is_an_error_where_large_motions_diverge():
     result = assessed(point(1.5, 1)).finding
     assert (result.code, result.severity) == ("loop_diverges", "error")
-    assert assessed(point(GOOD, motions=Motions.LARGE), point(BAD, motions=Motions.SMALL)).finding.code == "loop_oscillates"
+    assert (
+        assessed(point(GOOD, motions=Motions.LARGE), point(BAD, motions=Motions.SMALL)).finding.code
+        == "loop_oscillates"
+    )
 
 
 @pytest.mark.parametrize(
@@ -136,10 +163,17 @@ def test_margins_are_doubted_below_30_degrees_and_a_factor_of_two():
     # Without delay the phase margin is 90 degrees less asin(k/2), the gain margin 2/k.
     assert codes(assessed(point(0.9))) == {}
     tight = codes(assessed(point(1.1)))["small_margin"]
-    assert (tight["phase"], tight["enough"], tight["motions"]) == (pytest.approx(90.0 - math.degrees(math.asin(0.55))), 30.0, "all")
+    assert (tight["phase"], tight["enough"], tight["motions"]) == (
+        pytest.approx(90.0 - math.degrees(math.asin(0.55))),
+        30.0,
+        "all",
+    )
     assert tight["gain"] == pytest.approx(2.0 / 1.1)
     assert codes(assessed(point(GOOD), point(1.1, under=Friction.STUCK))) == {}
-    assert codes(assessed(point(0.9), point(1.1, motions=Motions.SMALL)))["small_margin"]["motions"] == "small"
+    assert (
+        codes(assessed(point(0.9), point(1.1, motions=Motions.SMALL)))["small_margin"]["motions"]
+        == "small"
+    )
     assert codes(assessed(point(BAD))) == {}  # an unstable loop has no margin
 
 
@@ -147,7 +181,12 @@ def test_the_least_phase_margin_without_friction_counts():
     # As above; at gains beyond 2 there is no crossover.
     least = pytest.approx(90.0 - math.degrees(math.asin(0.45)))
     assert assessed(point(GOOD), point(BAD), point(0.9), point(0.5)).least_phase == least
-    assert assessed(point(0.9), point(1.5, under=Friction.STUCK), point(1.5, under=Friction.SLIDING)).least_phase == least
+    assert (
+        assessed(
+            point(0.9), point(1.5, under=Friction.STUCK), point(1.5, under=Friction.SLIDING)
+        ).least_phase
+        == least
+    )
     assert assessed(point(BAD), point(GOOD, under=Friction.STUCK)).least_phase is None
 
 
@@ -157,8 +196,12 @@ def test_a_law_that_switches_is_doubted():
 
 @pytest.mark.parametrize(("taken", "doubted"), [(2.4, False), (2.6, True)])
 def test_half_of_the_stiffness_may_be_taken(taken, doubted):
-    result = codes(assessed(point(GOOD), stiffness=Stiffness(law=2.0, friction=3.0, compensation=taken)))
-    assert result == ({"stiffness_taken": {"taken": taken, "whole": 5.0, "law": 2.0}} if doubted else {})
+    result = codes(
+        assessed(point(GOOD), stiffness=Stiffness(law=2.0, friction=3.0, compensation=taken))
+    )
+    assert result == (
+        {"stiffness_taken": {"taken": taken, "whole": 5.0, "law": 2.0}} if doubted else {}
+    )
 
 
 # --- of a variant ----------------------------------------------------------------------------------------------------
@@ -180,7 +223,11 @@ def test_stiffness_of_a_law_at_low_frequency():
 
 def test_friction_is_stuck_for_small_motions_and_slides_at_the_top_speed():
     kinds = {(item.motions, item.friction) for item in assess(loop()).points}
-    assert kinds == {(Motions.ALL, Friction.NONE), (Motions.ALL, Friction.STUCK), (Motions.ALL, Friction.SLIDING)}
+    assert kinds == {
+        (Motions.ALL, Friction.NONE),
+        (Motions.ALL, Friction.STUCK),
+        (Motions.ALL, Friction.SLIDING),
+    }
     resting = assess(loop(reference=references.sine(amplitude=0.0, frequency=1.0)))
     assert {item.friction for item in resting.points} == {Friction.NONE, Friction.STUCK}
 
@@ -193,7 +240,10 @@ def test_friction_fed_along_the_measured_motion_takes_stiffness_away(gain):
     fed = Feedforward(mass=20.0, friction=LUGRE, gain=gain, along="measured")
     kept = assess(loop(feedforward=fed, friction=LUGRE)).stiffness
     assert kept.law == pytest.approx(80.0 * 4000.0, rel=1e-6)
-    assert (kept.friction, kept.compensation) == (pytest.approx(5e6, rel=1e-4), pytest.approx(gain * 5e6, rel=1e-4))
+    assert (kept.friction, kept.compensation) == (
+        pytest.approx(5e6, rel=1e-4),
+        pytest.approx(gain * 5e6, rel=1e-4),
+    )
     assert assess(loop(feedforward=replace(fed, along="desired"), friction=LUGRE)).stiffness is None
     dry = replace(fed, friction=friction.coulomb(F_C=18.0))
     assert assess(loop(feedforward=dry, friction=LUGRE)).stiffness is None
@@ -202,7 +252,12 @@ def test_friction_fed_along_the_measured_motion_takes_stiffness_away(gain):
 def test_feedforward_along_measured_motion_responds_like_its_friction():
     # Beside a free mass the whole of a compensator cancels the spring that holds it: what is left is the law.
     fed = Feedforward(mass=20.0, friction=LUGRE, gain=1.0, along="measured")
-    weak = loop(feedforward=fed, friction=LUGRE, controller=controllers.cascade(k_p=1e-3, k_v=1e-3), run=Run(4.0, 1e-3, settle=1.0))
+    weak = loop(
+        feedforward=fed,
+        friction=LUGRE,
+        controller=controllers.cascade(k_p=1e-3, k_v=1e-3),
+        run=Run(4.0, 1e-3, settle=1.0),
+    )
     (stuck,) = [item for item in assess(weak).points if item.friction is Friction.STUCK]
     z = np.exp(1j * np.array([1e-4, 1e-3]))
     law = stuck.loop.law.response(z)
@@ -226,4 +281,6 @@ def test_a_table_behind_a_screw_slides_at_the_speed_of_its_arm():
     )
     (free,) = (item for item in assess(axis).points if item.friction is Friction.NONE)
     (sliding,) = (item for item in assess(axis).points if item.friction is Friction.SLIDING)
-    assert sliding.margins.phase > free.margins.phase + 0.5  # 3e4 N s/m are 0.019 N m s/rad beside a gain of 0.2
+    assert (
+        sliding.margins.phase > free.margins.phase + 0.5
+    )  # 3e4 N s/m are 0.019 N m s/rad beside a gain of 0.2

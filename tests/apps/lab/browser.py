@@ -28,7 +28,13 @@ class Browser:
     """A tab, and the events of it so far."""
 
     def __init__(self, send_to, read_from):
-        self._send, self._read, self._rest, self._number, self.session = send_to, read_from, b"", 0, None
+        self._send, self._read, self._rest, self._number, self.session = (
+            send_to,
+            read_from,
+            b"",
+            0,
+            None,
+        )
         self.events = []
 
     def call(self, method, **parameters):
@@ -81,7 +87,16 @@ class Browser:
         """Press the left button at a place, move through others, and let it go at the last."""
         kinds = ["mousePressed", *["mouseMoved"] * len(steps), "mouseReleased"]
         for kind, (x, y) in zip(kinds, (start, *steps, steps[-1]), strict=True):
-            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1, modifiers=modifiers)
+            self.call(
+                "Input.dispatchMouseEvent",
+                type=kind,
+                x=x,
+                y=y,
+                button="left",
+                buttons=1,
+                clickCount=1,
+                modifiers=modifiers,
+            )
         self.run(SETTLED)
 
     def reload(self):
@@ -93,7 +108,11 @@ class Browser:
         """Return the value of an expression, awaited where it is a promise; between two documents there is none."""
         parameters = {"expression": expression, "awaitPromise": True, "returnByValue": True}
         until = time.monotonic() + PATIENCE
-        while NO_DOCUMENT in str((answer := self._answer("Runtime.evaluate", parameters)).get("error")) and time.monotonic() < until:
+        while (
+            NO_DOCUMENT
+            in str((answer := self._answer("Runtime.evaluate", parameters)).get("error"))
+            and time.monotonic() < until
+        ):
             time.sleep(0.02)
         assert "error" not in answer, answer["error"]
         values = answer["result"]
@@ -102,11 +121,21 @@ class Browser:
 
     def waits(self, expression, seconds=PATIENCE):
         """Return the value of an expression once it is true; one that fails is not true yet."""
-        return awaited(lambda: self.run(f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()"), seconds, expression)
+        return awaited(
+            lambda: self.run(
+                f"(() => {{ try {{ return {expression}; }} catch {{ return null; }} }})()"
+            ),
+            seconds,
+            expression,
+        )
 
     def asked_for(self):
         """Return the addresses of all requests."""
-        return [e["params"]["request"]["url"] for e in self.events if e.get("method") == "Network.requestWillBeSent"]
+        return [
+            e["params"]["request"]["url"]
+            for e in self.events
+            if e.get("method") == "Network.requestWillBeSent"
+        ]
 
     def complaints(self):
         """Return what stands in the console, and what was not caught."""
@@ -147,9 +176,18 @@ def browser(profile, *, width=1366, height=768, dark=False, moving=False):
         tab.session = tab.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
             tab.call(f"{domain}.enable")
-        tab.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        tab.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-        motion = {"name": "prefers-reduced-motion", "value": "no-preference" if moving else "reduce"}
+        motion = {
+            "name": "prefers-reduced-motion",
+            "value": "no-preference" if moving else "reduce",
+        }
         tab.call("Emulation.setEmulatedMedia", features=[scheme, motion])
         yield tab
         tab.session = None
@@ -218,12 +256,16 @@ class Firefox:
 
     def run(self, script, *arguments):
         """Return what a script of the page returns, awaited where it is a promise."""
-        return self.call("WebDriver:ExecuteScript", script=script, args=list(arguments), sandbox="default")["value"]
+        return self.call(
+            "WebDriver:ExecuteScript", script=script, args=list(arguments), sandbox="default"
+        )["value"]
 
     def complaints(self, name):
         """Return what stands in the console of a page of this name."""
         self.call("Marionette:SetContext", value="chrome")
-        result = self.call("WebDriver:ExecuteScript", script=COMPLAINTS, args=[name], sandbox="system")["value"]
+        result = self.call(
+            "WebDriver:ExecuteScript", script=COMPLAINTS, args=[name], sandbox="system"
+        )["value"]
         self.call("Marionette:SetContext", value="content")
         return result
 
@@ -239,7 +281,15 @@ def firefox(profile):
         f'user_pref("marionette.port", {port});\nuser_pref("datareporting.policy.dataSubmissionEnabled", false);\n'
     )
     process = subprocess.Popen(
-        ["firefox-esr", "--headless", "--marionette", "--remote-allow-system-access", "--no-remote", "--profile", str(profile)],
+        [
+            "firefox-esr",
+            "--headless",
+            "--marionette",
+            "--remote-allow-system-access",
+            "--no-remote",
+            "--profile",
+            str(profile),
+        ],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )

@@ -12,7 +12,15 @@ from bristle.apps.targets.page.packing import unpacked
 
 SLOTS = ("position", "periodic", "load", "temperature", "asymmetry")
 NODE = shutil.which("node")
-NAMES = ("physics.js", "loop.js", "paths.js", "certificates.js", "controls.js", "slots.js", "plot.js")
+NAMES = (
+    "physics.js",
+    "loop.js",
+    "paths.js",
+    "certificates.js",
+    "controls.js",
+    "slots.js",
+    "plot.js",
+)
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
 
 
@@ -21,7 +29,9 @@ def printed(folder, names, *parts):
     templates = resources.files("bristle.apps.lab").joinpath("templates")
     texts = [templates.joinpath(name).read_text(encoding="utf-8") for name in names]
     (folder / "run.js").write_text("\n".join([*texts, *parts]), encoding="utf-8")
-    ran = subprocess.run([NODE, str(folder / "run.js")], capture_output=True, text=True, check=False)
+    ran = subprocess.run(
+        [NODE, str(folder / "run.js")], capture_output=True, text=True, check=False
+    )
     assert ran.returncode == 0, ran.stderr
     return json.loads(ran.stdout)
 
@@ -34,5 +44,7 @@ def node(folder, models, script):
 
 def data_of(page):
     """Return the data of a page as its scripts read it."""
-    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
+    data = json.loads(
+        re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1]
+    )
     return json.loads(unpacked(data["code"]))

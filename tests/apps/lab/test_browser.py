@@ -19,7 +19,15 @@ def blocks_with_given():
 
     Of the given model, each slot and all of them are one.
     """
-    return sum(21 + 2 ** len(switches.offered(described.example_named(name))) // 16 + 1 for name in MODELS) + 5 + 1 + 1
+    return (
+        sum(
+            21 + 2 ** len(switches.offered(described.example_named(name))) // 16 + 1
+            for name in MODELS
+        )
+        + 5
+        + 1
+        + 1
+    )
 
 
 @pytest.fixture(scope="module")
@@ -74,15 +82,21 @@ def test_the_page_moves_undoes_and_sends_no_requests(page, shown):
         tab.open_anew(f"{page.as_uri()}#model={name}&path=minor")
         reading = tab.run(READING)
         assert words in reading[0]
-        assert tab.run("lab.values.amplitude[0] / lab.model.scales.reach") == pytest.approx(1.0, rel=0.01)
+        assert tab.run("lab.values.amplitude[0] / lab.model.scales.reach") == pytest.approx(
+            1.0, rel=0.01
+        )
         assert ("alert" in reading[1]) == (name == "lugre")
     # A drag of the block draws a path.
-    x, y = tab.run("(({ x, y }) => [x + lab.machine.x, y + lab.machine.top + 20])(machine.getBoundingClientRect())")
+    x, y = tab.run(
+        "(({ x, y }) => [x + lab.machine.x, y + lab.machine.top + 20])(machine.getBoundingClientRect())"
+    )
     tab.drag((x, y), *((x + step, y) for step in (20, 60, 10)))
     assert len(tab.run("new URLSearchParams(location.hash.slice(1)).get('turns')").split()) == 3
     assert tab.run("document.documentElement.scrollWidth <= innerWidth")
     # A blob is the page's own: the script that its worker runs.
-    requested = {address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")}
+    requested = {
+        address.split("#")[0] for address in tab.asked_for() if not address.startswith("blob:null/")
+    }
     assert requested <= {page.as_uri(), "about:blank"}
 
 
@@ -133,7 +147,9 @@ def test_slots_are_added_and_removed(name, page, shown):
     assert f'model = "{name}+ripple+asymmetry"' in tab.run("asToml(lab.model, lab.values)")
 
 
-ERRORS = "[asked.found.errors.none, asked.found.errors.model].map((error) => [...error.subarray(0, 50)])"
+ERRORS = (
+    "[asked.found.errors.none, asked.found.errors.model].map((error) => [...error.subarray(0, 50)])"
+)
 OTHER_ERRORS = """
 (async () => {
   const isOld = () => asked.found.errors.model[1] === BEFORE;
@@ -164,9 +180,15 @@ def test_a_slow_loop_has_fewer_samples_during_a_move(page, shown):
     assert tab.run("lab.samples") == 20000
     tab.run("loopTook = 12")
     tab.run(moved)
-    assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('10000 samples')]") == [10000, True]
+    assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('10000 samples')]") == [
+        10000,
+        True,
+    ]
     tab.run("new Promise((done) => setTimeout(done, 400))")
-    assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('samples')]") == [20000, False]
+    assert tab.run("[lab.samples, byId('loop-reading').textContent.includes('samples')]") == [
+        20000,
+        False,
+    ]
     # Let go, it has all of them at once.
     tab.run("loopTook = 12")
     tab.run(SLIDE)
@@ -186,7 +208,9 @@ FOLLOWED = """
 def test_the_loop_is_computed_with_or_without_a_worker(page, tmp_path, host_lets_it, shown):
     text = page.read_text(encoding="utf-8")
     file = tmp_path / "lab.html"
-    file.write_text(text if host_lets_it else text.replace("worker-src blob:; ", ""), encoding="utf-8")
+    file.write_text(
+        text if host_lets_it else text.replace("worker-src blob:; ", ""), encoding="utf-8"
+    )
     tab = shown(f"{file.as_uri()}#model=lugre", complains=not host_lets_it)
     worker, errors = tab.run(FOLLOWED)
     assert worker == ("object" if host_lets_it else "string")
@@ -245,11 +269,15 @@ def bare(tmp_path_factory):
 
 def press(tab, element, key):
     for kind in ("keydown", "keyup"):
-        tab.run(f"{element}.dispatchEvent(new KeyboardEvent('{kind}', {{ key: '{key}', bubbles: true }}))")
+        tab.run(
+            f"{element}.dispatchEvent(new KeyboardEvent('{kind}', {{ key: '{key}', bubbles: true }}))"
+        )
 
 
 def middle_of(tab, element):
-    return tab.run(f"(({{ x, y, width, height }}) => [x + width / 2, y + height / 2])({element}.getBoundingClientRect())")
+    return tab.run(
+        f"(({{ x, y, width, height }}) => [x + width / 2, y + height / 2])({element}.getBoundingClientRect())"
+    )
 
 
 PLAYED = """
@@ -287,7 +315,11 @@ def test_a_chapter_plays_to_its_check_mark(number, bare, shown):
 
 def test_a_check_measures_and_does_not_count_time(bare, shown):
     tab = shown(f"{bare.as_uri()}#chapter=4")
-    assert tab.run("[lab.model.name, lab.preset, lab.pin.model.name]") == ["lugre", "minor", "preisach_lugre"]
+    assert tab.run("[lab.model.name, lab.preset, lab.pin.model.name]") == [
+        "lugre",
+        "minor",
+        "preisach_lugre",
+    ]
     assert tab.run(AT_END) == [1, 1]
     # The second model does not close, either; and a force above break-away does not hold.
     for link in ("chapter=4&with=dahl", "chapter=1&F_S=8&F_C=8"):
@@ -306,7 +338,9 @@ def test_a_drag_in_the_loop_zooms_and_leaves_the_path(bare, shown):
     assert tab.run("byId('loop-reading').textContent").startswith("At ")
     tab.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-200)
     tab.run(SETTLED)
-    assert tab.run("lab.frame.x.high - lab.frame.x.low") < zoomed[1] - tab.run("lab.frame.x.low") + 1.0
+    assert (
+        tab.run("lab.frame.x.high - lab.frame.x.low") < zoomed[1] - tab.run("lab.frame.x.low") + 1.0
+    )
     tab.run("loop.dispatchEvent(new MouseEvent('dblclick'))")
     tab.run(SETTLED)
     assert tab.run("lab.frame.x.high") == before[1]
@@ -316,7 +350,14 @@ def test_a_drag_in_the_loop_zooms_and_leaves_the_path(bare, shown):
 
 def test_a_handle_moves_its_parameter_by_pointer_and_keys(bare, shown):
     tab = shown(f"{bare.as_uri()}#model=lugre")
-    assert tab.run("handles.map(({ key }) => key)") == ["slope", "plateau", "break", "peak", "corner", "rise"]
+    assert tab.run("handles.map(({ key }) => key)") == [
+        "slope",
+        "plateau",
+        "break",
+        "peak",
+        "corner",
+        "rise",
+    ]
     x, y = middle_of(tab, "document.querySelector('[data-key=break]')")
     tab.drag((x, y), (x, y - 10), (x, y - 30))
     moved = tab.run("lab.values.F_S[0]")
@@ -327,7 +368,9 @@ def test_a_handle_moves_its_parameter_by_pointer_and_keys(bare, shown):
     tab.drag((x, y), (x, y + 300))
     assert tab.run("lab.values.F_S[0]") == moved
     slope = "document.querySelector('[data-key=slope]')"
-    before = tab.run(f"[lab.values.sigma_0[0], {slope}.getAttribute('role'), {slope}.getAttribute('aria-valuetext'), past.length]")
+    before = tab.run(
+        f"[lab.values.sigma_0[0], {slope}.getAttribute('role'), {slope}.getAttribute('aria-valuetext'), past.length]"
+    )
     assert before[:3] == [1e7, "slider", "10\u00a0N/µm"]
     for _ in range(5):
         press(tab, slope, "ArrowRight")
@@ -344,9 +387,17 @@ def test_a_handle_moves_its_parameter_by_pointer_and_keys(bare, shown):
 
 def test_a_second_model_has_the_same_path_and_values(bare, shown):
     tab = shown(f"{bare.as_uri()}#model=lugre&path=loops&with=preisach_lugre&sigma_0=2e7")
-    assert tab.run("[lab.pin.values.s[0], lab.pin.preset, byId('with').value]") == [2e7, "loops", "preisach_lugre"]
-    assert tab.run("[lab.pin.run.x.length === lab.run.x.length, lab.pin.run.force[9000] !== lab.run.force[9000]]") == [True, True]
-    tab.run("(() => { const list = byId('with'); list.value = ''; list.dispatchEvent(new Event('change')); })()")
+    assert tab.run("[lab.pin.values.s[0], lab.pin.preset, byId('with').value]") == [
+        2e7,
+        "loops",
+        "preisach_lugre",
+    ]
+    assert tab.run(
+        "[lab.pin.run.x.length === lab.run.x.length, lab.pin.run.force[9000] !== lab.run.force[9000]]"
+    ) == [True, True]
+    tab.run(
+        "(() => { const list = byId('with'); list.value = ''; list.dispatchEvent(new Event('change')); })()"
+    )
     tab.run(SETTLED)
     assert "with" not in tab.run("location.hash")
     assert tab.run("lab.pin") is None
@@ -356,15 +407,21 @@ def test_captions_and_units_follow_the_model(bare, shown):
     select = "(() => {{ const list = byId('{0}'); list.value = {1}; list.dispatchEvent(new Event('change')); }})()"
     tab = shown(f"{bare.as_uri()}#model=lugre&path=minor")
     assert "does not close" in tab.run("byId('loop-reading').textContent")
-    tab.run(select.format("model", "data.models.findIndex(({ name }) => name === 'preisach_contact')"))
-    tab.run(WAIT_FOR.replace("READY", "byId('loop-reading').textContent.includes('the loop closes')"))
+    tab.run(
+        select.format("model", "data.models.findIndex(({ name }) => name === 'preisach_contact')")
+    )
+    tab.run(
+        WAIT_FOR.replace("READY", "byId('loop-reading').textContent.includes('the loop closes')")
+    )
     assert "the loop closes" in tab.run("byId('loop-reading').textContent")
     tab.run(select.format("path", "'triangle'"))
     tab.run(SETTLED)
     assert tab.run("byId('loop-reading').textContent").startswith("Triangle: ")
     assert "close" not in tab.run("byId('loop-reading').textContent")
     field = "document.querySelector('.card:has([name=amplitude]) input[type=text]')"
-    assert tab.run("document.querySelector('.card:has([name=amplitude]) .unit').textContent") == "µm"
+    assert (
+        tab.run("document.querySelector('.card:has([name=amplitude]) .unit').textContent") == "µm"
+    )
     tab.run(f"(() => {{ {field}.value = '12.3'; {field}.dispatchEvent(new Event('change')); }})()")
     assert tab.run("lab.values.amplitude[0]") == 1.23e-5
     tab.run(select.format("model", "data.models.findIndex(({ name }) => name === 'viscous')"))
@@ -378,25 +435,38 @@ def test_block_and_spring_follow_pointer_and_keys(bare, shown):
     tab = shown(f"{bare.as_uri()}#model=lugre")
     press(tab, "machine", "ArrowRight")
     assert tab.run("[lab.preset, lab.turns.length]") == ["drawn", 2]
-    end = tab.run("(({ x, y }) => [x + lab.machine.end, y + lab.machine.top + 23])(machine.getBoundingClientRect())")
+    end = tab.run(
+        "(({ x, y }) => [x + lab.machine.end, y + lab.machine.top + 23])(machine.getBoundingClientRect())"
+    )
     tab.drag(end, (end[0] + 40, end[1]), (end[0] + 120, end[1]))
     tab.run("new Promise((done) => setTimeout(done, 500))")
     assert tab.run("lab.preset") == "hand"
     assert tab.run("lab.hand.force.at(-1)") > 1.0
     assert tab.run("clock.plays")
-    tab.run("document.body.dispatchEvent(new KeyboardEvent('keydown', { key: ' ', bubbles: true }))")
+    tab.run(
+        "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: ' ', bubbles: true }))"
+    )
     assert not tab.run("clock.plays")
 
 
-@pytest.mark.parametrize(("width", "height", "dark"), [(1366, 768, False), (1366, 768, True), (390, 844, False)])
+@pytest.mark.parametrize(
+    ("width", "height", "dark"), [(1366, 768, False), (1366, 768, True), (390, 844, False)]
+)
 def test_the_first_screen_is_whole(width, height, dark, bare, shown):
     tab = shown(bare.as_uri(), width=width, height=height, dark=dark)
     assert tab.run("document.documentElement.scrollWidth <= innerWidth")
-    bottoms = tab.run("['chapters', 'machine', 'loop', 'speed'].map((name) => byId(name).getBoundingClientRect().bottom)")
+    bottoms = tab.run(
+        "['chapters', 'machine', 'loop', 'speed'].map((name) => byId(name).getBoundingClientRect().bottom)"
+    )
     assert max(bottoms[: 4 if width > 1000 else 3]) < height
     assert tab.run(SMALL) == []
     if width < 1000:
-        assert tab.run("[...document.querySelectorAll('.handle')].filter((each) => each.offsetParent).length") <= 1
+        assert (
+            tab.run(
+                "[...document.querySelectorAll('.handle')].filter((each) => each.offsetParent).length"
+            )
+            <= 1
+        )
 
 
 # --- The same page in Firefox, where there is one: the bits of Python, the loop in its worker, and no complaint
@@ -417,11 +487,15 @@ def test_firefox_computes_the_bits_of_python_without_complaints(tmp_path):
     page.write_text(lab_page(described.example_named(GIVEN), source="model.toml"), encoding="utf-8")
     with firefox(tmp_path / "profile") as tab:
         tab.call("WebDriver:Navigate", url=f"{page.as_uri()}#selftest")
-        assert tab.run(IN_FIREFOX % "/differ/.test(document.getElementById('selftest').textContent)")
+        assert tab.run(
+            IN_FIREFOX % "/differ/.test(document.getElementById('selftest').textContent)"
+        )
         message = tab.run("return document.getElementById('selftest').textContent;")
         assert message == f"0 of {blocks_with_given()} blocks differ"
         tab.run("document.getElementById('tab-track').click();")
-        assert tab.run(IN_FIREFOX % "/Peak-to-peak/.test(document.getElementById('track-reading').textContent)")
+        assert tab.run(
+            IN_FIREFOX % "/Peak-to-peak/.test(document.getElementById('track-reading').textContent)"
+        )
         tab.run("document.getElementById('tab-checks').click();")
         assert tab.run(IN_FIREFOX % "document.getElementById('verdicts').children.length") == 3
         assert tab.complaints("lab.html") == []

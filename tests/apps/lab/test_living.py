@@ -45,7 +45,9 @@ def measured(contradiction=None):
 
 
 def lines(simulation, following):
-    return [(name, error.tolist()[0]) for name, _, error in page_loop._errors(simulation, following)]
+    return [
+        (name, error.tolist()[0]) for name, _, error in page_loop._errors(simulation, following)
+    ]
 
 
 @pytest.mark.parametrize(
@@ -69,26 +71,50 @@ def test_a_line_is_the_reference_minus_the_measurement(simulation, following, dr
     [
         (simulated("a", COMPENSATED), measured(), "", True),
         (simulated("a", COMPENSATED), None, "", True),
-        (simulated("a", COMPENSATED), measured("otherwise"), "the log contradicts the simulated loop", False),
-        (simulated("a"), measured(), "no loop was simulated: the axis file has no controller", False),
+        (
+            simulated("a", COMPENSATED),
+            measured("otherwise"),
+            "the log contradicts the simulated loop",
+            False,
+        ),
+        (
+            simulated("a"),
+            measured(),
+            "no loop was simulated: the axis file has no controller",
+            False,
+        ),
         (None, measured(), "no loop was simulated: the axis file has no controller", False),
     ],
 )
 def test_a_loop_moves_or_gives_a_reason(monkeypatch, simulation, following, reason, moves):
-    monkeypatch.setattr(page_loop, "loop_described", lambda variant, friction: ({"of": variant.name, "friction": friction}, ""))
+    monkeypatch.setattr(
+        page_loop,
+        "loop_described",
+        lambda variant, friction: ({"of": variant.name, "friction": friction}, ""),
+    )
     part = page_loop.followed_described("model", simulation, following, every)
     assert part["reason"] == reason
     assert part["loop"] == ({"of": COMPENSATED, "friction": "model"} if moves else None)
-    assert [trace["name"] for trace in part["traces"]] == [name for name, _ in lines(simulation, following)]
+    assert [trace["name"] for trace in part["traces"]] == [
+        name for name, _ in lines(simulation, following)
+    ]
 
 
 def test_without_a_following_error_there_is_no_part():
     assert page_loop.followed_described("model", None, None, every) is None
-    assert page_loop.followed_described("model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None, every) is None
+    assert (
+        page_loop.followed_described(
+            "model", simulated(COMPENSATED, diverged=(COMPENSATED,)), None, every
+        )
+        is None
+    )
 
 
 def test_each_parameter_has_its_status():
-    parameters = {"F_C": SimpleNamespace(status="identified", ends=(1.0, 2.0)), "F_v": SimpleNamespace(status="at limit", ends=None)}
+    parameters = {
+        "F_C": SimpleNamespace(status="identified", ends=(1.0, 2.0)),
+        "F_v": SimpleNamespace(status="at limit", ends=None),
+    }
     assert living.uncertainty_of(SimpleNamespace(parameters=parameters)) == {
         "F_C": {"status": "identified", "interval": (1.0, 2.0)},
         "F_v": {"status": "at limit", "interval": None},
@@ -99,7 +125,10 @@ def test_each_parameter_has_its_status():
 def identified(monkeypatch):
     """A function that returns the part of an identification whose rows and model are made up."""
     requested = []
-    rows = SimpleNamespace(mechanical=[SimpleNamespace(name="M"), SimpleNamespace(name="")], as_data=lambda: {"rows": 1})
+    rows = SimpleNamespace(
+        mechanical=[SimpleNamespace(name="M"), SimpleNamespace(name="")],
+        as_data=lambda: {"rows": 1},
+    )
     model = {"scales": {"force": 3.0}}
 
     def described(friction, **how):
@@ -117,13 +146,17 @@ def identified(monkeypatch):
 
     def part(kind="translational", logs=()):
         best = SimpleNamespace(friction="model", plant=SimpleNamespace(kind=kind), parameters={})
-        made = living.living_part(SimpleNamespace(best=best, log=None, treatment=None, further_logs=logs), None)
+        made = living.living_part(
+            SimpleNamespace(best=best, log=None, treatment=None, further_logs=logs), None
+        )
         return made, requested
 
     return part
 
 
-@pytest.mark.parametrize(("kind", "unit", "word"), [("translational", "N", "force"), ("rotational", "N·m", "torque")])
+@pytest.mark.parametrize(
+    ("kind", "unit", "word"), [("translational", "N", "force"), ("rotational", "N·m", "torque")]
+)
 def test_a_part_has_the_words_and_the_unit_of_its_axis(identified, kind, unit, word):
     part, (how, variables, data) = identified(kind, ("second", "third"))
     assert (data["effort"], data["word"], data["logs"], data["loop"]) == (unit, word, 3, None)
@@ -157,7 +190,11 @@ def test_a_policy_allows_exactly_the_named_scripts():
 
 def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
     thinned = []
-    monkeypatch.setattr(living, "living_described", lambda *passed, **how: thinned.append((how["around"], how["thinned"])))
+    monkeypatch.setattr(
+        living,
+        "living_described",
+        lambda *passed, **how: thinned.append((how["around"], how["thinned"])),
+    )
     assert living.living_part(SimpleNamespace(best=SimpleNamespace(parameters={})), None) is None
     ((around, envelope),) = thinned
     assert (around, envelope(np.arange(4000.0)).size) == (3.0, 4000)
@@ -167,14 +204,27 @@ def test_a_line_of_up_to_four_thousand_samples_is_drawn_whole(monkeypatch):
 def test_a_page_gets_only_known_facts_of_the_model(monkeypatch):
     reported, model = [], friction.coulomb(F_C=3.0)
     monkeypatch.setattr(page, "paper_loop", lambda: "loop")
-    monkeypatch.setattr(page, "lab_described", lambda *passed, **options: reported.append((*passed, options)) or {})
+    monkeypatch.setattr(
+        page, "lab_described", lambda *passed, **options: reported.append((*passed, options)) or {}
+    )
     page.lab_page()
     page.lab_page(model)
-    text = page.lab_page(model, mass=2.0, fastest=0.5, source="a.toml", uncertainty={}, provenance={"model": "a <file>"})
+    text = page.lab_page(
+        model,
+        mass=2.0,
+        fastest=0.5,
+        source="a.toml",
+        uncertainty={},
+        provenance={"model": "a <file>"},
+    )
     assert "a &lt;file&gt;" in text
     unknown = {"uncertainty": None, "mass": None, "fastest": 0.0, "named": ""}
     known = {"uncertainty": {}, "mass": 2.0, "fastest": 0.5, "named": "coulomb of a.toml"}
-    assert reported == [("preisach_lugre", "loop", unknown), (model, "loop", unknown), (model, "loop", known)]
+    assert reported == [
+        ("preisach_lugre", "loop", unknown),
+        (model, "loop", unknown),
+        (model, "loop", known),
+    ]
 
 
 # --- Templates of a page, and what a model is called on it
@@ -189,13 +239,25 @@ def trial(state, memory, motion, dt, p):
 
 
 def test_lines_of_a_template_that_are_no_text_leave_no_line_and_no_space():
-    template = environment(PACKAGE).from_string("<ul>\n  {% for word in words %}\n<li>{{ word }}</li>\n  {% endfor %}\n</ul>\n")
+    template = environment(PACKAGE).from_string(
+        "<ul>\n  {% for word in words %}\n<li>{{ word }}</li>\n  {% endfor %}\n</ul>\n"
+    )
     assert template.render(words=["a", "<b>"]) == "<ul>\n<li>a</li>\n<li>&lt;b&gt;</li>\n</ul>"
     with pytest.raises(jinja2.UndefinedError):
         environment(PACKAGE).from_string("{{ missing }}").render()
 
 
 def test_a_model_of_a_file_is_called_by_its_file_and_a_model_of_the_package_by_its_name():
-    own = FrictionModel(name="own", description="", Parameters=Nothing, State=Nothing, trial=trial, commit=lambda state, *_: state)
+    own = FrictionModel(
+        name="own",
+        description="",
+        Parameters=Nothing,
+        State=Nothing,
+        trial=trial,
+        commit=lambda state, *_: state,
+    )
     assert head_of(own) == {"toml": 'file = "test_living.py"', "python": ""}
-    assert head_of(find("lugre+asymmetry")) == {"toml": 'model = "lugre+asymmetry"', "python": 'br.friction.find("lugre+asymmetry")'}
+    assert head_of(find("lugre+asymmetry")) == {
+        "toml": 'model = "lugre+asymmetry"',
+        "python": 'br.friction.find("lugre+asymmetry")',
+    }

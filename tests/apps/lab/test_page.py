@@ -30,7 +30,9 @@ def page():
 def heaviest():
     model = example_of(with_slots(MODELS["preisach_lugre"], SLOTS))
     uncertainty = {"F_C_pos": {"interval": [15.0, 25.0], "status": "identified"}}
-    return lab_page(model, uncertainty=uncertainty, source="</script><script>alert(1)</script>.toml")
+    return lab_page(
+        model, uncertainty=uncertainty, source="</script><script>alert(1)</script>.toml"
+    )
 
 
 def test_the_policy_allows_exactly_the_scripts_of_the_page(page):
@@ -39,7 +41,9 @@ def test_the_policy_allows_exactly_the_scripts_of_the_page(page):
     assert rules["default-src"] == "'none'"
     for element, rule, count in (("script", "script-src", 2), ("style", "style-src", 1)):
         texts = re.findall(rf'<{element}(?: id="\w+")?>(.*?)</{element}>', page, re.DOTALL)
-        hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in texts]
+        hashes = [
+            base64.b64encode(hashlib.sha256(text.encode()).digest()).decode() for text in texts
+        ]
         assert len(texts) == count
         parts = [part for part in rules[rule].split() if part != "'wasm-unsafe-eval'"]
         assert parts == [f"'sha256-{each}'" for each in hashes]
@@ -62,12 +66,18 @@ def test_every_model_is_there_and_the_given_one_first(page, heaviest):
     assert [model["name"] for model in data_of(page)["models"]] == list(MODELS)
     first, *rest = data_of(heaviest)["models"]
     assert [model["name"] for model in rest] == list(MODELS)
-    assert (first["model"], first["own"]["slots"], data_of(heaviest)["first"]) == ("preisach_lugre", list(SLOTS), 0)
+    assert (first["model"], first["own"]["slots"], data_of(heaviest)["first"]) == (
+        "preisach_lugre",
+        list(SLOTS),
+        0,
+    )
 
 
 def test_no_file_name_closes_its_element(heaviest):
     assert len(re.findall(r"<script", heaviest)) == 3
-    assert data_of(heaviest)["models"][0]["name"].endswith("</script><script>alert(1)</script>.toml")
+    assert data_of(heaviest)["models"][0]["name"].endswith(
+        "</script><script>alert(1)</script>.toml"
+    )
 
 
 def test_an_identified_interval_lies_on_its_slider(heaviest):
@@ -85,7 +95,11 @@ def test_units_are_those_of_the_axis():
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
     first = data_of(lab_page(model))["models"][0]
     assert first["units"] == {"position": "rad", "velocity": "rad/s", "force": "N·m"}
-    assert {row["name"]: row["unit"] for row in first["pull"]} == {"M": "kg·m²", "k": "N·m/rad", "v_e": "rad/s"}
+    assert {row["name"]: row["unit"] for row in first["pull"]} == {
+        "M": "kg·m²",
+        "k": "N·m/rad",
+        "v_e": "rad/s",
+    }
 
 
 def test_texts_of_a_user_model_are_escaped():
@@ -98,5 +112,7 @@ def test_texts_of_a_user_model_are_escaped():
 def test_a_user_parameter_may_have_the_name_of_a_layer():
     model = axis_simulated.friction()
     assert {"forward", "backward"} <= set(model.values)
-    assert {row["name"] for row in described.model_described(model, proven=False)["variables"]} == set(model.values)
+    assert {
+        row["name"] for row in described.model_described(model, proven=False)["variables"]
+    } == set(model.values)
     assert sliders.inner_of(model.parameters) == model.parameters

@@ -12,7 +12,14 @@ import bristle as br
 from bristle.apps.lab.page import paper_experiment, paper_loop
 from bristle.apps.targets.page import loop, rows, switches
 from bristle.apps.targets.page.described import example_named, model_described
-from bristle.apps.targets.page.packing import as_json, differences, packed, packed_numbers, plain, unpacked
+from bristle.apps.targets.page.packing import (
+    as_json,
+    differences,
+    packed,
+    packed_numbers,
+    plain,
+    unpacked,
+)
 from bristle.core import Feedforward, Reference, Run, Variant, experiment
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.exports.subject import presliding_distance, subject_of
@@ -43,7 +50,9 @@ def whole(message, count, parts):
     """Return the whole numbers that a page unpacks."""
     planes = np.frombuffer(unpacked(message["code"]), dtype=np.uint8).reshape(4, message["count"])
     folded = sum(planes[place].astype(np.int64) << (8 * place) for place in range(4))
-    return np.split(np.where(folded % 2 == 0, folded // 2, -(folded + 1) // 2), [count] * (parts - 1))
+    return np.split(
+        np.where(folded % 2 == 0, folded // 2, -(folded + 1) // 2), [count] * (parts - 1)
+    )
 
 
 def described(**changes):
@@ -54,9 +63,21 @@ def described(**changes):
 
 def test_a_page_has_the_numbers_of_the_loop():
     facts = described()
-    expected = {"M": 2.0, "mass": 1.5, "count": 400, "all": 400, "settle": 100, "substeps": 5, "delay": 1, "limit": 90.0, "sampleTime": DT}
+    expected = {
+        "M": 2.0,
+        "mass": 1.5,
+        "count": 400,
+        "all": 400,
+        "settle": 100,
+        "substeps": 5,
+        "delay": 1,
+        "limit": 90.0,
+        "sampleTime": DT,
+    }
     expected |= {"effortBefore": 0.0, "body": None, "lag": {"inMean": 0.0, "atEnd": 0.0}}
-    expected |= {"begin": [(0, pytest.approx(0.02)), (1, pytest.approx(0.01 * 2.0 * np.pi, rel=1e-3))]}
+    expected |= {
+        "begin": [(0, pytest.approx(0.02)), (1, pytest.approx(0.01 * 2.0 * np.pi, rel=1e-3))]
+    }
     assert {name: facts[name] for name in expected} == expected
     lagging = described(run=replace(variant().run, current_lag=1e-3))["lag"]
     assert lagging == pytest.approx({"atEnd": np.exp(-0.2), "inMean": (1.0 - np.exp(-0.2)) / 0.2})
@@ -78,7 +99,9 @@ def test_the_push_is_the_disturbance_minus_the_known_input():
     force = disturbance - injected
     assert facts["pushed"] == pytest.approx(float(np.sqrt(np.mean(force**2))) / 16.0)
     _, pushed = whole(facts["numbers"], 400, 2)
-    np.testing.assert_allclose(facts["pushed"] * np.cumsum(pushed), force, atol=0.51 * facts["pushed"])
+    np.testing.assert_allclose(
+        facts["pushed"] * np.cumsum(pushed), force, atol=0.51 * facts["pushed"]
+    )
     assert described()["pushed"] == 1.0
 
 
@@ -102,10 +125,22 @@ def test_different_friction_of_the_axis_is_included():
     ("changes", "words"),
     [
         ({"plant": br.plants.oscillator(M=2.0, c=1.0, k=1e3)}, "more than one mass"),
-        ({"friction": br.friction.find("coulomb+transmitted")(F_C=5.0, c_T=0.2)}, "rises with the effort"),
-        ({"feedforward": Feedforward(friction=FRICTION, gain=0.5)}, "the feedforward contains more than this friction"),
-        ({"feedforward": Feedforward(friction=FRICTION, along="measured")}, "the feedforward contains more than this friction"),
-        ({"feedforward": Feedforward(friction=br.friction.coulomb(F_C=5.0))}, "the feedforward contains more than this friction"),
+        (
+            {"friction": br.friction.find("coulomb+transmitted")(F_C=5.0, c_T=0.2)},
+            "rises with the effort",
+        ),
+        (
+            {"feedforward": Feedforward(friction=FRICTION, gain=0.5)},
+            "the feedforward contains more than this friction",
+        ),
+        (
+            {"feedforward": Feedforward(friction=FRICTION, along="measured")},
+            "the feedforward contains more than this friction",
+        ),
+        (
+            {"feedforward": Feedforward(friction=br.friction.coulomb(F_C=5.0))},
+            "the feedforward contains more than this friction",
+        ),
     ],
 )
 def test_uncomputable_loops_are_reported(changes, words):
@@ -123,12 +158,17 @@ def test_a_following_error_is_some_of_its_samples():
     assert trace["step"] == pytest.approx(np.max(np.abs(error)) / 4096)
     places, values = whole(trace["numbers"], 5, 2)
     assert np.cumsum(np.cumsum(places)).tolist() == samples.tolist()
-    np.testing.assert_allclose(trace["step"] * np.cumsum(values), error[samples], atol=0.51 * trace["step"])
+    np.testing.assert_allclose(
+        trace["step"] * np.cumsum(values), error[samples], atol=0.51 * trace["step"]
+    )
     assert loop.trace_described("error", time, 0.0 * error, samples)["step"] == 1.0
 
 
 def test_the_loop_of_the_page_has_the_numbers_of_the_experiment():
-    plain, observing = ({variant.name: variant for variant in paper_experiment().variants}[name] for name in ("none", "observer"))
+    plain, observing = (
+        {variant.name: variant for variant in paper_experiment().variants}[name]
+        for name in ("none", "observer")
+    )
     data = loop.tracking_described(plain, observing)
     assert (data["sampleTime"], data["delay"]) == (plain.run.sample_time, plain.run.delay)
     assert data["paper"] == {
@@ -139,18 +179,30 @@ def test_the_loop_of_the_page_has_the_numbers_of_the_experiment():
     assert set(data["parts"]) >= {"sliding", "observer"}
 
 
-@pytest.mark.parametrize(("first", "place"), [("dahl", 1), (br.friction.lugre(**br.friction.lugre.example), 0)])
+@pytest.mark.parametrize(
+    ("first", "place"), [("dahl", 1), (br.friction.lugre(**br.friction.lugre.example), 0)]
+)
 def test_a_page_begins_with_a_model_by_name_or_with_values(monkeypatch, first, place):
     monkeypatch.setattr(switches, "MODELS", ("coulomb", "dahl"))
-    monkeypatch.setattr(switches, "example_described", lambda name: {"name": name, "kind": "translational"})
-    monkeypatch.setattr(switches, "switched", lambda model, **options: {"name": model.name, "kind": "rotational"} | options)
+    monkeypatch.setattr(
+        switches, "example_described", lambda name: {"name": name, "kind": "translational"}
+    )
+    monkeypatch.setattr(
+        switches,
+        "switched",
+        lambda model, **options: {"name": model.name, "kind": "rotational"} | options,
+    )
     monkeypatch.setattr(switches, "common_described", dict)
     monkeypatch.setattr(switches, "slots_described", lambda kind: kind)
     data = json.loads(unpacked(switches.lab_described(first, {"moved": 1}, named="a file")["code"]))
     names = [row["name"] for row in data["models"]]
     assert (data["first"], data["loop"]) == (place, {"moved": 1})
-    assert names == (["coulomb", "dahl"] if isinstance(first, str) else ["lugre", "coulomb", "dahl"])
-    assert list(data["slots"]) == (["translational"] if isinstance(first, str) else ["rotational", "translational"])
+    assert names == (
+        ["coulomb", "dahl"] if isinstance(first, str) else ["lugre", "coulomb", "dahl"]
+    )
+    assert list(data["slots"]) == (
+        ["translational"] if isinstance(first, str) else ["rotational", "translational"]
+    )
 
 
 # --- Numbers and data on their way to a page
@@ -251,13 +303,17 @@ def stepped(model, mass, controller, sensor, desired, message):
         measured, reading = sensor.component.step(reading, now.plant.x, SAMPLE, s)
         read.append(measured)
         at = [float(desired[name][k]) for name in "xva"]
-        kept = controller.component.start(measured, at[1], at[2], SAMPLE, c) if kept is None else kept
+        kept = (
+            controller.component.start(measured, at[1], at[2], SAMPLE, c) if kept is None else kept
+        )
         effort, kept = law(kept, Reference(*at, float(message[k])), measured, 0.0, 1e300, SAMPLE, c)
         commands.append(effort)
         applied = commands[k - DELAY] if k >= DELAY else 0.0
         for _ in range(SUBSTEPS):
             after = mechanism(now, memory, applied, applied, 0.0, 0.0, SAMPLE / SUBSTEPS, 1, q, p)
-            now = Mechanism(after.plant, after.friction, after.effort, after.slope, after.acceleration, 0.0, 0.0)
+            now = Mechanism(
+                after.plant, after.friction, after.effort, after.slope, after.acceleration, 0.0, 0.0
+            )
     return np.array(x), np.array(read)
 
 
@@ -301,7 +357,16 @@ def test_the_loop_of_the_page_is_that_of_python(name, law_name, feeds, tmp_path)
     assert read == own_read.tolist()
     # And all of it is the course of a simulation.
     reference = np.stack((*(desired[key][:COUNT] for key in "xva"), fed[:COUNT]))
-    trace = br.engine.run_closed_loop(br.plants.inertia(M=mass), model, controller, sensor, reference, SAMPLE, steps=SUBSTEPS, delay=DELAY)
+    trace = br.engine.run_closed_loop(
+        br.plants.inertia(M=mass),
+        model,
+        controller,
+        sensor,
+        reference,
+        SAMPLE,
+        steps=SUBSTEPS,
+        delay=DELAY,
+    )
     assert np.max(np.abs(x)) > 1e-6
     # Solves end within their tolerance, and a count of the encoder may fall the other way.
     assert np.max(np.abs(trace.position - x)) < 0.02 * np.ptp(x)
@@ -313,8 +378,15 @@ def test_the_rig_of_the_paper_has_the_same_error_on_the_page(tmp_path):
     variants = {variant.name: variant for variant in paper_experiment().variants}
     plain_loop, observing = variants["none"], variants["observer"]
     law_values, motion = plain_loop.controller.values, plain_loop.reference.values
-    settings = {"M": plain_loop.plant.values["M"], "gain": law_values["lambda_"], "K_2": law_values["K_2"]}
-    settings |= {"g": observing.controller.values["g"], "resolution": plain_loop.sensor.values["resolution"]}
+    settings = {
+        "M": plain_loop.plant.values["M"],
+        "gain": law_values["lambda_"],
+        "K_2": law_values["K_2"],
+    }
+    settings |= {
+        "g": observing.controller.values["g"],
+        "resolution": plain_loop.sensor.values["resolution"],
+    }
     settings |= {"A": max(motion["amplitudes"]), "f": motion["frequency"]}
     script = f"""
     const loop = {json.dumps(plain(paper_loop()))}, body = loop.rig, settings = {json.dumps(settings)};
@@ -324,7 +396,9 @@ def test_the_rig_of_the_paper_has_the_same_error_on_the_page(tmp_path):
     const width = (values) => Math.max(...values) - Math.min(...values);
     say([period, ...["none", "observer"].map((way) => width(errors[way]))]);
     """
-    period, none, observer = node(tmp_path, [plain(model_described(example_named("lugre"), named="m"))], script)
+    period, none, observer = node(
+        tmp_path, [plain(model_described(example_named("lugre"), named="m"))], script
+    )
     assert period == 8000
     # Six runs of the experiment, of amplitudes up to this one: 1.47 and 0.2 um peak to peak.
     assert none == pytest.approx(1.47e-6, rel=0.15)
@@ -344,9 +418,12 @@ say(corners);
 TURN = np.linspace(0.0, 2.0 * np.pi, 20_000)
 LINES = {
     "a loop": np.column_stack((250.0 * np.sin(TURN), 150.0 * np.tanh(6.0 * np.cos(TURN)))),
-    "there and back, further out each time": np.column_stack((TURN * 30.0 * np.sin(6.0 * TURN), np.zeros(TURN.size))),
+    "there and back, further out each time": np.column_stack(
+        (TURN * 30.0 * np.sin(6.0 * TURN), np.zeros(TURN.size))
+    ),
     "a corner at each point": np.column_stack((np.arange(200.0), 40.0 * (np.arange(200) % 2))),
-    "a spiral into a point": np.column_stack((np.cos(9.0 * TURN), np.sin(9.0 * TURN))) * (80.0 - 12.7 * TURN)[:, None],
+    "a spiral into a point": np.column_stack((np.cos(9.0 * TURN), np.sin(9.0 * TURN)))
+    * (80.0 - 12.7 * TURN)[:, None],
     "noise": np.random.default_rng(5).normal(0.0, 3.0, (3000, 2)).cumsum(axis=0),
     "one point": np.zeros((1, 2)),
 }
@@ -362,7 +439,9 @@ def off(points, line):
     along = end - start
     squares = np.maximum(np.sum(along**2, axis=1), 1e-30)
     part = np.clip(np.sum((points[:, None] - start) * along, axis=2) / squares, 0.0, 1.0)
-    return np.min(np.linalg.norm(points[:, None] - (start + part[..., None] * along), axis=2), axis=1)
+    return np.min(
+        np.linalg.norm(points[:, None] - (start + part[..., None] * along), axis=2), axis=1
+    )
 
 
 @needs_node

@@ -75,7 +75,11 @@ def moved(folder, model, changes):
     ("name", "changes", "coded"),
     [
         ("gms", {"F_C": 17.0, "k_i": [5e6, 3e6, 1e6]}, {"F_C": [17.0], "k_i": [5e6, 3e6, 1e6]}),
-        ("preisach_lugre", {"kernel": "exp_masing", "transition": "paper"}, {"kernel": [3], "transition": [0]}),
+        (
+            "preisach_lugre",
+            {"kernel": "exp_masing", "transition": "paper"},
+            {"kernel": [3], "transition": [0]},
+        ),
         ("preisach_contact", {"kernel": "tip_masing", "f_p": 20.0}, {"kernel": [1], "f_p": [20.0]}),
     ],
 )
@@ -83,16 +87,25 @@ def test_forces_follow_the_parameters(name, changes, coded, tmp_path):
     model = described.example_named(name)
     forces, again, _, _ = moved(tmp_path, model, coded)
     assert forces == again
-    assert forces == subject_of(model.with_values(**changes)).forces(np.array(PLACES), 1e-3).tolist()
+    assert (
+        forces == subject_of(model.with_values(**changes)).forces(np.array(PLACES), 1e-3).tolist()
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "changes"), [("lugre", {"F_C": 11.0, "sigma_1": 70.0}), ("preisach_lugre", {"kernel": "exp_masing", "F_S": 25.0})]
+    ("name", "changes"),
+    [
+        ("lugre", {"F_C": 11.0, "sigma_1": 70.0}),
+        ("preisach_lugre", {"kernel": "exp_masing", "F_S": 25.0}),
+    ],
 )
 def test_contact_and_mass_walk_with_other_parameters_as_in_python(name, changes, tmp_path):
     model = described.example_named(name)
-    module, rest = page_model(model), page_model(model.with_values(**changes), named="moved", mass=2.5)
+    module, rest = (
+        page_model(model),
+        page_model(model.with_values(**changes), named="moved", mass=2.5),
+    )
     kept = {key: module[key] for key in ("code", "places")}
     assert rest["code"] != kept["code"]
     assert node(tmp_path, [rest | kept], WALK) == [0, 5]
@@ -146,7 +159,9 @@ def memory_after(model, positions):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["maxwell_slip", "maxwell_stribeck", "gms", "gms+asymmetry", "maxwell_slip+position"])
+@pytest.mark.parametrize(
+    "name", ["maxwell_slip", "maxwell_stribeck", "gms", "gms+asymmetry", "maxwell_slip+position"]
+)
 def test_the_elements_drawn_are_the_memory_of_python(name, tmp_path):
     base, *slots = name.split("+")
     model = example_of(with_slots(MODELS[base], slots)) if slots else described.example_named(name)
@@ -242,13 +257,20 @@ def test_conditions_are_the_relations_of_the_model(tmp_path):
         cases, truths = [], []
         for _ in range(40):
             values = {
-                key: value * random.choice([0.5, 1.0, 1.0, 2.0]) if isinstance(value, float) else value
+                key: value * random.choice([0.5, 1.0, 1.0, 2.0])
+                if isinstance(value, float)
+                else value
                 for key, value in model.values.items()
             }
             p = model.component.assemble(
-                {k: model.component.variables[k].choices.index(v) if isinstance(v, str) else v for k, v in values.items()}
+                {
+                    k: model.component.variables[k].choices.index(v) if isinstance(v, str) else v
+                    for k, v in values.items()
+                }
             )
-            cases.append({key: [value] for key, value in values.items() if isinstance(value, float)})
+            cases.append(
+                {key: [value] for key, value in values.items() if isinstance(value, float)}
+            )
             truths.append(all(relation.holds(p) for relation in model.component.relations))
         script = f"""
         const numbered = (values) => Object.entries(values).map(([name, each]) => [name, numbersOf(each)]);
@@ -262,7 +284,11 @@ def test_conditions_are_the_relations_of_the_model(tmp_path):
 
 @pytest.mark.slow
 def test_shares_add_up_to_one_after_any_move(tmp_path):
-    sums = node(tmp_path, [], "say([shared([0.5, 0.4, 0.3], 0), shared([1, 0, 0], 0), shared([0.2, 0, 0], 0)]);")
+    sums = node(
+        tmp_path,
+        [],
+        "say([shared([0.5, 0.4, 0.3], 0), shared([1, 0, 0], 0), shared([0.2, 0, 0], 0)]);",
+    )
     assert [round(sum(shares), 12) for shares in sums] == [1.0, 1.0, 1.0]
     assert sums[0][1] / sums[0][2] == pytest.approx(4 / 3)
 
@@ -279,7 +305,9 @@ def test_a_path_has_a_sample_at_each_turn_and_keeps_its_speed(tmp_path):
 
 @pytest.mark.slow
 def test_a_sweep_goes_evenly_from_end_to_end_and_back(tmp_path):
-    x, v, dt = node(tmp_path, [], "const { x, v, dt } = sweep(0.02, 80, 401); say([[...x], [...v], dt]);")
+    x, v, dt = node(
+        tmp_path, [], "const { x, v, dt } = sweep(0.02, 80, 401); say([[...x], [...v], dt]);"
+    )
     assert np.diff(x) == pytest.approx(np.array(v[1:]) * dt)
     assert (max(v), min(v)) == pytest.approx((0.02, -0.02), rel=0.01)
     assert np.abs(np.diff(np.abs(np.diff(v[1:])))).max() < 1e-3
@@ -296,7 +324,20 @@ def test_a_slow_loop_has_a_half_a_quarter_or_an_eighth_of_its_samples(tmp_path):
 
 
 FACTS = ("model", "description", "shares", "varies", "units", "elements", "head")
-ROWS = ("name", "key", "symbol", "values", "unit", "description", "min", "max", "choices", "array", "whole", "fixed")
+ROWS = (
+    "name",
+    "key",
+    "symbol",
+    "values",
+    "unit",
+    "description",
+    "min",
+    "max",
+    "choices",
+    "array",
+    "whole",
+    "fixed",
+)
 # What the page does before it shows a model.
 BEGUN = """
 const data = DATA;
@@ -367,7 +408,10 @@ def test_a_single_different_bit_with_slots_is_detected(tmp_path):
     [
         "preisach_lugre+position+asymmetry",
         "lugre+transmitted+ripple+position+load",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("gms+asymmetry", "gap_slider+asymmetry")),
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("gms+asymmetry", "gap_slider+asymmetry")
+        ),
     ],
 )
 def test_a_given_model_walks_as_in_python(name, tmp_path):
@@ -380,7 +424,10 @@ def test_a_given_model_walks_as_in_python(name, tmp_path):
 
 @pytest.mark.slow
 def test_a_slot_over_a_channel_is_refused_by_its_name():
-    with pytest.raises(br.core.InputError, match=r"has a slot that needs a channel of the log, but a page has no log.*pressure"):
+    with pytest.raises(
+        br.core.InputError,
+        match=r"has a slot that needs a channel of the log, but a page has no log.*pressure",
+    ):
         lab_page(example_of(with_slots(MODELS["lugre"], ["pressure"])))
 
 
@@ -391,7 +438,10 @@ def test_a_slot_over_a_channel_is_refused_by_its_name():
         "lugre",
         "preisach_lugre",
         "viscous",
-        *(pytest.param(name, marks=pytest.mark.slow) for name in ("gms", "maxwell_slip", "bouc_wen", "elastoplastic")),
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("gms", "maxwell_slip", "bouc_wen", "elastoplastic")
+        ),
     ],
 )
 def test_the_page_describes_a_model_with_slots_like_python(name, tmp_path):
@@ -408,7 +458,9 @@ def test_the_page_describes_a_model_with_slots_like_python(name, tmp_path):
         model = begun_named(name, slots)
         wanted = plain(described.model_described(model, proven=False, named="m"))
         assert {key: facts[key] for key in FACTS} == {key: wanted[key] for key in FACTS}
-        assert [[row[key] for key in ROWS] for row in facts["variables"]] == [[row[key] for key in ROWS] for row in wanted["variables"]]
+        assert [[row[key] for key in ROWS] for row in facts["variables"]] == [
+            [row[key] for key in ROWS] for row in wanted["variables"]
+        ]
         assert [row for row in facts["conditions"] if "least" not in row] == wanted["conditions"]
         assert facts["slots"] == list(switches.slots_of(model))
 
@@ -416,7 +468,9 @@ def test_the_page_describes_a_model_with_slots_like_python(name, tmp_path):
 @pytest.mark.slow
 def test_copied_text_is_the_model_with_its_slots(tmp_path):
     for name in ("lugre", "gap_slider", "preisach_lugre"):
-        for slots in switches.combinations(switches.offered(described.example_named(name)), complete=False):
+        for slots in switches.combinations(
+            switches.offered(described.example_named(name)), complete=False
+        ):
             script = f"""
             const model = withSlots(data.models[0], {json.dumps(slots)}, offers(data.models[0]));
             const values = Object.fromEntries(model.variables.map(({{ name, values }}) => [name, numbersOf(values)]));
@@ -445,23 +499,33 @@ def test_a_removed_slot_leaves_the_mean_of_both_directions(tmp_path):
     first, off, on, name, is_named = run(tmp_path, script, data)
     values = [*first["F_C_pos"], *off["F_C"], *off["F_S"], *on["F_C_pos"]]
     mean = 0.5 * (30.0 + model.values["F_C_neg"])
-    assert values == pytest.approx([model.values["F_C_pos"], mean, switches.plain_of(model).values["F_S"], 1.1 * mean])
+    assert values == pytest.approx(
+        [model.values["F_C_pos"], mean, switches.plain_of(model).values["F_S"], 1.1 * mean]
+    )
     assert (name, is_named) == ("gms", False)
 
 
 @pytest.mark.slow
 def test_friction_that_changes_sign_along_the_axis_is_reported(tmp_path):
     random = np.random.default_rng(2)
-    cases = [[float(p_1), float(p_2)] for p_1, p_2 in random.uniform(-1.5, 1.5, (60, 2))] + [[0.0, 0.0], [0.99, 0.0]]
+    cases = [[float(p_1), float(p_2)] for p_1, p_2 in random.uniform(-1.5, 1.5, (60, 2))] + [
+        [0.0, 0.0],
+        [0.99, 0.0],
+    ]
     script = f"""
     const model = withSlots(data.models[0], ["position"], offers(data.models[0]));
     const first = Object.fromEntries(model.variables.map(({{ name, values }}) => [name, numbersOf(values)]));
     say({json.dumps(cases)}.map(([p_1, p_2]) => broken(model, {{ ...first, p_1: [p_1], p_2: [p_2] }}).length === 0));
     """
     message = run(tmp_path, script, only("lugre"))
-    component, values = begun_named("lugre", ["position"]).component, dict(begun_named("lugre", ["position"]).values)
+    component, values = (
+        begun_named("lugre", ["position"]).component,
+        dict(begun_named("lugre", ["position"]).values),
+    )
     relation = component.relations[-1]
-    wanted = [bool(relation.holds(component.assemble(values | {"p_1": a, "p_2": b}))) for a, b in cases]
+    wanted = [
+        bool(relation.holds(component.assemble(values | {"p_1": a, "p_2": b}))) for a, b in cases
+    ]
     assert message == wanted
     assert len(set(wanted)) == 2
 
@@ -481,8 +545,12 @@ def test_a_zero_level_has_no_relative_rise(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["lugre", "gms", pytest.param("gap_slider", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("slots", [("asymmetry",), ("ripple", "position", "asymmetry")], ids=["sided", "varying"])
+@pytest.mark.parametrize(
+    "name", ["lugre", "gms", pytest.param("gap_slider", marks=pytest.mark.slow)]
+)
+@pytest.mark.parametrize(
+    "slots", [("asymmetry",), ("ripple", "position", "asymmetry")], ids=["sided", "varying"]
+)
 def test_verdicts_of_a_model_with_slots_are_those_of_the_certificates(name, slots, tmp_path):
     script = f"""
     const [base] = data.models, model = withSlots(base, {json.dumps(slots)}, offers(base));
@@ -492,7 +560,9 @@ def test_verdicts_of_a_model_with_slots_are_those_of_the_certificates(name, slot
     const {{ drift, closure }} = judged(judge);
     say([drift, closure].map((answer) => answer && [answer.passed, answer.moved ?? answer.missing]));
     """
-    for custom, wanted, close in zip(run(tmp_path, script, only(name)), of_python(begun_named(name, slots)), CLOSE, strict=True):
+    for custom, wanted, close in zip(
+        run(tmp_path, script, only(name)), of_python(begun_named(name, slots)), CLOSE, strict=True
+    ):
         assert (custom is None) == (wanted is None)
         if custom is not None:
             assert custom[0] == wanted[0]
@@ -535,14 +605,26 @@ def model_of(name, slots=()):
 def moved_about(model, count):
     """Return the model with its parameters somewhere else, where they are allowed."""
     random = np.random.default_rng(7)
-    result = [model, *([model.with_values(**choice) for choice in CHOICES] if "transition" in model.values else [])]
+    result = [
+        model,
+        *(
+            [model.with_values(**choice) for choice in CHOICES]
+            if "transition" in model.values
+            else []
+        ),
+    ]
     while len(result) < count:
         changes = {}
         for name, value in model.values.items():
             variable = model.component.variables[name]
             if name in VARYING:
                 changes[name] = 0.1 if variable.quantity == "1" else 2.0
-            elif isinstance(value, float) and np.isfinite(value) and value != 0.0 and variable.quantity != "1":
+            elif (
+                isinstance(value, float)
+                and np.isfinite(value)
+                and value != 0.0
+                and variable.quantity != "1"
+            ):
                 changes[name] = value * float(random.choice(FACTORS))
         if "beta" in model.values:
             changes["beta"] = (0.5, 0.8, 1.0)[len(result) % 3]
@@ -557,7 +639,10 @@ def of_python(model):
     """Return verdict and number of each certificate; None where it does not apply."""
     still = unvaried(model)
     holding = quasi_static.holding_of(still)
-    answers = [certify.drift(still, holding, None, is_magnet=False), certify.closure(still, holding, None)]
+    answers = [
+        certify.drift(still, holding, None, is_magnet=False),
+        certify.closure(still, holding, None),
+    ]
     return [[each.passed, each.value] if each.applies else None for each in answers]
 
 
@@ -565,14 +650,23 @@ def coded(model):
     rows = {}
     for name, value in model.values.items():
         variable = model.component.variables[name]
-        rows[name] = [float(x) for x in np.atleast_1d(variable.choices.index(value) if isinstance(value, str) else value)]
+        rows[name] = [
+            float(x)
+            for x in np.atleast_1d(
+                variable.choices.index(value) if isinstance(value, str) else value
+            )
+        ]
     return packing.plain(rows)
 
 
 def compared(name, slots, count, folder):
     """Compare both, and return which verdicts there were."""
     models = moved_about(model_of(name, slots), count)
-    answers = node(folder, [model_to_judge(name, slots)], JUDGED.replace("CASES", json.dumps([coded(m) for m in models])))
+    answers = node(
+        folder,
+        [model_to_judge(name, slots)],
+        JUDGED.replace("CASES", json.dumps([coded(m) for m in models])),
+    )
     verdicts = [set(), set()]
     for model, answer in zip(models, answers, strict=True):
         for i, (custom, other) in enumerate(zip(answer, of_python(model), strict=True)):
@@ -614,6 +708,14 @@ def test_words_name_failed_and_inapplicable_certificates(tmp_path):
     }
     say(texts);
     """
-    film, gms, lugre = node(tmp_path, [model_to_judge(name) for name in ("viscous", "gms", "lugre")], script)
-    assert [[passed for _, passed, _ in lines] for lines in (film, gms, lugre)] == [[None] * 2, [True] * 2, [False] * 2]
-    assert [words in text for words, (*_, text) in zip(("986\u00a0nm", "34.7 %"), lugre, strict=True)] == [True, True]
+    film, gms, lugre = node(
+        tmp_path, [model_to_judge(name) for name in ("viscous", "gms", "lugre")], script
+    )
+    assert [[passed for _, passed, _ in lines] for lines in (film, gms, lugre)] == [
+        [None] * 2,
+        [True] * 2,
+        [False] * 2,
+    ]
+    assert [
+        words in text for words, (*_, text) in zip(("986\u00a0nm", "34.7 %"), lugre, strict=True)
+    ] == [True, True]

@@ -61,7 +61,10 @@ def test_a_refused_value_keeps_the_last_valid_model(lugre):
 def test_a_new_model_is_described_again_and_a_new_value_is_not(lugre):
     widget = Widget(lugre, uncertainty={"F_C": {"interval": (19.0, 21.0), "status": "identified"}})
     first = widget._described
-    assert next(row["interval"] for row in first["variables"] if row["name"] == "F_C") == [19.0, 21.0]
+    assert next(row["interval"] for row in first["variables"] if row["name"] == "F_C") == [
+        19.0,
+        21.0,
+    ]
     widget.parameters = {"F_C": 22.0}
     assert widget._described is first
     gms = described.example_named("gms")
@@ -78,7 +81,9 @@ def test_an_identification_shows_its_model_with_its_intervals():
     identification = br.identify(columns(), "coulomb_viscous", draws=0, blocks=0)
     widget = identification.widget()
     assert widget.model == identification.model
-    low, high = next(row["interval"] for row in widget._described["variables"] if row["name"] == "F_C")
+    low, high = next(
+        row["interval"] for row in widget._described["variables"] if row["name"] == "F_C"
+    )
     assert low < identification.parameters["F_C"].value < high
     assert "<script" not in identification._repr_html_()
 
@@ -171,7 +176,9 @@ def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width, 
     synced = ("_values", "_described", "_problem")
     state, rest = ({name: item.get_state()[name] for name in synced} for item in (widget, other))
     page = tmp_path / "notebook.html"
-    page.write_text("<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8")
+    page.write_text(
+        "<!DOCTYPE html><title>a notebook</title><link rel=icon href='data:,'>", encoding="utf-8"
+    )
     tab = shown(page.as_uri(), width=width)
     values = {
         "esm": widget._esm,
@@ -193,7 +200,9 @@ def test_a_widget_in_a_browser_draws_and_follows_python(lugre, tmp_path, width, 
     names, *rest = tab.run(OTHER)
     assert "k_i[2]" in names
     assert rest == ["F_C: out of range", 0, 0]
-    assert {address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))} == {page.as_uri()}
+    assert {
+        address for address in tab.asked_for() if not address.startswith(("blob:", "data:"))
+    } == {page.as_uri()}
 
 
 # --- The widget in JupyterLab, in a browser: its slider moves the model of Python, and Python moves its slider
@@ -220,17 +229,35 @@ COMMANDS = "window.jupyterapp.commands"
 
 
 def cell(source):
-    return {"cell_type": "code", "source": source, "metadata": {}, "outputs": [], "execution_count": None}
+    return {
+        "cell_type": "code",
+        "source": source,
+        "metadata": {},
+        "outputs": [],
+        "execution_count": None,
+    }
 
 
 @pytest.fixture
 def server(tmp_path):
     """Give the address of a JupyterLab that has a notebook, and where its files are."""
     kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
-    notebook = {"cells": list(map(cell, CELLS)), "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 4}
+    notebook = {
+        "cells": list(map(cell, CELLS)),
+        "metadata": {"kernelspec": kernel},
+        "nbformat": 4,
+        "nbformat_minor": 4,
+    }
     (tmp_path / "bench.ipynb").write_text(json.dumps(notebook), encoding="utf-8")
-    settings = ["--ServerApp.port=0", "--ServerApp.open_browser=False", "--LabApp.expose_app_in_browser=True"]
-    environment = os.environ | {"JUPYTER_CONFIG_DIR": str(tmp_path / "config"), "JUPYTER_RUNTIME_DIR": str(tmp_path)}
+    settings = [
+        "--ServerApp.port=0",
+        "--ServerApp.open_browser=False",
+        "--LabApp.expose_app_in_browser=True",
+    ]
+    environment = os.environ | {
+        "JUPYTER_CONFIG_DIR": str(tmp_path / "config"),
+        "JUPYTER_RUNTIME_DIR": str(tmp_path),
+    }
     command = [JUPYTER, "--allow-root", "--notebook-dir", str(tmp_path), *settings]
     with open(tmp_path / "said.txt", "wb") as text:
         process = subprocess.Popen(command, env=environment, stdout=text, stderr=subprocess.STDOUT)
@@ -243,7 +270,9 @@ def server(tmp_path):
 
 def _address(message):
     pattern = r"http://127\.0\.0\.1:\d+/lab\?token=\w+"
-    return awaited(lambda: re.search(pattern, message.read_text(encoding="utf-8")), 60.0, message)[0]
+    return awaited(lambda: re.search(pattern, message.read_text(encoding="utf-8")), 60.0, message)[
+        0
+    ]
 
 
 def run_cell(tab, number):
@@ -257,9 +286,13 @@ def run_cell(tab, number):
 @pytest.mark.skipif(JUPYTER is None, reason="needs jupyterlab")
 def test_a_widget_in_jupyterlab_works_both_ways(server, shown):
     address, folder = server
-    tab = shown(address.replace("/lab?", "/lab/tree/bench.ipynb?"), complains=True, width=1400, height=1300)
+    tab = shown(
+        address.replace("/lab?", "/lab/tree/bench.ipynb?"), complains=True, width=1400, height=1300
+    )
     tab.waits(f"{COMMANDS}.isEnabled('notebook:run-cell')")
-    tab.waits("window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.status === 'idle'")
+    tab.waits(
+        "window.jupyterapp.shell.currentWidget.sessionContext.session.kernel.status === 'idle'"
+    )
     run_cell(tab, 0)
     assert tab.waits(f"{DRAWN} > 20 && {DRAWN}") > 20
     assert float(tab.run(f"{FIELD}.value")) == 20.0

@@ -27,14 +27,20 @@ def simulated(request, entries):
 
     The fast tests see fewer runs of fewer loops.
     """
-    is_whole = any(item.get_closest_marker("slow") and "paper" in item.fixturenames for item in request.session.items)
+    is_whole = any(
+        item.get_closest_marker("slow") and "paper" in item.fixturenames
+        for item in request.session.items
+    )
 
     @cache
     def of(name):
         experiment = read_experiment(EXPERIMENTS / name)
         if name == "set_a.toml" and not is_whole:
             read = (item for item in experiment.variants if item.name in READ)
-            experiment = replace(experiment, variants=tuple(replace(item, run=replace(item.run, seeds=2)) for item in read))
+            experiment = replace(
+                experiment,
+                variants=tuple(replace(item, run=replace(item.run, seeds=2)) for item in read),
+            )
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(compilation, "_entries", entries)
             return simulate(experiment)
@@ -47,7 +53,11 @@ def paper(entries, simulated):
     """Every figure by its number."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compilation, "_entries", entries)
-        patch.setattr(tracking, "simulate", lambda experiment, report: simulated(experiment.origins["experiment"][0].name))
+        patch.setattr(
+            tracking,
+            "simulate",
+            lambda experiment, report: simulated(experiment.origins["experiment"][0].name),
+        )
         return {item.number: item for item in reproduce(FIGURES)}
 
 

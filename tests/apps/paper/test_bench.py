@@ -91,7 +91,9 @@ def test_a_sensor_is_described_in_words():
         "Here the error of the torque sensor is 1.2 % of the largest friction: the inertia behind it, 1.5 kg·cm², adds up to "
         "1.5 mN·m, its filter of 200 Hz removes up to 0.25 mN·m."
     )
-    assert "filter" not in sensor_says(Bench(4e-4, 2.5e-4, math.inf), apart | {"filter": 0.0}, "Here")
+    assert "filter" not in sensor_says(
+        Bench(4e-4, 2.5e-4, math.inf), apart | {"filter": 0.0}, "Here"
+    )
 
 
 class Told(dict):
@@ -99,7 +101,12 @@ class Told(dict):
 
     def __init__(self, **bench_numbers):
         super().__init__({("bench", name): value for name, value in bench_numbers.items()})
-        self.numbers, self.source, self.arm, self.mass = {"bench": bench_numbers}, "x.toml", 1e-3, "own"
+        self.numbers, self.source, self.arm, self.mass = (
+            {"bench": bench_numbers},
+            "x.toml",
+            1e-3,
+            "own",
+        )
 
 
 def lists(*arrays):
@@ -146,7 +153,11 @@ def measuring(resolution, noise):
     """An experiment that measures a contact without a bench."""
     reported = Told()
     reported.numbers = {}
-    reported |= {("measurement", "resolution"): resolution, ("measurement", "noise"): noise, ("measurement", "speed"): 1e-6}
+    reported |= {
+        ("measurement", "resolution"): resolution,
+        ("measurement", "noise"): noise,
+        ("measurement", "speed"): 1e-6,
+    }
     reported[("measurement", "amplitudes")] = np.array([1e-6, 4e-6])
     return reported
 
@@ -168,7 +179,9 @@ def test_a_position_is_read_in_counts_and_a_torque_with_noise():
 
 
 def test_a_loop_is_measured_after_a_sweep_of_falling_amplitude():
-    rounds = bench.measured_loop(measuring(0.0, 0.0), friction.coulomb(F_C=3.0), 1e-6, 3, np.random.default_rng(1))
+    rounds = bench.measured_loop(
+        measuring(0.0, 0.0), friction.coulomb(F_C=3.0), 1e-6, 3, np.random.default_rng(1)
+    )
     assert len(rounds) == 3
     for record in rounds:
         assert record.x[[0, -1]] == pytest.approx([-1e-6, -1e-6])
@@ -176,7 +189,11 @@ def test_a_loop_is_measured_after_a_sweep_of_falling_amplitude():
         assert np.max(record.x) == pytest.approx(1e-6)
     led = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bench, "measured", lambda setting, model, turns, generator: led.extend(turns) or rounds[0])
+        patch.setattr(
+            bench,
+            "measured",
+            lambda setting, model, turns, generator: led.extend(turns) or rounds[0],
+        )
         bench.measured_loop(measuring(0.0, 0.0), None, 1e-6, 2, None)
     assert led[:2] == [4e-6, -4e-6]
     assert 1e6 * np.array(led[10:]) == pytest.approx([1.0, -1.0] * 3)
@@ -191,7 +208,11 @@ RIG = "virtual rig"
 
 def on_bench(setting, **values):
     """The experiment with other numbers of its bench; None for one that is left out."""
-    numbers = {key: value for key, value in (setting.numbers["bench"] | values).items() if value is not None}
+    numbers = {
+        key: value
+        for key, value in (setting.numbers["bench"] | values).items()
+        if value is not None
+    }
     return replace(setting, numbers=dict(setting.numbers) | {"bench": numbers})
 
 
@@ -214,7 +235,9 @@ def test_the_reading_differs_only_by_the_inertia_behind_the_sensor(setting):
     apart = sensor_numbers([read(item).sensed])
     assert apart["filter"] < 1e-15
     half = on_bench(item, J_m=0.5 * (item["bench", "J"] + item["bench", "J_m"]))
-    assert sensor_numbers([read(half).sensed])["inertia"] == pytest.approx(0.5 * apart["inertia"], rel=1e-6)
+    assert sensor_numbers([read(half).sensed])["inertia"] == pytest.approx(
+        0.5 * apart["inertia"], rel=1e-6
+    )
 
 
 def test_the_torque_that_leads_the_table_moves_it_along_the_path_when_it_drives_it(setting):
@@ -222,7 +245,9 @@ def test_the_torque_that_leads_the_table_moves_it_along_the_path_when_it_drives_
     present = read(item)
     # With nothing before the sensor the shaft carries all that the motor gives.
     dt = 5e-4
-    trace = run_open_loop(plant_of(item), item.contact(RIG), present.sensed.shaft / item.arm, dt, steps=4)
+    trace = run_open_loop(
+        plant_of(item), item.contact(RIG), present.sensed.shaft / item.arm, dt, steps=4
+    )
     assert trace.position[1:] == pytest.approx(present.sensor.x[:-1], abs=3e-9)
 
 

@@ -17,7 +17,9 @@ from bristle.engine import interpreted
 ROOT = Path(__file__).parents[3]
 GROUP = typer.main.get_command(application())
 CHEAP = "bristle models"  # the others take seconds to minutes, and have their own tests
-each = pytest.mark.parametrize("one", equations.EQUATIONS, ids=lambda equation: str(equation.number))
+each = pytest.mark.parametrize(
+    "one", equations.EQUATIONS, ids=lambda equation: str(equation.number)
+)
 
 
 def numbers_in(text):
@@ -41,7 +43,9 @@ def test_the_computing_file_names_the_equation(one):
 @each
 def test_the_test_of_each_equation_exists(one):
     file, _, name = one.test.partition("::")
-    assert re.search(rf"^def {name}\(", (ROOT / "tests" / file).read_text(encoding="utf-8"), re.MULTILINE)
+    assert re.search(
+        rf"^def {name}\(", (ROOT / "tests" / file).read_text(encoding="utf-8"), re.MULTILINE
+    )
 
 
 @each
@@ -69,14 +73,18 @@ def session():
 
 
 @pytest.mark.parametrize(
-    "equation", [equation for equation in equations.EQUATIONS if equation.gives], ids=lambda equation: str(equation.number)
+    "equation",
+    [equation for equation in equations.EQUATIONS if equation.gives],
+    ids=lambda equation: str(equation.number),
 )
 @interpreted()
 def test_the_python_line_gives_the_stated_result(equation, session):
     assert str(eval(equation.run, session)) == equation.gives
 
 
-@pytest.mark.parametrize("command", sorted({equation.run for equation in equations.EQUATIONS if not equation.gives}))
+@pytest.mark.parametrize(
+    "command", sorted({equation.run for equation in equations.EQUATIONS if not equation.gives})
+)
 def test_the_command_can_be_run(command, tmp_path, monkeypatch, capsys):
     words = shlex.split(command)
     assert words.pop(0) == "bristle"
@@ -100,7 +108,9 @@ def test_the_experiment_in_the_docs_runs(tmp_path):
     page = (ROOT / "docs/how-to/contact-experiment.md").read_text(encoding="utf-8")
     texts = re.findall(r"```toml contact\n(.*?)```", page, re.DOTALL)
     custom = write_experiments(tmp_path / "mine")[0].with_name("fig_08.toml")
-    result, on_bench = [custom.write_text(text, encoding="utf-8") and setting.read_setting(custom) for text in texts]
+    result, on_bench = [
+        custom.write_text(text, encoding="utf-8") and setting.read_setting(custom) for text in texts
+    ]
     assert reproduce([8], folder=custom.parent)[0].verdict == "calibrated"
     assert set(on_bench.numbers["bench"]) == set(setting.SECTIONS["bench"])
     assert list(result.contacts) == ["LuGre", "virtual rig"]
@@ -113,8 +123,12 @@ def test_the_experiment_in_the_docs_runs(tmp_path):
 
 def row(first):
     """The numbers of the row of a table that begins so, its first cell left out."""
-    cells = next(line for line in PAGE.splitlines() if line.startswith(f"| {first} |")).split("|")[2:-1]
-    return [float(item) for cell in cells for item in re.findall(r"(?<![\w(])-?\d+(?:\.\d+)?", cell)]
+    cells = next(line for line in PAGE.splitlines() if line.startswith(f"| {first} |")).split("|")[
+        2:-1
+    ]
+    return [
+        float(item) for cell in cells for item in re.findall(r"(?<![\w(])-?\d+(?:\.\d+)?", cell)
+    ]
 
 
 @pytest.mark.slow
@@ -136,8 +150,12 @@ def test_the_errors_over_branches(first, key, place, paper):
         mean, _, _ = text.partition(" ± ")
         assert np.isnan(value) if text == "–" else float(mean) == pytest.approx(value, abs=0.06)
     if key == "error_percent":
-        spread = [float(number[place]) for number in paper[6].numbers["error_deviation_percent"].values()]
-        deviations = [np.nan if text == "–" else float(text.partition(" ± ")[2]) for text in message]
+        spread = [
+            float(number[place]) for number in paper[6].numbers["error_deviation_percent"].values()
+        ]
+        deviations = [
+            np.nan if text == "–" else float(text.partition(" ± ")[2]) for text in message
+        ]
         assert deviations == pytest.approx(spread, abs=0.06, nan_ok=True)
     assert paper[6].numbers["scatter_percent"] == pytest.approx(2.3, abs=0.05)
 
@@ -155,21 +173,27 @@ def test_the_drift(paper):
     drift = paper[2].numbers["drift_per_cycle"]
     step, more = row("2")[:2]
     assert 1e6 * drift["LuGre"] == pytest.approx(step, abs=0.005)
-    assert 100.0 * (drift["equations (5)–(7)"] / drift["LuGre"] - 1.0) == pytest.approx(more, abs=0.5)
+    assert 100.0 * (drift["equations (5)–(7)"] / drift["LuGre"] - 1.0) == pytest.approx(
+        more, abs=0.5
+    )
 
 
 @pytest.mark.slow
 def test_the_other_figures(paper):
     rests, apart, width = row("3")[:3]
     assert f"−{rests} ± {apart} nm per cycle" in paper[3].found[0]
-    drift, share = (paper[3].numbers[key]["virtual rig"] for key in ("drift_per_cycle", "share_of_the_orbit"))
+    drift, share = (
+        paper[3].numbers[key]["virtual rig"] for key in ("drift_per_cycle", "share_of_the_orbit")
+    )
     assert 1e6 * abs(drift) / share == pytest.approx(width, abs=0.006)
     bottom, top, tip, wander = row("5")[:4]
     assert 1e3 * np.array(paper[5].numbers["largest_loop"]) == pytest.approx((bottom, top), abs=0.6)
     assert f"its forward tip is at {tip} ± {wander} mN·m" in " ".join(paper[5].found)
     share, at, spread, *printed = row("8")[1:]
     assert f"{share:.0f} % of it after {at} ± {spread} µm" in " ".join(paper[8].found)
-    assert f"and reaches {printed[0]:.0f} % of it after {printed[1]:.1f} µm" in " ".join(paper[8].found)
+    assert f"and reaches {printed[0]:.0f} % of it after {printed[1]:.1f} µm" in " ".join(
+        paper[8].found
+    )
 
 
 @pytest.mark.slow
@@ -189,9 +213,13 @@ def test_how_far_the_torque_sensor_is_from_friction(paper):
     stated = r"error of this sensor is ([\d.]+) % .*? ([\d.]+) % with the torque of figure 3, and ([\d.]+) % at break-away"
     led, rippled, pushed = map(float, re.search(stated, PAGE, re.DOTALL).groups())
     for number in (5, 8, 9):
-        assert 100.0 * paper[number].numbers["torque_sensor"]["apart"] == pytest.approx(led, abs=0.05)
+        assert 100.0 * paper[number].numbers["torque_sensor"]["apart"] == pytest.approx(
+            led, abs=0.05
+        )
     assert 100.0 * paper[3].numbers["torque_sensor"]["apart"] == pytest.approx(rippled, abs=0.05)
-    assert 100.0 * paper[3].numbers["torque_sensor_at_break_away"]["apart"] == pytest.approx(pushed, abs=0.05)
+    assert 100.0 * paper[3].numbers["torque_sensor_at_break_away"]["apart"] == pytest.approx(
+        pushed, abs=0.05
+    )
 
 
 @pytest.mark.slow
@@ -199,10 +227,16 @@ def test_the_tracking(paper):
     result, worse = paper[12].numbers, paper[12].numbers["forward_over_backward"]
     peaks, spreads = result["peak_to_peak"], result["peak_to_peak_spread"]
     before, after, less, forward = row("11, 12")[-4:]
-    assert (1e6 * peaks["none"], 1e6 * peaks["printed"]) == pytest.approx((before, after), abs=0.006)
+    assert (1e6 * peaks["none"], 1e6 * peaks["printed"]) == pytest.approx(
+        (before, after), abs=0.006
+    )
     assert 100.0 * (1.0 - peaks["printed"] / peaks["none"]) == pytest.approx(less, abs=0.6)
     assert worse["printed"] == pytest.approx(forward, abs=0.006)
-    means = [1e6 * paper[13].numbers[name][key] for key in ("std", "mean") for name in ("none", "printed")]
+    means = [
+        1e6 * paper[13].numbers[name][key]
+        for key in ("std", "mean")
+        for name in ("none", "printed")
+    ]
     assert row("13") == pytest.approx(means, abs=0.006)
     rms = paper[14].numbers["rms"]
     assert 100.0 * (rms["printed"] / rms["none"] - 1.0) == pytest.approx(row("14")[0], abs=0.06)
@@ -228,7 +262,10 @@ def test_the_table_of_the_loop_of_the_paper(paper):
     for shown, name in rows.items():
         assert f"| {shown} | {1e6 * peaks[name]:.2f} ± {1e6 * spreads[name]:.2f} |" in PAGE
     readme = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
-    assert f"With a gate, which blocks slip at small forces, the error is {1e6 * peaks['gate']:.2f} µm" in readme
+    assert (
+        f"With a gate, which blocks slip at small forces, the error is {1e6 * peaks['gate']:.2f} µm"
+        in readme
+    )
 
 
 @pytest.mark.slow
@@ -251,9 +288,14 @@ def test_the_gain_at_sound_margins(paper, faster):
     for shown, name in rows.items():
         errors = [slow[name]["following_error"]]
         errors += [faster[f"{name}_{speed}hz"].as_dict()["following_error"] for speed in (1, 2, 4)]
-        cells = [f"{1e6 * error['peak_to_peak']:.2f} ± {1e6 * error['peak_to_peak_spread']:.2f}" for error in errors]
+        cells = [
+            f"{1e6 * error['peak_to_peak']:.2f} ± {1e6 * error['peak_to_peak_spread']:.2f}"
+            for error in errors
+        ]
         assert f"| {shown} | {' | '.join(cells)} |" in message
     text = PAGE.replace("\n", " ")
     for name in ("observer", "observer_feedforward"):
-        error, two, four = (1e6 * faster[f"{name}_{speed}hz"].following_error.peak_to_peak for speed in (1, 2, 4))
+        error, two, four = (
+            1e6 * faster[f"{name}_{speed}hz"].following_error.peak_to_peak for speed in (1, 2, 4)
+        )
         assert f"{error:.2f}, {two:.2f} and {four:.2f} µm" in text

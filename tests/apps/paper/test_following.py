@@ -13,7 +13,9 @@ from bristle.simulation.statistics import Statistics
 
 
 def statistics(peak_to_peak, mean=0.0, std=0.1e-6, rms=0.2e-6):
-    return Statistics(peak_to_peak, mean, std, rms, mean - 0.5 * peak_to_peak, mean + 0.5 * peak_to_peak)
+    return Statistics(
+        peak_to_peak, mean, std, rms, mean - 0.5 * peak_to_peak, mean + 0.5 * peak_to_peak
+    )
 
 
 class Loop:
@@ -23,7 +25,10 @@ class Loop:
         self.following_error = error
         self.true_error = true or error
         self.effort_rms, self.effort_peak = effort, 2.0 * effort
-        self.by_direction = {"forward": statistics(1e-6, rms=forward), "backward": statistics(1e-6, rms=1.0)}
+        self.by_direction = {
+            "forward": statistics(1e-6, rms=forward),
+            "backward": statistics(1e-6, rms=1.0),
+        }
         self.spread, self.runs = spread or {}, 3
         self.time = np.arange(8.0)
         self.reference = 1e-6 * np.array([9.0, 0.0, 1.0, 2.0, 6.5, 2.0, 1.0, 0.0])
@@ -31,10 +36,16 @@ class Loop:
 
     def as_dict(self):
         errors = {name: vars(getattr(self, name)) for name in ("following_error", "true_error")}
-        return errors | {"effort": {"rms": self.effort_rms}, "by_direction": {name: vars(of) for name, of in self.by_direction.items()}}
+        return errors | {
+            "effort": {"rms": self.effort_rms},
+            "by_direction": {name: vars(of) for name, of in self.by_direction.items()},
+        }
 
 
-PLAIN, BETTER = Loop(statistics(1.46e-6, 0.2e-6, 0.4e-6)), Loop(statistics(0.6e-6, 0.01e-6, 0.1e-6), effort=20.5)
+PLAIN, BETTER = (
+    Loop(statistics(1.46e-6, 0.2e-6, 0.4e-6)),
+    Loop(statistics(0.6e-6, 0.01e-6, 0.1e-6), effort=20.5),
+)
 
 
 def tracked(**changed):
@@ -45,7 +56,9 @@ def tracked(**changed):
     item.__dict__["result"] = SimpleNamespace(variants=loops)
     run = SimpleNamespace(settle=2.0)
     variants = [SimpleNamespace(sensor=sensor, run=run)]
-    item.__dict__["experiment"] = SimpleNamespace(name="Set A", origins={"experiment": [content.NOWHERE]}, variants=variants)
+    item.__dict__["experiment"] = SimpleNamespace(
+        name="Set A", origins={"experiment": [content.NOWHERE]}, variants=variants
+    )
     return item
 
 
@@ -66,7 +79,9 @@ def test_11_the_table_is_nearer_where_its_true_error_is_smaller(true, verdict):
     item = following.figure_11(tracked(printed=Loop(BETTER.following_error, statistics(true))))
     assert (item.number, item.verdict) == (11, verdict)
     assert item.found[0] == "The command stays below 9.0 µm."
-    assert item.found[1].startswith("True error of the table, which the encoder cannot measure, peak to peak: 1.46 µm no compensator, ")
+    assert item.found[1].startswith(
+        "True error of the table, which the encoder cannot measure, peak to peak: 1.46 µm no compensator, "
+    )
     assert item.numbers["true_error"][PRINTED] == true
     assert item.numbers["amplitude"] == pytest.approx(9e-6)
 
@@ -91,7 +106,12 @@ def test_13_an_error_is_narrower_and_nearer_to_zero(mean, std, verdict, words):
 
 
 @pytest.mark.parametrize(
-    ("effort", "verdict", "words"), [(20.9, "found", "4.5 % higher"), (19.1, "found", "4.5 % lower"), (21.1, "refuted", "5.5 % higher")]
+    ("effort", "verdict", "words"),
+    [
+        (20.9, "found", "4.5 % higher"),
+        (19.1, "found", "4.5 % lower"),
+        (21.1, "refuted", "5.5 % higher"),
+    ],
 )
 def test_14_an_effort_is_the_same_within_five_percent(effort, verdict, words):
     item = following.figure_14(tracked(printed=Loop(BETTER.following_error, effort=effort)))
@@ -101,7 +121,9 @@ def test_14_an_effort_is_the_same_within_five_percent(effort, verdict, words):
     assert item.numbers["rms"][BEFORE] == pytest.approx(arm * 20.0)
     assert item.numbers["peak"][BEFORE] == pytest.approx(arm * 40.0)
     assert item.numbers["friction_rms"][BEFORE] == pytest.approx(arm * 3.0)  # without the start
-    assert item.found[0].startswith("Rms: no compensator 15.9 mN·m, of it friction 2.39 mN·m, peak 31.8 mN·m; ")
+    assert item.found[0].startswith(
+        "Rms: no compensator 15.9 mN·m, of it friction 2.39 mN·m, peak 31.8 mN·m; "
+    )
 
 
 def peaks(printed, calibrated):
@@ -120,17 +142,25 @@ def peaks(printed, calibrated):
         (0.36, 0.36, 1.2, "refuted"),
     ],
 )
-def test_12_half_of_the_error_is_removed_by_the_equations_of_the_paper(printed, calibrated, worse, verdict):
+def test_12_half_of_the_error_is_removed_by_the_equations_of_the_paper(
+    printed, calibrated, worse, verdict
+):
     assert following._verdict_12(tracked(), peaks(printed, calibrated), {PRINTED: worse}) == verdict
 
 
 def test_12_errors_are_compared_with_those_of_the_paper():
-    loops = tracked(observer=Loop(statistics(0.4e-6)), observer_feedforward=Loop(statistics(0.3e-6)))
-    sizes = {name: loop.following_error.peak_to_peak for name, loop in loops.result.variants.items()}
+    loops = tracked(
+        observer=Loop(statistics(0.4e-6)), observer_feedforward=Loop(statistics(0.3e-6))
+    )
+    sizes = {
+        name: loop.following_error.peak_to_peak for name, loop in loops.result.variants.items()
+    }
     sizes[WITH_CONSTANT] = 1.5e-6
     first, printed, constant, calibrated, further = following._sentences_12(loops, sizes)
     assert first == "Without compensator 1.460 µm peak to peak (the paper: 1.46 µm)."
-    assert printed.startswith("With (5)–(7) as printed, without scaling or constant 0.600 µm, 59 % less (the paper: 0.690 µm, 53 % less).")
+    assert printed.startswith(
+        "With (5)–(7) as printed, without scaling or constant 0.600 µm, 59 % less (the paper: 0.690 µm, 53 % less)."
+    )
     assert "3 % more" in constant
     assert calibrated.startswith("With a calibrated operator 0.600 µm")
     assert further == "On the same rig: observer 0.400 µm, observer and feedforward 0.300 µm."
@@ -138,19 +168,30 @@ def test_12_errors_are_compared_with_those_of_the_paper():
 
 
 def test_12_names_compensators_of_another_rig_and_compares_both_directions(monkeypatch):
-    monkeypatch.setattr(following, "on_another_rig", lambda experiment: {"identified": "it was another"})
+    monkeypatch.setattr(
+        following, "on_another_rig", lambda experiment: {"identified": "it was another"}
+    )
     monkeypatch.setattr(following, "message", str)
     levels = tracked()
-    vars(levels)["experiment"] = SimpleNamespace(origins={"experiment": [content.NOWHERE]}, variants=[])
+    vars(levels)["experiment"] = SimpleNamespace(
+        origins={"experiment": [content.NOWHERE]}, variants=[]
+    )
     sound = Sound(tracked(), levels)
-    vars(sound)["margins"] = dict.fromkeys((BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED), (45.0, 3.0))
+    vars(sound)["margins"] = dict.fromkeys(
+        (BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED), (45.0, 3.0)
+    )
     half = statistics(0.7e-6)
-    item = following.figure_12(tracked(printed=Loop(half, forward=0.9), paper=Loop(half, forward=1.1)), sound)
+    item = following.figure_12(
+        tracked(printed=Loop(half, forward=0.9), paper=Loop(half, forward=1.1)), sound
+    )
     assert (item.number, item.verdict) == (12, "found in part")
     assert item.found[-1] == item.found[-2] == "Set A, identified: it was another."
     assert item.found[-3].startswith("At gain 1 forward motion is not worse")
     assert item.numbers["forward_over_backward"][PRINTED] == 0.9
-    assert [row[:2] for row in item.tables[1].rows[:2]] == [("no compensator", "forward"), ("no compensator", "backward")]
+    assert [row[:2] for row in item.tables[1].rows[:2]] == [
+        ("no compensator", "forward"),
+        ("no compensator", "backward"),
+    ]
 
 
 def test_each_variant_has_a_row_in_micrometres_and_millinewtons():
@@ -171,13 +212,22 @@ def test_break_away_torques_are_those_of_the_screw():
         return SimpleNamespace(name=name, feedforward=SimpleNamespace(friction=friction))
 
     levels = tracked(low=PLAIN, high=BETTER)
-    vars(levels)["experiment"] = SimpleNamespace(variants=[variant(BEFORE, None), variant("low", 40.0), variant("high", 50.0)])
+    vars(levels)["experiment"] = SimpleNamespace(
+        variants=[variant(BEFORE, None), variant("low", 40.0), variant("high", 50.0)]
+    )
     sound = Sound(tracked(), levels)
     arm = levels.arm
-    assert [(level, loop) for level, loop in sound.at_levels] == [(pytest.approx(40.0 * arm), PLAIN), (pytest.approx(50.0 * arm), BETTER)]
+    assert [(level, loop) for level, loop in sound.at_levels] == [
+        (pytest.approx(40.0 * arm), PLAIN),
+        (pytest.approx(50.0 * arm), BETTER),
+    ]
     vars(sound)["margins"] = {"none": (45.0, 3.0)}
     numbers = sound.numbers
-    assert numbers["over_break_away"][1] == {"break_away": pytest.approx(50.0 * arm), "peak_to_peak": 0.6e-6, "mean": 0.01e-6}
+    assert numbers["over_break_away"][1] == {
+        "break_away": pytest.approx(50.0 * arm),
+        "peak_to_peak": 0.6e-6,
+        "mean": 0.01e-6,
+    }
     assert numbers["margins"] == {"none": {"phase_deg": 45.0, "gain": 3.0}}
     assert set(numbers["at_sound_margins"]) == {BEFORE, PRINTED, WITH_CONSTANT, CALIBRATED}
 
@@ -185,7 +235,9 @@ def test_break_away_torques_are_those_of_the_screw():
 def test_pictures_show_the_motion_around_the_highest_point(monkeypatch):
     drawn = {}
     for name in ("tracking", "control_effort", "error_distribution"):
-        monkeypatch.setattr(following.loop_rows, name, lambda *passed, name=name: drawn.update({name: passed[1:]}))
+        monkeypatch.setattr(
+            following.loop_rows, name, lambda *passed, name=name: drawn.update({name: passed[1:]})
+        )
     for figure in (following.figure_11, following.figure_13, following.figure_14):
         figure(tracked()).draw()
     # It lies at 4 s; what is left out ends at 2 s.
@@ -211,10 +263,18 @@ def test_the_error_over_the_break_away_torque_is_drawn_in_micrometres_with_its_s
 
 def test_margins_are_the_smallest_over_all_crossovers(monkeypatch):
     def points(*margins):
-        return [SimpleNamespace(margins=SimpleNamespace(phase=phase, gain=gain)) for phase, gain in margins]
+        return [
+            SimpleNamespace(margins=SimpleNamespace(phase=phase, gain=gain))
+            for phase, gain in margins
+        ]
 
-    for listed, least in ((points((50.0, 4.0), (40.0, None), (None, 3.0)), (40.0, 3.0)), (points((None, None)), (math.inf, math.inf))):
-        monkeypatch.setattr(tracking, "assess", lambda variant, listed=listed: SimpleNamespace(points=listed))
+    for listed, least in (
+        (points((50.0, 4.0), (40.0, None), (None, 3.0)), (40.0, 3.0)),
+        (points((None, None)), (math.inf, math.inf)),
+    ):
+        monkeypatch.setattr(
+            tracking, "assess", lambda variant, listed=listed: SimpleNamespace(points=listed)
+        )
         assert tracking.least_margins(None) == least
 
 
@@ -222,7 +282,9 @@ def test_loops_of_sound_margins_have_a_row_each_and_those_with_a_name_a_line(mon
     drawn = []
     monkeypatch.setattr(tracking, "tracking_error", lambda *passed: drawn.append(passed))
     sound = Sound(tracked(mine=BETTER), tracked())
-    vars(sound)["margins"] = dict.fromkeys(sound.loop.result.variants, (45.6, 3.0)) | {"mine": (41.2, 3.456)}
+    vars(sound)["margins"] = dict.fromkeys(sound.loop.result.variants, (45.6, 3.0)) | {
+        "mine": (41.2, 3.456)
+    }
     rows = {row[0]: row[1:] for row in tracking.sound_table(sound).rows}
     assert rows["mine"] == ("", "0.600", "0.600", "41.2", "3.46")
     assert rows[BEFORE][:2] == ("no compensator", "1.460")
@@ -234,20 +296,34 @@ def test_loops_of_sound_margins_have_a_row_each_and_those_with_a_name_a_line(mon
 
 
 def test_an_experiment_is_simulated_once_for_all_figures_and_must_not_diverge(monkeypatch):
-    asked, loops = [], {BEFORE: SimpleNamespace(status=Status.OK), PRINTED: SimpleNamespace(status=Status.TOLERANCE_MISSED)}
-    monkeypatch.setattr(tracking, "simulate", lambda *passed: asked.append(passed) or SimpleNamespace(variants=loops))
+    asked, loops = (
+        [],
+        {
+            BEFORE: SimpleNamespace(status=Status.OK),
+            PRINTED: SimpleNamespace(status=Status.TOLERANCE_MISSED),
+        },
+    )
+    monkeypatch.setattr(
+        tracking,
+        "simulate",
+        lambda *passed: asked.append(passed) or SimpleNamespace(variants=loops),
+    )
     item = Tracked("set_a.toml", report=print)
     vars(item)["experiment"] = "described"
     assert item.result.variants is item.result.variants is loops
     assert asked == [("described", print)]
     loops[PRINTED].status = Status.NOT_FINITE
     del vars(item)["result"]
-    with pytest.raises(tracking.DivergedError, match=rf"set_a\.toml: compare\.{PRINTED}: ") as caught:
+    with pytest.raises(
+        tracking.DivergedError, match=rf"set_a\.toml: compare\.{PRINTED}: "
+    ) as caught:
         _ = item.result
     assert caught.value.exit_code == 1
 
 
-@pytest.mark.parametrize(("fed", "word"), [(SimpleNamespace(name="preisach_lugre"), "preisach lugre"), (None, "none")])
+@pytest.mark.parametrize(
+    ("fed", "word"), [(SimpleNamespace(name="preisach_lugre"), "preisach lugre"), (None, "none")]
+)
 def test_7_the_rig_and_the_loop_are_described_by_numbers(monkeypatch, fed, word):
     drawn = []
     monkeypatch.setattr(tracking, "rig_layout", lambda *passed: drawn.append(passed))
@@ -260,10 +336,16 @@ def test_7_the_rig_and_the_loop_are_described_by_numbers(monkeypatch, fed, word)
         feedforward=SimpleNamespace(friction=fed),
     )
     item = tracked()
-    vars(item)["experiment"] = SimpleNamespace(origins={"experiment": [content.NOWHERE]}, variants=[SimpleNamespace(name=BEFORE), variant])
+    vars(item)["experiment"] = SimpleNamespace(
+        origins={"experiment": [content.NOWHERE]}, variants=[SimpleNamespace(name=BEFORE), variant]
+    )
     figure = tracking.figure_7(item, SimpleNamespace(arm=item.arm))
     assert (figure.number, figure.verdict) == (7, "shown")
-    assert [figure.numbers[key] for key in ("sample_time", "delay", "resolution")] == [5e-4, 1, 1.25e-7]
+    assert [figure.numbers[key] for key in ("sample_time", "delay", "resolution")] == [
+        5e-4,
+        1,
+        1.25e-7,
+    ]
     numbers = [figure.numbers[key] for key in ("lead", "inertia", "inertia_before_sensor")]
     assert numbers == pytest.approx([5e-3, 4e-4, 2.5e-4])
     assert figure.found == [

@@ -23,7 +23,9 @@ def test_each_figure_has_its_claim_and_its_result(html, paper):
     page = Page(html)
     assert page.unbalanced == []
     ids = [item["id"] for item in page.named("figure")]
-    assert [item for item in ids if item.startswith("fig-")] == [f"fig-{number}" for number in FIGURES]
+    assert [item for item in ids if item.startswith("fig-")] == [
+        f"fig-{number}" for number in FIGURES
+    ]
     assert len(ids) == len(set(ids))
     for item in paper.values():
         assert " ".join(item.words.quotation.split()) in page.words
@@ -41,11 +43,16 @@ def test_all_identifiers_are_used_once(html):
 
 @pytest.mark.slow
 def test_the_page_is_self_contained(html):
-    addresses = set(re.findall(r"""(?:src|href)=["']([^"'#][^"']*)""", html)) | set(re.findall(r"url\((?!#)[^)]*\)", html))
+    addresses = set(re.findall(r"""(?:src|href)=["']([^"'#][^"']*)""", html)) | set(
+        re.findall(r"url\((?!#)[^)]*\)", html)
+    )
     assert addresses == set()
     assert "<script" not in without_plots(html)
     # Names of namespaces are no addresses that are asked for.
-    assert set(re.findall(r"https?://[^\s\"'<)]+", html)) <= {"http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink"}
+    assert set(re.findall(r"https?://[^\s\"'<)]+", html)) <= {
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xlink",
+    }
 
 
 @pytest.mark.slow
@@ -63,7 +70,13 @@ def test_every_equation_is_listed(html):
     cells = Page(html).cells
     for equation in equations.EQUATIONS:
         start = cells.index(equation.title) - 1
-        assert cells[start : start + 5] == [f"({equation.number})", equation.title, equation.stands, equation.file, equation.run]
+        assert cells[start : start + 5] == [
+            f"({equation.number})",
+            equation.title,
+            equation.stands,
+            equation.file,
+            equation.run,
+        ]
 
 
 @pytest.mark.slow
@@ -88,7 +101,9 @@ NONE, PRINTED, PAPER = "none", "printed", "paper"
 
 
 def rebuilt(number, verdict, **numbers):
-    return reproduced.Reproduced(number, verdict, [f"It came out as {number}."], Figure, NOWHERE, numbers)
+    return reproduced.Reproduced(
+        number, verdict, [f"It came out as {number}."], Figure, NOWHERE, numbers
+    )
 
 
 def loop(verdict="found in part"):
@@ -120,7 +135,9 @@ def test_the_verdict_counts_the_claims_that_hold(verdicts, level, words):
 
 
 def test_each_claim_is_listed_with_its_figure_by_status():
-    reasons = paper_ruling([rebuilt(1, "found"), rebuilt(3, "found"), rebuilt(2, "refuted")]).reasons
+    reasons = paper_ruling(
+        [rebuilt(1, "found"), rebuilt(3, "found"), rebuilt(2, "refuted")]
+    ).reasons
     assert reasons == (
         "independent of the setup: 2, LuGre does not close its loop (1), the contact does not drift (3)",
         "does not hold: 1, LuGre drifts (2)",
@@ -132,17 +149,27 @@ def test_a_property_built_into_the_rig_is_no_confirmed_claim():
     ruling = paper_ruling([rebuilt(number, verdict) for number, verdict in verdicts.items()])
     assert ruling.words == "1 of 5 claims of the paper hold here, independently of the setup"
     counted = [reason.partition(",")[0] for reason in ruling.reasons]
-    assert counted == ["independent of the setup: 1", "built into the rig: 2", "calibrated: 1", "one half independent"]
+    assert counted == [
+        "independent of the setup: 1",
+        "built into the rig: 2",
+        "calibrated: 1",
+        "one half independent",
+    ]
 
 
 def test_each_claim_that_can_be_tested_has_its_words():
-    assert {number for number in FIGURES if rebuilt(number, "found").words.short} == set(FIGURES) - {7}
+    assert {number for number in FIGURES if rebuilt(number, "found").words.short} == set(
+        FIGURES
+    ) - {7}
 
 
 def test_the_errors_of_the_loop_are_compared_with_those_of_the_paper():
     front = paper_front([loop()])
     assert front.title == "Compensator of the paper: 1.47 → 0.613\u00a0µm peak to peak, ×2.4"
-    assert [(card.label, card.value.replace("\u00a0", " "), card.remark.replace("\u00a0", " ")) for card in front.cards] == [
+    assert [
+        (card.label, card.value.replace("\u00a0", " "), card.remark.replace("\u00a0", " "))
+        for card in front.cards
+    ] == [
         ("Claims that hold", "0 of 1", ""),
         ("No compensator", "1.472 ± 0.040 µm", "paper: 1.46 µm"),
         ("Its compensator", "0.613 ± 0.010 µm", "paper: 0.69 µm"),

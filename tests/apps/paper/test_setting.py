@@ -31,7 +31,9 @@ def changed(folder, old, new, name="fig_01.toml"):
 
 
 def test_lengths_are_those_of_the_table_and_torques_those_of_the_screw(tmp_path):
-    path = written(tmp_path, 'schema = 1\nlead = "10 mm"\n[path]\nturns = ["1 um"]\n[torque]\nlow = "3 mN*m"\n')
+    path = written(
+        tmp_path, 'schema = 1\nlead = "10 mm"\n[path]\nturns = ["1 um"]\n[torque]\nlow = "3 mN*m"\n'
+    )
     result = read_setting(path)
     assert result.arm == pytest.approx(0.01 / (2.0 * np.pi))
     assert result["path", "turns"] == pytest.approx([1e-6])
@@ -51,7 +53,12 @@ WITHOUT_OPERATOR = re.compile(r"\[operator.*(?=\[path\])", re.DOTALL)
         (1, '["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "1.5 um"]', "path.turns"),
         (1, '["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "x"]', r"path.turns\[1\]"),
         (1, '["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "11 mm"]', r"path.turns\[1\]"),
-        (1, '["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "-4611686018427387904"]', r"path.turns\[1\]"),
+        (
+            1,
+            '["3 um", "1.5 um", "3 um", "5 um"]',
+            '["3 um", "-4611686018427387904"]',
+            r"path.turns\[1\]",
+        ),
         (1, 'model = "lugre"', 'model = "lugra"', "contact.LuGre.model"),
         (1, 'file = "set_a_rig.toml"', 'file = "no_rig.toml"', "no_rig.toml"),
         (1, "[path]", "[way]", "way"),
@@ -81,7 +88,12 @@ WITHOUT_OPERATOR = re.compile(r"\[operator.*(?=\[path\])", re.DOTALL)
         (9, "seeds = 6", "", "measurement.seeds"),
         (10, '[contact."virtual rig"]', "[contact.rig]", "virtual rig"),
         (4, WITHOUT_OPERATOR, "", "operator: is missing"),
-        (11, "[compare.paper.controller.feedforward]", "[compare.other.controller.feedforward]", "compare.paper"),
+        (
+            11,
+            "[compare.paper.controller.feedforward]",
+            "[compare.other.controller.feedforward]",
+            "compare.paper",
+        ),
         (11, "seeds = 6", "seeds = x", "set_a.toml"),
         (11, 'file = "set_a_rig.toml"', 'file = "nowhere.toml"', "nowhere.toml"),
     ],
@@ -94,8 +106,12 @@ def test_a_bad_file_is_refused_with_its_key(number, old, new, said, tmp_path):
 
 
 def test_one_branch_alone_can_be_measured(tmp_path):
-    text = changed(tmp_path, "branches = [1, 2, 5, 10, 100]", "branches = [1]", "fig_06.toml").read_text("utf-8")
-    (tmp_path / "paper" / "fig_06.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
+    text = changed(
+        tmp_path, "branches = [1, 2, 5, 10, 100]", "branches = [1]", "fig_06.toml"
+    ).read_text("utf-8")
+    (tmp_path / "paper" / "fig_06.toml").write_text(
+        text.replace("seeds = 6", "seeds = 1"), encoding="utf-8"
+    )
     item = reproduce([6], folder=tmp_path / "paper")[0]
     assert item.numbers["branches"] == [1]
     assert not any("; from" in sentence for sentence in item.found)
@@ -112,7 +128,10 @@ def test_a_changed_experiment_gives_another_result(tmp_path):
 def test_the_copied_files_are_complete(tmp_path):
     write_experiments(tmp_path / "paper")
     for name in ("set_a", "set_b"):
-        result = [variant.name for variant in read_experiment(tmp_path / "paper" / f"{name}.toml").variants]
+        result = [
+            variant.name
+            for variant in read_experiment(tmp_path / "paper" / f"{name}.toml").variants
+        ]
         assert {"none", "paper", "identified"} <= set(result)
 
 
@@ -180,11 +199,16 @@ def test_every_key_but_torques_has_a_least_value():
 
 
 PLACES = {name: (section, name) for section, name in LEAST}
-ENDS = [*((place, value, -1.0) for place, value in LEAST.items()), *((PLACES[name], value, 1.0) for name, value in MOST.items())]
+ENDS = [
+    *((place, value, -1.0) for place, value in LEAST.items()),
+    *((PLACES[name], value, 1.0) for name, value in MOST.items()),
+]
 WHOLE = ("cycles", "branches", "repeats", "seeds", "count")
 
 
-@pytest.mark.parametrize(("place", "end", "way"), [*ENDS, *((PLACES[name], 3.0, 0.5) for name in WHOLE)])
+@pytest.mark.parametrize(
+    ("place", "end", "way"), [*ENDS, *((PLACES[name], 3.0, 0.5) for name in WHOLE)]
+)
 def test_a_number_lies_between_its_ends_and_may_be_whole(place, end, way):
     section, name = place
     key = SECTIONS[section][name]
@@ -193,13 +217,17 @@ def test_a_number_lies_between_its_ends_and_may_be_whole(place, end, way):
         _number(end + way * (1.0 if key.is_integer else max(1e-3 * abs(end), 1e-15)), key, name)
 
 
-@pytest.mark.parametrize(("name", "unit"), [("break_away", "mN*m"), ("low", "mN*m"), ("high", "mN*m")])
+@pytest.mark.parametrize(
+    ("name", "unit"), [("break_away", "mN*m"), ("low", "mN*m"), ("high", "mN*m")]
+)
 def test_torques_are_those_of_the_screw(name, unit):
     assert _number(f"-3 {unit}", SECTIONS["torque"][name], name) == pytest.approx(-3e-3)
 
 
 def test_lists_are_lists_with_something_in_them():
-    assert _numbers({"turns": ["1 um", 2e-6], "speed": "1 um/s"}, "path")["turns"].tolist() == pytest.approx([1e-6, 2e-6])
+    assert _numbers({"turns": ["1 um", 2e-6], "speed": "1 um/s"}, "path")[
+        "turns"
+    ].tolist() == pytest.approx([1e-6, 2e-6])
     for value in ([], 3.0, "1 um"):
         with pytest.raises(InputError, match=r"path\.turns: must be a list"):
             _numbers({"turns": value}, "path")
@@ -211,8 +239,14 @@ def test_without_a_lead_torques_are_forces(tmp_path):
     setting = read_setting(path)
     assert setting.arm == pytest.approx(1.0)
     for ask, words in (
-        (lambda: setting["path", "turns"], r"x\.toml: path\.turns: is missing, but this experiment needs it"),
-        (lambda: setting.contact("LuGre"), r"contact\.LuGre: is missing.*Write \[contact\.LuGre\] with a friction model"),
+        (
+            lambda: setting["path", "turns"],
+            r"x\.toml: path\.turns: is missing, but this experiment needs it",
+        ),
+        (
+            lambda: setting.contact("LuGre"),
+            r"contact\.LuGre: is missing.*Write \[contact\.LuGre\] with a friction model",
+        ),
         (lambda: setting.operator, r"operator: is missing.*Write \[operator\.f_h\]"),
         (lambda: setting.mass, "plant: is missing"),
     ):
@@ -234,19 +268,33 @@ def made(monkeypatch):
         return lambda setting: (number, setting)
 
     def loop(number):
-        return lambda tracked: tracked.report(0.5, "simulating") or (number, tracked.source.name, tracked.allow_code)
+        return lambda tracked: (
+            tracked.report(0.5, "simulating") or (number, tracked.source.name, tracked.allow_code)
+        )
 
     def twelve(tracked, sound):
         for part in (tracked, sound.loop, sound.levels):
             part.report(1.0, part.source.name)
-        return 12, [(part.source.name, part.needed, part.allow_code) for part in (sound.loop, sound.levels)]
+        return 12, [
+            (part.source.name, part.needed, part.allow_code) for part in (sound.loop, sound.levels)
+        ]
 
-    monkeypatch.setattr(reproducing, "CONTACTS", {number: contact(number) for number in reproducing.CONTACTS})
-    monkeypatch.setattr(reproducing, "LOOPS", {number: loop(number) for number in reproducing.LOOPS})
-    monkeypatch.setattr(reproducing, "figure_6", lambda setting, part: part(0.25, "counting") or (6, setting))
-    monkeypatch.setattr(reproducing, "figure_7", lambda tracked, setting: (7, tracked.source.name, setting))
+    monkeypatch.setattr(
+        reproducing, "CONTACTS", {number: contact(number) for number in reproducing.CONTACTS}
+    )
+    monkeypatch.setattr(
+        reproducing, "LOOPS", {number: loop(number) for number in reproducing.LOOPS}
+    )
+    monkeypatch.setattr(
+        reproducing, "figure_6", lambda setting, part: part(0.25, "counting") or (6, setting)
+    )
+    monkeypatch.setattr(
+        reproducing, "figure_7", lambda tracked, setting: (7, tracked.source.name, setting)
+    )
     monkeypatch.setattr(reproducing, "figure_12", twelve)
-    monkeypatch.setattr(reproducing, "read_setting", lambda path, allow_code: (path.name, allow_code))
+    monkeypatch.setattr(
+        reproducing, "read_setting", lambda path, allow_code: (path.name, allow_code)
+    )
 
 
 def test_each_figure_has_its_number_and_its_experiment(made):
@@ -258,14 +306,20 @@ def test_each_figure_has_its_number_and_its_experiment(made):
     assert by_number[7] == ("set_a.toml", ("fig_07.toml", False))
     for number in (11, 13, 14):
         assert by_number[number] == ("set_a.toml", False)
-    assert by_number[12] == ([("set_c.toml", ("none",), False), ("set_a_break_away.toml", (), False)],)
-    assert reproducing.reproduce([6], folder=Path("experiments"), allow_code=True) == [(6, ("fig_06.toml", True))]
+    assert by_number[12] == (
+        [("set_c.toml", ("none",), False), ("set_a_break_away.toml", (), False)],
+    )
+    assert reproducing.reproduce([6], folder=Path("experiments"), allow_code=True) == [
+        (6, ("fig_06.toml", True))
+    ]
 
 
 def test_figures_are_reproduced_once_each_and_report_their_part_of_the_work(made):
     shares = []
     figures = reproducing.reproduce(
-        [12, 6, 6, 11], folder=Path("experiments"), progress=lambda share, text: shares.append((round(share, 9), text))
+        [12, 6, 6, 11],
+        folder=Path("experiments"),
+        progress=lambda share, text: shares.append((round(share, 9), text)),
     )
     assert [figure[0] for figure in figures] == [6, 11, 12]
     third, ninth = 1.0 / 3.0, 1.0 / 9.0

@@ -78,11 +78,21 @@ def test_the_numbers_are_means_over_runs_with_their_spread(set_a):
 @pytest.mark.slow
 def test_set_c_the_faster_the_motion_the_more_the_model_is_worth():
     whole = read_experiment(EXPERIMENTS / "set_c_faster.toml")
-    observed = (replace(each, run=replace(each.run, seeds=1)) for each in whole.variants if each.name.startswith("observer"))
-    peak = {name: item.following_error.peak_to_peak for name, item in simulate(replace(whole, variants=tuple(observed))).variants.items()}
+    observed = (
+        replace(each, run=replace(each.run, seeds=1))
+        for each in whole.variants
+        if each.name.startswith("observer")
+    )
+    peak = {
+        name: item.following_error.peak_to_peak
+        for name, item in simulate(replace(whole, variants=tuple(observed))).variants.items()
+    }
     for speed in ("1hz", "2hz", "4hz"):
         assert peak[f"observer_feedforward_{speed}"] <= 0.5 * peak[f"observer_{speed}"]
-    gains = [peak[f"observer_{speed}"] / peak[f"observer_feedforward_{speed}"] for speed in ("1hz", "2hz", "4hz")]
+    gains = [
+        peak[f"observer_{speed}"] / peak[f"observer_feedforward_{speed}"]
+        for speed in ("1hz", "2hz", "4hz")
+    ]
     assert gains == sorted(gains)
 
 
@@ -91,10 +101,20 @@ def test_a_compensator_knows_the_rig_that_it_was_identified_on(tmp_path):
     write_experiments(folder)
     assert on_another_rig(read_experiment(folder / "set_c.toml")) == {}
     rig = folder / "set_a_rig.toml"
-    rig.write_text(re.sub(r"seed = 1\b", "seed = 2", rig.read_text(encoding="utf-8")), encoding="utf-8")
-    assert on_another_rig(read_experiment(folder / "set_c.toml")) == {}  # the same rig, on another day
-    rig.write_text(re.sub(r"scatter = 0.05", "scatter = 0.08", rig.read_text(encoding="utf-8")), encoding="utf-8")
-    assert sorted(on_another_rig(read_experiment(folder / "set_c.toml"))) == ["identified", "observer_feedforward"]
+    rig.write_text(
+        re.sub(r"seed = 1\b", "seed = 2", rig.read_text(encoding="utf-8")), encoding="utf-8"
+    )
+    assert (
+        on_another_rig(read_experiment(folder / "set_c.toml")) == {}
+    )  # the same rig, on another day
+    rig.write_text(
+        re.sub(r"scatter = 0.05", "scatter = 0.08", rig.read_text(encoding="utf-8")),
+        encoding="utf-8",
+    )
+    assert sorted(on_another_rig(read_experiment(folder / "set_c.toml"))) == [
+        "identified",
+        "observer_feedforward",
+    ]
 
 
 # --- The loop of Set A designed: its margins, what is refused, what limits it, and what goes past it
@@ -120,7 +140,9 @@ def test_the_page_on_design_states_these_margins():
     for delay, *text in rows:
         small, large = assess(delayed(int(delay))).bare
         result = (large.margins.phase, small.margins.phase, small.loop.spectral_radius)
-        assert [round(result[0], 1), round(result[1], 1), round(result[2], 3)] == [float(item) for item in text]
+        assert [round(result[0], 1), round(result[1], 1), round(result[2], 3)] == [
+            float(item) for item in text
+        ]
 
 
 def margins_by_transfer_functions(g):
@@ -134,7 +156,9 @@ def margins_by_transfer_functions(g):
         plant = np.polyval(numerator[0], z) / np.polyval(denominator, z) / z
         speed = (1.0 - kept) / (1.0 - kept / z) * (1.0 - 1.0 / z) / T
         by_itself = M * (2.0 * rate * speed + rate**2)
-        seen = (1.0 - fades) / (1.0 - fades / z)  # of what is commanded, and of the momentum times g
+        seen = (1.0 - fades) / (
+            1.0 - fades / z
+        )  # of what is commanded, and of the momentum times g
         return plant * (by_itself + g * M * speed * (1.0 - seen)) / (1.0 - seen / z)
 
     crossover = brentq(lambda w: abs(open_loop(w)) - 1.0, 150.0, 1500.0)
@@ -143,9 +167,14 @@ def margins_by_transfer_functions(g):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "g", "told"), [("none", 0.0, (51.9, 3.99)), ("observer", 60.0, (43.4, 3.30))])
+@pytest.mark.parametrize(
+    ("name", "g", "told"), [("none", 0.0, (51.9, 3.99)), ("observer", 60.0, (43.4, 3.30))]
+)
 def test_margins_of_set_c(name, g, told):
-    sound = tracking.Sound(tracking.Tracked(EXPERIMENTS / "set_c.toml"), tracking.Tracked(EXPERIMENTS / "set_a_break_away.toml"))
+    sound = tracking.Sound(
+        tracking.Tracked(EXPERIMENTS / "set_c.toml"),
+        tracking.Tracked(EXPERIMENTS / "set_a_break_away.toml"),
+    )
     # The least of the free mass, of one that is stuck and of one that slides: that of the free one.
     phase, gain = sound.margins[name]
     assert (phase, gain) == pytest.approx(margins_by_transfer_functions(g), rel=1e-4)
@@ -160,7 +189,9 @@ def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
     actual = {}
     for delay in (1, 2, 3):
         item = delayed(delay, "identified")
-        actual[delay] = replace(item, name=str(delay), run=replace(item.run, duration=10.0, seeds=1))
+        actual[delay] = replace(
+            item, name=str(delay), run=replace(item.run, duration=10.0, seeds=1)
+        )
     result = simulate(replace(read_experiment(SET_A), variants=tuple(actual.values())))
     error = [result.variants[str(delay)].following_error.peak_to_peak for delay in (1, 2, 3)]
     assert 1.8 * error[0] < error[1]
@@ -169,11 +200,15 @@ def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
 
 @pytest.mark.slow
 def test_the_error_budget_of_the_paper_s_compensator():
-    budget = error_budget(replace(loops()["paper"], run=replace(loops()["paper"].run, duration=12.0, seeds=1)))
+    budget = error_budget(
+        replace(loops()["paper"], run=replace(loops()["paper"].run, duration=12.0, seeds=1))
+    )
     alone = {entry.cause: entry.alone.peak_to_peak for entry in budget.entries}
     assert set(alone) == {"amplitude", "shape", "asymmetry", "irregularity", "encoder", "delay"}
     # Amplitude and encoder dominate; the shape of the loops hardly matters.
-    assert min(alone["amplitude"], alone["encoder"]) > 1.5 * max(alone["shape"], alone["irregularity"], alone["delay"])
+    assert min(alone["amplitude"], alone["encoder"]) > 1.5 * max(
+        alone["shape"], alone["irregularity"], alone["delay"]
+    )
     assert budget.no_cause.peak_to_peak < 0.01e-6
 
 
@@ -183,7 +218,9 @@ def test_the_error_budget_of_the_paper_s_compensator():
 def some(name, *variants, seeds=2, **run):
     whole = read_experiment(file_of(name))
     chosen = tuple(
-        replace(whole_one, run=replace(whole_one.run, seeds=seeds, **run)) for whole_one in whole.variants if whole_one.name in variants
+        replace(whole_one, run=replace(whole_one.run, seeds=seeds, **run))
+        for whole_one in whole.variants
+        if whole_one.name in variants
     )
     assert len(chosen) == len(variants)
     return simulate(replace(whole, variants=chosen)).variants
@@ -197,14 +234,35 @@ def peaks(results):
 @pytest.mark.parametrize(
     ("name", "seeds", "errors", "tolerance"),
     [
-        ("past_a", 2, {"mismatched_measured": 0.70, "fitted": 0.48, "pd": 1.50, "observer": 0.37, "super_twisting": 0.65}, 0.12),
-        ("past_b", 2, {"fitted_measured": 0.73, "pd_mismatched": 0.72, "observer_mismatched": 0.65}, 0.12),
+        (
+            "past_a",
+            2,
+            {
+                "mismatched_measured": 0.70,
+                "fitted": 0.48,
+                "pd": 1.50,
+                "observer": 0.37,
+                "super_twisting": 0.65,
+            },
+            0.12,
+        ),
+        (
+            "past_b",
+            2,
+            {"fitted_measured": 0.73, "pd_mismatched": 0.72, "observer_mismatched": 0.65},
+            0.12,
+        ),
         # At low gain friction along the measured motion is positive feedback.
         ("low_gain", 2, {"desired": 6.8, "measured": 14.3}, 0.12),
         (
             "baselines",
             1,
-            {"gms_feedforward": 0.84, "lugre_observer": 0.88, "adaptive_hysteresis": 0.69, "observer_and_feedforward": 0.42},
+            {
+                "gms_feedforward": 0.84,
+                "lugre_observer": 0.88,
+                "adaptive_hysteresis": 0.69,
+                "observer_and_feedforward": 0.42,
+            },
             0.16,
         ),
     ],
@@ -217,7 +275,11 @@ def test_errors_of_improved_loops(name, seeds, errors, tolerance):
 def test_five_trials_learn_only_the_repeated_error():
     (learned,) = some("past_a", "learning", seeds=1).values()
     trials = 1e6 * np.array(learned.trials)
-    assert (trials.size, trials[0], trials[-1]) == (5, pytest.approx(1.39, rel=0.12), pytest.approx(0.38, rel=0.12))
+    assert (trials.size, trials[0], trials[-1]) == (
+        5,
+        pytest.approx(1.39, rel=0.12),
+        pytest.approx(0.38, rel=0.12),
+    )
     assert learned.following_error.peak_to_peak == learned.trials[-1]
 
 
@@ -261,7 +323,9 @@ def _virgin_force(model, travel):
 def test_learned_friction_is_near_the_identified_from_the_first_period():
     from benchmarks.baselines import learning_time
 
-    result = some("baselines", "adaptive_hysteresis", "maxwell_slip_feedforward", seeds=1, settle=0.0)
+    result = some(
+        "baselines", "adaptive_hysteresis", "maxwell_slip_feedforward", seeds=1, settle=0.0
+    )
     start, by_period = learning_time(result)
     assert start == 0.0
     assert by_period[0, 0] > 1.5 * by_period[0, -2]

@@ -112,7 +112,10 @@ def slow_bench(bench):
 
 def content(folder):
     """Return a checksum of each file with runs, and what stands beside them."""
-    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in sorted(folder.glob("runs/*.parquet"))}
+    return {
+        file.name: hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in sorted(folder.glob("runs/*.parquet"))
+    }
 
 
 def same(first, second):

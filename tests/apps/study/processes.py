@@ -28,7 +28,9 @@ sys.exit(main())
 def begun(study, out, *options):
     """Return the command, begun as a process."""
     return subprocess.Popen(
-        [sys.executable, "-c", COMMAND, "study", study, "--out", out, *options], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        [sys.executable, "-c", COMMAND, "study", study, "--out", out, *options],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
     )
 
 
@@ -92,7 +94,13 @@ class Tried:
         if block.first == self.deadly:
             end_once(self.folder / "ended", again=self.always)
         limits = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
-        return {"run": block.first, "pid": os.getpid(), "limits": limits, "environment": dict(os.environ), "path": sys.path}
+        return {
+            "run": block.first,
+            "pid": os.getpid(),
+            "limits": limits,
+            "environment": dict(os.environ),
+            "path": sys.path,
+        }
 
 
 def numbers(folder):
@@ -120,7 +128,9 @@ def siege(begin, workers, *, kills, longest, seed=1):
         if process.poll() is not None:
             assert process.returncode == 0, process.stderr.read()
             break
-        others = workers(process) if sum(fallen.values()) % 4 < 3 else []  # each fourth is the command
+        others = (
+            workers(process) if sum(fallen.values()) % 4 < 3 else []
+        )  # each fourth is the command
         victim = chance.choice(others or [process.pid])
         with suppress(ProcessLookupError):
             os.kill(victim, signal.SIGKILL)
@@ -149,7 +159,9 @@ class DaskCluster:
     def __init__(self, folder, **environment):
         self.folder, self.processes = folder, []
         at = folder / "scheduler.json"
-        self.scheduler = self._dask("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", at, **environment)
+        self.scheduler = self._dask(
+            "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", at, **environment
+        )
         self.address = until(lambda: self._address(at), "a scheduler")
 
     @staticmethod
@@ -172,7 +184,16 @@ class DaskCluster:
     def worker(self, *options, **environment):
         """Let a worker join; return its process."""
         folder = self.folder / f"worker_{len(self.processes)}"
-        return self._dask("worker", self.address, "--nthreads", "1", "--local-directory", folder, *options, **environment)
+        return self._dask(
+            "worker",
+            self.address,
+            "--nthreads",
+            "1",
+            "--local-directory",
+            folder,
+            *options,
+            **environment,
+        )
 
     def joined(self):
         """Return the threads of the workers that the scheduler knows, by their addresses."""

@@ -12,7 +12,11 @@ from bristle.apps.study.store import Runs
 def runs_of(function, sampling, status="ok"):
     drawn = sampling.numbers(0, sampling.count)
     names = sampling.names
-    columns = {"run": np.arange(sampling.count), "status": np.full(sampling.count, status, dtype="U12"), "f": function(drawn)}
+    columns = {
+        "run": np.arange(sampling.count),
+        "status": np.full(sampling.count, status, dtype="U12"),
+        "f": function(drawn),
+    }
     columns |= {name: drawn[:, place] for place, name in enumerate(names)}
     roles = {name: {"role": "drawn", "unit": ""} for name in names}
     described = {
@@ -37,7 +41,9 @@ FIRST, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)  # doi:10.1016/j.
 
 @pytest.mark.parametrize("method", ["sobol", "random"])
 def test_sobol_indices_of_a_known_function_lie_in_their_intervals(method):
-    indices = sobol_indices(runs_of(ishigami, Sampling(method, 5, ("x", "y", "z"), 1024, indices=True)))
+    indices = sobol_indices(
+        runs_of(ishigami, Sampling(method, 5, ("x", "y", "z"), 1024, indices=True))
+    )
     assert [index["cause"] for index in indices] == ["x", "y", "z"]
     for index, first, total in zip(indices, FIRST, TOTAL, strict=True):
         assert index["first_interval"][0] <= first <= index["first_interval"][1]
@@ -46,7 +52,9 @@ def test_sobol_indices_of_a_known_function_lie_in_their_intervals(method):
 
 
 def test_rank_correlations_are_those_of_scipy():
-    runs = runs_of(lambda u: np.exp(3.0 * u[:, 0]) - 5.0 * u[:, 1], Sampling("random", 5, ("x", "y", "z"), 300))
+    runs = runs_of(
+        lambda u: np.exp(3.0 * u[:, 0]) - 5.0 * u[:, 1], Sampling("random", 5, ("x", "y", "z"), 300)
+    )
     result = {entry["cause"]: entry for entry in rank_correlations(runs)}
     for name in ("x", "y", "z"):
         expected = stats.spearmanr(runs.columns[name], runs.columns["f"]).statistic
@@ -85,12 +93,18 @@ def test_draws_at_several_points_count_once():
 
 def test_a_distribution_of_few_numbers_is_known_by_hand():
     spread = spread_of(np.array([4.0, 1.0, np.inf, 2.0, 3.0, np.nan, 5.0]))
-    assert [spread[name] for name in ("count", "mean", "median", "low", "high")] == pytest.approx([5, 3.0, 3.0, 1.2, 4.8])
+    assert [spread[name] for name in ("count", "mean", "median", "low", "high")] == pytest.approx(
+        [5, 3.0, 3.0, 1.2, 4.8]
+    )
     assert spread["std"] == pytest.approx(np.sqrt(2.5))
     half = 1.96 * np.sqrt(2.5 / 5.0)
     assert spread["mean_interval"] == pytest.approx((3.0 - half, 3.0 + half))
     dependent = spread_of(np.arange(5.0), independent=False)
-    assert np.all(np.isnan([dependent[name] for name in ("mean_interval", "median_interval", "high_interval")]))
+    assert np.all(
+        np.isnan(
+            [dependent[name] for name in ("mean_interval", "median_interval", "high_interval")]
+        )
+    )
     assert spread_of(np.array([np.nan]))["count"] == 0
     assert np.isnan(spread_of(np.array([np.nan]))["mean"])
     assert np.isnan(spread_of(np.array([2.0]))["std"])
@@ -111,16 +125,27 @@ def test_ranks_are_within_their_group_and_around_zero():
 def drawn(count=12, **changes):
     """Runs of which the metric rises with x, falls with a name and has nothing to do with z."""
     x = np.linspace(0.0, 1.0, count)
-    columns = {"run": np.arange(count), "status": np.full(count, "ok"), "f": x**3, "x": x, "z": np.zeros(count)}
+    columns = {
+        "run": np.arange(count),
+        "status": np.full(count, "ok"),
+        "f": x**3,
+        "x": x,
+        "z": np.zeros(count),
+    }
     columns["name"] = np.array(sorted("abcdefghijklmnopqrstuvwxyz"[:count], reverse=True))
-    roles = {name: {"role": "drawn", "unit": ""} for name in ("x", "name", "z")} | {"f": {"role": "metric", "unit": ""}}
+    roles = {name: {"role": "drawn", "unit": ""} for name in ("x", "name", "z")} | {
+        "f": {"role": "metric", "unit": ""}
+    }
     described = {"grid": {}, "metrics": ["f"], "columns": roles, "sobol_indices": False}
     return Runs(described, columns | changes)
 
 
 def test_names_are_ranked_by_the_alphabet_and_constants_are_left_out():
     entries = rank_correlations(drawn())
-    assert [(entry["cause"], entry["metric"], round(entry["value"], 9)) for entry in entries] == [("x", "f", 1.0), ("name", "f", -1.0)]
+    assert [(entry["cause"], entry["metric"], round(entry["value"], 9)) for entry in entries] == [
+        ("x", "f", 1.0),
+        ("name", "f", -1.0),
+    ]
     assert all(-1.0 <= end <= 1.0 for entry in entries for end in entry["interval"])
     assert rank_correlations(drawn(f=np.ones(12))) == []
 
@@ -133,15 +158,30 @@ def test_fewer_than_ten_runs_have_no_correlation():
     assert rank_correlations(drawn(f=f)) == []
     status = np.array(["ok"] * 9 + ["refused", "raised", "not_finite"])
     assert rank_correlations(drawn(status=status)) == []
-    assert len(rank_correlations(drawn(status=np.array(["ok"] * 9 + ["tolerance_missed", "raised", "not_finite"])))) == 2
+    assert (
+        len(
+            rank_correlations(
+                drawn(status=np.array(["ok"] * 9 + ["tolerance_missed", "raised", "not_finite"]))
+            )
+        )
+        == 2
+    )
 
 
 def test_draws_are_ranked_within_each_point_of_the_grid():
-    runs = drawn(24, name=np.zeros(24), x=np.repeat(np.arange(12.0), 2), z=np.tile([0.0, 1.0], 12), f=np.repeat(np.arange(12.0), 2))
+    runs = drawn(
+        24,
+        name=np.zeros(24),
+        x=np.repeat(np.arange(12.0), 2),
+        z=np.tile([0.0, 1.0], 12),
+        f=np.repeat(np.arange(12.0), 2),
+    )
     runs.columns["f"] += np.tile([0.0, 100.0], 12)  # the point of the grid hides the draw
     described = dict(runs.described) | {"grid": {"z": [0.0, 1.0]}}
     described["columns"] = dict(described["columns"]) | {"z": {"role": "grid", "unit": ""}}
-    entries = {entry["cause"]: entry["value"] for entry in rank_correlations(Runs(described, runs.columns))}
+    entries = {
+        entry["cause"]: entry["value"] for entry in rank_correlations(Runs(described, runs.columns))
+    }
     assert entries["x"] == pytest.approx(1.0)
     assert 0.8 < entries["z"] < 0.9
 
@@ -159,7 +199,9 @@ def test_indices_take_as_many_points_as_a_power_of_two():
     alone = sobol_indices(Runs(dict(half.described) | {"draws": 64}, columns))
     assert [entry["first"] for entry in part] == pytest.approx([entry["first"] for entry in alone])
     assert sobol_indices(Runs(dict(runs.described) | {"sobol_indices": False}, runs.columns)) == []
-    constant = runs_of(lambda drawn: np.ones(len(drawn)), Sampling("random", 5, ("x",), 32, indices=True))
+    constant = runs_of(
+        lambda drawn: np.ones(len(drawn)), Sampling("random", 5, ("x",), 32, indices=True)
+    )
     assert sobol_indices(constant) == []
     few = runs_of(lambda drawn: drawn[:, 0], Sampling("random", 5, ("x",), 8, indices=True))
     assert sobol_indices(few) == []

@@ -24,7 +24,15 @@ from bristle.apps.study.plan import (
     steps_of,
     usual_metrics,
 )
-from bristle.apps.study.values import Drawn, Joint, Target, columns_of, drawn_from, fitted_at, target_at
+from bristle.apps.study.values import (
+    Drawn,
+    Joint,
+    Target,
+    columns_of,
+    drawn_from,
+    fitted_at,
+    target_at,
+)
 from bristle.files.arrays import write_arrays
 
 
@@ -34,15 +42,25 @@ def metric(name, column=None):
 
 def test_a_metric_is_reported_in_words_with_the_variant_where_there_are_several():
     assert metric("following_error.peak_to_peak").described == "following error, peak to peak"
-    assert metric("by_direction.forward.rms", "plain.by_direction.forward.rms").described == "plain: following error forward, rms"
+    assert (
+        metric("by_direction.forward.rms", "plain.by_direction.forward.rms").described
+        == "plain: following error forward, rms"
+    )
     assert metric("effort.rms").described == "effort, rms"
 
 
 def test_a_metric_is_read_from_the_place_in_a_result():
-    numbers = [br.simulation.Statistics(*(float(10 * group + k) for k in range(6))) for group in range(5)]
+    numbers = [
+        br.simulation.Statistics(*(float(10 * group + k) for k in range(6))) for group in range(5)
+    ]
     forward, backward = numbers[2:4]
     result = Some(
-        following_error=numbers[0], true_error=numbers[1], motion=numbers[4], effort_rms=7.0, effort_peak=9.0, status=br.core.Status.OK
+        following_error=numbers[0],
+        true_error=numbers[1],
+        motion=numbers[4],
+        effort_rms=7.0,
+        effort_peak=9.0,
+        status=br.core.Status.OK,
     )
     result.by_direction = {"forward": forward, "backward": backward}
     assert metric("effort.rms").of(result) == 7.0
@@ -60,15 +78,22 @@ def test_a_metric_of_many_runs_is_that_of_each():
     for name in plan.STATISTICS:
         expected = [getattr(br.simulation.statistics_of(row), name) for row in position]
         assert metric(f"motion.{name}").along(position, effort) == pytest.approx(expected)
-    assert metric("effort.rms").along(position, effort) == pytest.approx(np.linalg.norm(effort, axis=1) / np.sqrt(50.0))
-    assert metric("effort.peak").along(position, effort) == pytest.approx([max(abs(row.min()), row.max()) for row in effort])
+    assert metric("effort.rms").along(position, effort) == pytest.approx(
+        np.linalg.norm(effort, axis=1) / np.sqrt(50.0)
+    )
+    assert metric("effort.peak").along(position, effort) == pytest.approx(
+        [max(abs(row.min()), row.max()) for row in effort]
+    )
     assert np.all(np.isnan(metric("following_error.rms").along(position, effort)))
     assert metric("effort.peak").along(position[:, :0], effort[:, :0]).tolist() == [0.0, 0.0, 0.0]
 
 
 def experiment(*names, effort=None, **run):
     known = {"duration": 2.0, "sample_time": 1e-3, "substeps": 5}
-    return Some(kind="rotational", variants=[Some(name=name, effort=effort, run=Some(**known | run)) for name in names])
+    return Some(
+        kind="rotational",
+        variants=[Some(name=name, effort=effort, run=Some(**known | run)) for name in names],
+    )
 
 
 def test_usual_metrics_are_those_of_the_motion_where_no_loop_is_closed():
@@ -84,7 +109,9 @@ def test_metrics_cover_every_variant_unless_they_name_a_variant():
         metrics_from(["motion.rms"], experiment("a", "b"), ""),
         metrics_from(["b.effort.rms"], experiment("a", "b"), ""),
     )
-    assert [(item.column, item.variant, item.name, item.unit) for item in (first, second, alone)] == [
+    assert [
+        (item.column, item.variant, item.name, item.unit) for item in (first, second, alone)
+    ] == [
         ("a.motion.rms", "a", "motion.rms", "rad"),
         ("b.motion.rms", "b", "motion.rms", "rad"),
         ("b.effort.rms", "b", "effort.rms", "N*m"),
@@ -106,7 +133,9 @@ def test_an_unknown_metric_is_refused_with_the_place(names, message):
 
 
 def test_draws_for_indices_are_two_more_than_there_are_causes():
-    plain, indices = (Sampling("random", 3, ("a", "b", "c"), 64, chosen) for chosen in (False, True))
+    plain, indices = (
+        Sampling("random", 3, ("a", "b", "c"), 64, chosen) for chosen in (False, True)
+    )
     assert (plain.per_row, plain.count, indices.per_row, indices.count) == (1, 64, 5, 320)
 
 
@@ -140,9 +169,24 @@ def study(rows=3, block=4, grid=((1.0, 2.0), (5.0, 6.0, 7.0))):
         Drawn(targeted("friction.F_C"), "uniform", (1.0, 2.0)),
         Joint("fit", {"friction.K": np.arange(8.0).reshape(4, 2)}, {"friction.K": "N/m"}),
     )
-    points = tuple((targeted(f"plant.{name}", "kg"), values) for name, values in zip("ab", grid, strict=False))
+    points = tuple(
+        (targeted(f"plant.{name}", "kg"), values) for name, values in zip("ab", grid, strict=False)
+    )
     sampling = Sampling("random", 7, ("friction.F_C", "fit"), rows)
-    return Study("s", experiment("a"), {}, None, 7, sampling, causes, points, (metric("motion.rms"),), block, {}, {})
+    return Study(
+        "s",
+        experiment("a"),
+        {},
+        None,
+        7,
+        sampling,
+        causes,
+        points,
+        (metric("motion.rms"),),
+        block,
+        {},
+        {},
+    )
 
 
 def test_each_draw_is_made_at_every_point_of_the_grid():
@@ -160,7 +204,13 @@ def test_each_draw_is_made_at_every_point_of_the_grid():
 
 def test_blocks_hold_every_run_once():
     blocks = study().blocks
-    assert [(block.first, block.last, block.count) for block in blocks] == [(0, 4, 4), (4, 8, 4), (8, 12, 4), (12, 16, 4), (16, 18, 2)]
+    assert [(block.first, block.last, block.count) for block in blocks] == [
+        (0, 4, 4),
+        (4, 8, 4),
+        (8, 12, 4),
+        (12, 16, 4),
+        (16, 18, 2),
+    ]
     assert blocks[1].file == "0000000004.parquet"
     assert study().seeds(blocks[1]) == [plan.seed_of_run(7, number) for number in (4, 5, 6, 7)]
 
@@ -168,10 +218,25 @@ def test_blocks_hold_every_run_once():
 def test_columns_have_their_role_and_unit():
     columns = study().columns
     assert list(columns) == [
-        *("run", "seed", "status", "reason", "friction.F_C", "friction.K[0]", "friction.K[1]", "plant.a", "plant.b", "motion.rms")
+        *(
+            "run",
+            "seed",
+            "status",
+            "reason",
+            "friction.F_C",
+            "friction.K[0]",
+            "friction.K[1]",
+            "plant.a",
+            "plant.b",
+            "motion.rms",
+        )
     ]
-    assert [columns[name]["role"] for name in ("run", "friction.K[1]", "plant.b", "motion.rms")] == ["run", "drawn", "grid", "metric"]
-    assert [columns[name]["unit"] for name in ("run", "friction.K[1]", "plant.b", "motion.rms")] == ["", "N/m", "kg", "m"]
+    assert [
+        columns[name]["role"] for name in ("run", "friction.K[1]", "plant.b", "motion.rms")
+    ] == ["run", "drawn", "grid", "metric"]
+    assert [
+        columns[name]["unit"] for name in ("run", "friction.K[1]", "plant.b", "motion.rms")
+    ] == ["", "N/m", "kg", "m"]
     assert columns["motion.rms"]["description"] == "position, rms"
     assert study(rows=1, block=99).columns == columns
 
@@ -182,9 +247,19 @@ def test_steps_are_those_of_all_variants():
 
 
 @pytest.mark.parametrize(
-    ("runs", "steps", "block"), [(10_000_000, 1, 4096), (10_000_000, 10_000, 1000), (320, 1, 10), (321, 1, 11), (10, 10**9, 1), (10, 0, 1)]
+    ("runs", "steps", "block"),
+    [
+        (10_000_000, 1, 4096),
+        (10_000_000, 10_000, 1000),
+        (320, 1, 10),
+        (321, 1, 11),
+        (10, 10**9, 1),
+        (10, 0, 1),
+    ],
 )
-def test_a_block_takes_a_second_or_two_and_is_a_small_part_of_a_study(runs, steps, block, monkeypatch):
+def test_a_block_takes_a_second_or_two_and_is_a_small_part_of_a_study(
+    runs, steps, block, monkeypatch
+):
     monkeypatch.setattr(plan, "steps_of", lambda experiment: steps)
     assert block_for(runs, None) == block
 
@@ -237,7 +312,11 @@ def fit_in(folder):
     )
     chol = np.linalg.cholesky([[1.0, 0.8, -0.6], [0.8, 1.0, -0.3], [-0.6, -0.3, 1.0]])
     drawn = np.random.default_rng(1).standard_normal((500, 3)) @ chol.T
-    draws = {"F_C": 1.0 + 0.05 * drawn[:, 0], "sigma_2": 0.4 + 0.02 * drawn[:, 1], "M": 1.0 + 0.01 * drawn[:, 2]}
+    draws = {
+        "F_C": 1.0 + 0.05 * drawn[:, 0],
+        "sigma_2": 0.4 + 0.02 * drawn[:, 1],
+        "M": 1.0 + 0.01 * drawn[:, 2],
+    }
 
     class Folder:
         def write(self, name, data):
@@ -251,8 +330,14 @@ def fit_in(folder):
 def test_joint_draws_keep_the_correlations_of_the_fit(bench):
     draws = fit_in(bench.folder / "results")
     study = bench.study(
-        STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', '"friction" = { from = "results", draws = "bootstrap" }')
-        .replace('"plant.M" = { uniform = ["0.8 kg", "1.2 kg"] }', '"plant" = { from = "results", draws = "bootstrap" }')
+        STUDY.replace(
+            '"friction.F_C" = { normal = ["1 N", "0.1 N"] }',
+            '"friction" = { from = "results", draws = "bootstrap" }',
+        )
+        .replace(
+            '"plant.M" = { uniform = ["0.8 kg", "1.2 kg"] }',
+            '"plant" = { from = "results", draws = "bootstrap" }',
+        )
         .replace("runs = 12", "runs = 20000")
     )
     assert [cause.name for cause in study.causes] == ["results"]
@@ -268,25 +353,46 @@ def test_joint_draws_keep_the_correlations_of_the_fit(bench):
 def test_draws_of_another_model_are_refused(bench):
     fit_in(bench.folder / "results")
     (bench.folder / "rig.toml").write_text(
-        (bench.folder / "rig.toml").read_text().replace('"lugre"', '"coulomb_viscous"').split("F_S")[0]
+        (bench.folder / "rig.toml")
+        .read_text()
+        .replace('"lugre"', '"coulomb_viscous"')
+        .split("F_S")[0]
         + 'F_v = "1 N*s/m"\n[effort]\nmodel = "constant"\nlevel = 2.0\n'
         + '[run]\nduration = "0.1 s"\nsample_time = "1 ms"\n'
     )
-    with pytest.raises(ValueError, match=r"the identification has lugre .translational., but the experiment has coulomb_v"):
+    with pytest.raises(
+        ValueError,
+        match=r"the identification has lugre .translational., but the experiment has coulomb_v",
+    ):
         bench.study(
-            STUDY.replace('"friction.F_C" = { normal = ["1 N", "0.1 N"] }', '"friction" = { from = "results", draws = "bootstrap" }')
+            STUDY.replace(
+                '"friction.F_C" = { normal = ["1 N", "0.1 N"] }',
+                '"friction" = { from = "results", draws = "bootstrap" }',
+            )
         )
 
 
 def target(**changes):
-    return Target("friction.F_C", br.core.Variable("force", "level", min=0.0), "translational", **changes)
+    return Target(
+        "friction.F_C", br.core.Variable("force", "level", min=0.0), "translational", **changes
+    )
 
 
 @pytest.mark.parametrize(
     ("distribution", "numbers", "values"),
     [
         ("choice", (1.0, 2.0, 4.0), [1.0, 1.0, 2.0, 4.0, 4.0]),
-        ("normal", (10.0, 2.0), [10.0 - 2.0 * 3.090232, 10.0 - 2.0 * 0.524401, 10.0, 10.0 + 2.0 * 0.524401, 10.0 + 2.0 * 3.090232]),
+        (
+            "normal",
+            (10.0, 2.0),
+            [
+                10.0 - 2.0 * 3.090232,
+                10.0 - 2.0 * 0.524401,
+                10.0,
+                10.0 + 2.0 * 0.524401,
+                10.0 + 2.0 * 3.090232,
+            ],
+        ),
         ("uniform", (10.0, 20.0), [10.01, 13.0, 15.0, 17.0, 19.99]),
         ("log_uniform", (1.0, 100.0), [10.0**0.002, 10.0**0.6, 10.0, 10.0**1.4, 10.0**1.998]),
     ],
@@ -299,11 +405,15 @@ def test_a_distribution_is_the_inverse_of_the_function(distribution, numbers, va
 
 
 def test_rows_of_a_fit_are_drawn_whole_and_equally_often():
-    joint = Joint("fit", {"a": np.array([1.0, 2.0, 3.0]), "b": np.array([[1, 1], [2, 2], [3, 3]])}, {})
+    joint = Joint(
+        "fit", {"a": np.array([1.0, 2.0, 3.0]), "b": np.array([[1, 1], [2, 2], [3, 3]])}, {}
+    )
     values = joint.values(np.array([0.0, 0.32, 0.34, 0.66, 0.68, 1.0]))
     assert values["a"].tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
     assert values["b"][:, 0].tolist() == [1, 1, 2, 2, 3, 3]
-    assert Drawn(target(), "choice", ("x", "y")).values(np.array([0.2, 1.0]))["friction.F_C"].tolist() == ["x", "y"]
+    assert Drawn(target(), "choice", ("x", "y")).values(np.array([0.2, 1.0]))[
+        "friction.F_C"
+    ].tolist() == ["x", "y"]
 
 
 def test_a_value_is_read_in_si_within_the_range():
@@ -313,7 +423,11 @@ def test_a_value_is_read_in_si_within_the_range():
         target(is_whole=True).number(2.5, "")
     with pytest.raises(br.core.InputError, match=r"a\[1\]"):
         target().numbers(["1 N", "-1 N"], "a")
-    named = Target("reference.model", br.core.Variable("1", "shape", choices=("round", "square")), "translational")
+    named = Target(
+        "reference.model",
+        br.core.Variable("1", "shape", choices=("round", "square")),
+        "translational",
+    )
     assert (named.unit, named.number("square", "")) == ("", "square")
     assert target().unit == "N"
 
@@ -330,7 +444,10 @@ def test_a_value_is_read_in_si_within_the_range():
         ({"choice": 3.0}, "allowed at least one value"),
         ({"normal": [1.0, 0.0]}, r"normal\[1\]: must be positive"),
         ({"uniform": [2.0, 2.0]}, r"uniform\[1\]: must be above the lowest value.*allowed > 2"),
-        ({"log_uniform": [0.0, 2.0]}, r"log_uniform\[0\]: must be positive, because log_uniform takes its logarithm"),
+        (
+            {"log_uniform": [0.0, 2.0]},
+            r"log_uniform\[0\]: must be positive, because log_uniform takes its logarithm",
+        ),
     ],
 )
 def test_a_distribution_that_does_not_fit_is_reported(table, words):
@@ -342,7 +459,11 @@ def test_distributions_that_fit_are_read():
     assert drawn_from({"choice": [1.0]}, target(), "").numbers == (1.0,)
     assert drawn_from({"normal": ["1 kN", "1 N"]}, target(), "").numbers == (1000.0, 1.0)
     assert drawn_from({"log_uniform": [1.0, 2.0]}, target(), "").distribution == "log_uniform"
-    assert drawn_from({"choice": [1.0, 2.0, 3.0]}, target(is_whole=True), "").numbers == (1.0, 2.0, 3.0)
+    assert drawn_from({"choice": [1.0, 2.0, 3.0]}, target(is_whole=True), "").numbers == (
+        1.0,
+        2.0,
+        3.0,
+    )
     with pytest.raises(br.core.InputError, match="a continuous quantity"):
         drawn_from({"uniform": [1.0, 2.0]}, target(is_whole=True), "")
 
@@ -354,20 +475,36 @@ def test_distributions_that_fit_are_read():
         ("run.seeds", r"is a seed, which \[vary\] cannot contain"),
         ("compare.none.friction.F_C", r"is not a variant.*compare\.plain\.…, compare\.stiff\.…"),
         ("compare.plain.friction", "is not a variant"),
-        ("sensor.noises", r"is not a value of this experiment.*allowed sensor\..*Did you mean 'noise'"),
+        (
+            "sensor.noises",
+            r"is not a value of this experiment.*allowed sensor\..*Did you mean 'noise'",
+        ),
     ],
 )
 def test_a_key_that_is_not_varied_is_reported(bench, key, words):
-    experiment, (data, *_) = br.read_experiment(bench.folder / "loop.toml"), br.files.read_toml(bench.folder / "loop.toml")
+    experiment, (data, *_) = (
+        br.read_experiment(bench.folder / "loop.toml"),
+        br.files.read_toml(bench.folder / "loop.toml"),
+    )
     with pytest.raises(br.core.InputError, match=words) as error:
         target_at(key, experiment, data, "vary")
     assert "seed" not in str(error.value).partition("allowed")[2]
 
 
 def test_a_key_is_a_value_with_the_unit_and_whether_steps_are_whole(bench):
-    experiment, (data, *_) = br.read_experiment(bench.folder / "loop.toml"), br.files.read_toml(bench.folder / "loop.toml")
-    result = {key: target_at(key, experiment, data, "") for key in ("run.delay", "compare.stiff.controller.k_v", "sensor.noise")}
-    assert [(item.unit, item.is_whole) for item in result.values()] == [("", True), ("N*s/m", False), ("m", False)]
+    experiment, (data, *_) = (
+        br.read_experiment(bench.folder / "loop.toml"),
+        br.files.read_toml(bench.folder / "loop.toml"),
+    )
+    result = {
+        key: target_at(key, experiment, data, "")
+        for key in ("run.delay", "compare.stiff.controller.k_v", "sensor.noise")
+    }
+    assert [(item.unit, item.is_whole) for item in result.values()] == [
+        ("", True),
+        ("N*s/m", False),
+        ("m", False),
+    ]
     assert result["sensor.noise"].path == "sensor.noise"
 
 
@@ -394,7 +531,11 @@ def test_a_fit_without_draws_is_reported(bench):
     fit_in(bench.folder / "results")
     (file,) = (bench.folder / "results").glob("draws.*")
     fitted = fitted_at(FROM, bench.folder, "vary")
-    assert (fitted.folder, fitted.friction.name, fitted.origin.name) == ("results", "lugre", file.name)
+    assert (fitted.folder, fitted.friction.name, fitted.origin.name) == (
+        "results",
+        "lugre",
+        file.name,
+    )
     file.unlink()
     with pytest.raises(br.core.InputError, match=r"names results without draws.*--draws 1000"):
         fitted_at(FROM, bench.folder, "vary")
@@ -402,16 +543,26 @@ def test_a_fit_without_draws_is_reported(bench):
 
 def test_draws_go_to_the_section_whose_parameters_they_are(bench):
     draws = fit_in(bench.folder / "results")
-    fitted, experiment = fitted_at(FROM, bench.folder, "vary"), br.read_experiment(bench.folder / "rig.toml")
+    fitted, experiment = (
+        fitted_at(FROM, bench.folder, "vary"),
+        br.read_experiment(bench.folder / "rig.toml"),
+    )
     columns, units = columns_of(fitted, "friction", experiment, "vary")
     assert units == {"friction.F_C": "N", "friction.sigma_2": "N*s/m"}
     assert columns["friction.F_C"].tolist() == draws["F_C"].tolist()
     shorter = dataclasses.replace(fitted, draws=fitted.draws | {"M": fitted.draws["M"][:7]})
     assert columns_of(shorter, "friction", experiment, "vary")[0]["friction.F_C"].size == 7
-    with pytest.raises(br.core.InputError, match=r"cannot use draws of an identification.*plant or friction"):
+    with pytest.raises(
+        br.core.InputError, match=r"cannot use draws of an identification.*plant or friction"
+    ):
         columns_of(fitted, "sensor", experiment, "vary")
     with pytest.raises(br.core.InputError, match="the draws contain no parameter of lugre"):
-        columns_of(dataclasses.replace(fitted, draws={"M": fitted.draws["M"]}), "friction", experiment, "vary")
+        columns_of(
+            dataclasses.replace(fitted, draws={"M": fitted.draws["M"]}),
+            "friction",
+            experiment,
+            "vary",
+        )
     with pytest.raises(br.core.InputError, match="the identification has no plant"):
         columns_of(dataclasses.replace(fitted, plant=None), "plant", experiment, "vary")
 
@@ -439,8 +590,17 @@ def test_a_study_states_varied_values_and_stored_metrics(bench):
     study = bench.study(LOOPS)
     assert study.count == 16
     assert "draws" not in study.origins
-    assert study.units == {"controller.k_p": "1/s", "compare.stiff.controller.k_v": "N*s/m", "reference.frequency": "Hz", "run.delay": ""}
-    assert [metric.column for metric in study.metrics] == ["plain.following_error.rms", "stiff.following_error.rms", "stiff.effort.peak"]
+    assert study.units == {
+        "controller.k_p": "1/s",
+        "compare.stiff.controller.k_v": "N*s/m",
+        "reference.frequency": "Hz",
+        "run.delay": "",
+    }
+    assert [metric.column for metric in study.metrics] == [
+        "plain.following_error.rms",
+        "stiff.following_error.rms",
+        "stiff.effort.peak",
+    ]
     values = study.values(Block(0, 16))
     assert np.all((values["controller.k_p"] >= 40.0) & (values["controller.k_p"] <= 160.0))
     assert set(values["compare.stiff.controller.k_v"]) <= {2000.0, 4000.0}
@@ -462,24 +622,42 @@ CHANGES = {
     "runs": (("runs = 12", "runs = 0"), r"runs: .*found 0, allowed a whole number, 1 to"),
     "seed": (("seed = 7", "seed = -1"), r"seed: .*found -1"),
     "sampling": (("seed = 7", 'seed = 7\nsampling = "sobel"'), r"sampling: .*Did you mean 'sobol'"),
-    "parameter": (("friction.F_C", "friction.F_c"), r"vary\.\"friction\.F_c\": .*Did you mean 'F_C'"),
+    "parameter": (
+        ("friction.F_C", "friction.F_c"),
+        r"vary\.\"friction\.F_c\": .*Did you mean 'F_C'",
+    ),
     "section": (("friction.F_C", "frition.F_C"), r"allowed a key below .*Did you mean 'friction'"),
     "unit": (('"1 N", "0.1 N"', '"1 mm", "0.1 N"'), r"friction\.F_C\"\.normal\[0\]"),
     "range": (('"0.8 kg", "1.2 kg"', '"-1 kg", "1.2 kg"'), r"uniform\[0\]: .*allowed"),
     "order": (('"0.8 kg", "1.2 kg"', '"1.2 kg", "0.8 kg"'), r"uniform\[1\]: must be above"),
     "deviation": (('"0.1 N"]', '"0 N"]'), r"normal\[1\]: must be positive"),
-    "distribution": (("normal", "normale"), r"normale: is not a distribution.*Did you mean 'normal'"),
+    "distribution": (
+        ("normal", "normale"),
+        r"normale: is not a distribution.*Did you mean 'normal'",
+    ),
     "one number": (('normal = ["1 N", "0.1 N"]', "normal = [1.0]"), r"allowed two values"),
-    "metric": (("motion.peak_to_peak", "motion.peak_to_peek"), r"keep\.metrics\[0\]: .*Did you mean"),
+    "metric": (
+        ("motion.peak_to_peak", "motion.peak_to_peek"),
+        r"keep\.metrics\[0\]: .*Did you mean",
+    ),
     "twice": (("[keep]", '[grid]\n"plant.M" = [1.0]\n[keep]'), r"varies a value twice"),
     "seed varied": (("plant.M", "friction.seed"), r"seed"),
-    "traces": (("[keep]", '[keep]\ntraces = "worst 3"'), r"keep\.traces: was removed.*Delete this key: bristle study FILE --run N"),
-    "not a power": (("seed = 7", "seed = 7\nsobol_indices = true"), r"power of two.*Write runs = 8 or 16"),
+    "traces": (
+        ("[keep]", '[keep]\ntraces = "worst 3"'),
+        r"keep\.traces: was removed.*Delete this key: bristle study FILE --run N",
+    ),
+    "not a power": (
+        ("seed = 7", "seed = 7\nsobol_indices = true"),
+        r"power of two.*Write runs = 8 or 16",
+    ),
     "grid with indices": (
         ("[vary]", 'sobol_indices = true\n[grid]\n"effort.frequency" = ["1 Hz"]\n[vary]'),
         r"need values of \[vary\], and exclude \[grid\]",
     ),
-    "results": (('{ normal = ["1 N", "0.1 N"] }', '{ from = "none", draws = "bootstrap" }'), r"\.from: .*model\.toml"),
+    "results": (
+        ('{ normal = ["1 N", "0.1 N"] }', '{ from = "none", draws = "bootstrap" }'),
+        r"\.from: .*model\.toml",
+    ),
 }
 
 
@@ -507,4 +685,9 @@ def test_a_loop_with_a_noisy_sensor_needs_no_varied_value(bench):
 def test_the_block_follows_from_the_study_alone(bench):
     plain = bench.study(block=("block = 4", ""))
     assert plain.block == bench.study(block=("block = 4", "")).block
-    assert read_study_file(bench.write(runs=("runs = 12", "runs = 100000"), block=("block = 4", ""))).block > plain.block
+    assert (
+        read_study_file(
+            bench.write(runs=("runs = 12", "runs = 100000"), block=("block = 4", ""))
+        ).block
+        > plain.block
+    )

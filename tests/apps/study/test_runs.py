@@ -54,7 +54,10 @@ def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
     bench.rig(substeps=1)
     study = bench.study(EVERY, runs=("runs = 12", "runs = 64"), block=("block = 4", "block = 40"))
     in_lanes = []
-    monkeypatch.setattr("bristle.engine.batch._Batch.in_lanes", lambda *a, of=_Batch.in_lanes: in_lanes.append(a) or of(*a))
+    monkeypatch.setattr(
+        "bristle.engine.batch._Batch.in_lanes",
+        lambda *a, of=_Batch.in_lanes: in_lanes.append(a) or of(*a),
+    )
     block = Block(1, 41)
     assert same(Simulator(study).columns(block), Simulator(study, batches=False).columns(block))
     assert len(in_lanes) == 1
@@ -62,14 +65,23 @@ def test_runs_in_lanes_have_the_bits_of_runs_one_by_one(bench, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("text", "blocks"), [(EVERY, 3), (LOOPS, 6)])  # in batches, and one by one
-def test_any_number_of_processes_and_of_threads_writes_the_same_bytes(bench, monkeypatch, text, blocks):
+def test_any_number_of_processes_and_of_threads_writes_the_same_bytes(
+    bench, monkeypatch, text, blocks
+):
     study = bench.study(text)
     for name, count in (("alone", 1), ("two", 2), ("four", 4)):
         run_study(study, bench.folder / name, workers=count)
-    monkeypatch.setattr("bristle.apps.study.run.OwnCluster", Mock(side_effect=MissingExtraError("without the extra")))
+    monkeypatch.setattr(
+        "bristle.apps.study.run.OwnCluster",
+        Mock(side_effect=MissingExtraError("without the extra")),
+    )
     for name, count in (("threads", 3), ("as many as cores", None)):
         run_study(study, bench.folder / name, workers=count)
-        assert content(bench.folder / name) == content(bench.folder / "two") == content(bench.folder / "four")
+        assert (
+            content(bench.folder / name)
+            == content(bench.folder / "two")
+            == content(bench.folder / "four")
+        )
     assert content(bench.folder / "four") == content(bench.folder / "alone")
     assert len(content(bench.folder / "alone")) == len(study.blocks) == blocks
 
@@ -87,7 +99,9 @@ def test_only_draws_out_of_range_leave_the_batch(bench, model, drawn):
     refused = set()
     for place in range(12):
         try:
-            alone = varied.models(row_of(values, place), study.seeds(block)[place], ("plant", "friction"))
+            alone = varied.models(
+                row_of(values, place), study.seeds(block)[place], ("plant", "friction")
+            )
         except br.core.InputError:
             refused.add(place)
         else:
@@ -106,7 +120,9 @@ def test_values_set_in_models_make_the_experiment_that_the_file_would(bench):
         values, seed = row_of(study.values(block), 0), study.seeds(block)[0]
         first, second = (br.simulate(way.experiment(values, seed)) for way in (direct, by_tables))
         for name in ("plain", "stiff"):
-            assert first.variants[name].measured.tobytes() == second.variants[name].measured.tobytes()
+            assert (
+                first.variants[name].measured.tobytes() == second.variants[name].measured.tobytes()
+            )
 
 
 def test_a_variant_keeps_its_overridden_value(bench):
@@ -119,7 +135,9 @@ def test_a_variant_keeps_its_overridden_value(bench):
 
 
 def test_values_that_reach_further_than_one_model_go_through_the_tables(bench):
-    study = bench.study(LOOPS.replace('"reference.frequency" = ["1 Hz", "2 Hz"]', '"run.delay" = [0, 1]'))
+    study = bench.study(
+        LOOPS.replace('"reference.frequency" = ["1 Hz", "2 Hz"]', '"run.delay" = [0, 1]')
+    )
     varied = Varied(study)
     assert not varied.is_direct
     experiment = varied.experiment(row_of(study.values(Block(1, 2)), 0), 1)
@@ -129,19 +147,25 @@ def test_values_that_reach_further_than_one_model_go_through_the_tables(bench):
 
 def test_gravity_that_is_fed_forward_is_that_of_the_plant_of_the_run(bench):
     loop = (bench.folder / "loop.toml").read_text()
-    loop = loop.replace('[plant]\nM = "20 kg"', '[plant]\nmodel = "inertia+gravity"\nM = "20 kg"\ng_sin = "100 N"')
+    loop = loop.replace(
+        '[plant]\nM = "20 kg"', '[plant]\nmodel = "inertia+gravity"\nM = "20 kg"\ng_sin = "100 N"'
+    )
     loop = loop.replace("[sensor]", '[controller.feedforward]\nplant = "own"\n[sensor]')
     (bench.folder / "loop.toml").write_text(loop)
     varied = Varied(bench.study(LOOPS))
     values = row_of(varied.study.values(Block(0, 1)), 0)
     assert not varied.is_direct
-    assert varied.experiment(values, 1).variants[0].feedforward.plant.values["M"] == values["plant.M"]
+    assert (
+        varied.experiment(values, 1).variants[0].feedforward.plant.values["M"] == values["plant.M"]
+    )
 
 
 def test_the_seed_of_a_run_is_added_to_those_of_the_file(bench):
     study = bench.study(LOOPS)
     values = row_of(study.values(Block(0, 1)), 0)
-    first, second = (Varied(study).experiment(values, seed).variants[0].sensor.values["seed"] for seed in (0, 40))
+    first, second = (
+        Varied(study).experiment(values, seed).variants[0].sensor.values["seed"] for seed in (0, 40)
+    )
     assert (first, second) == (5, 45)
 
 
@@ -156,7 +180,12 @@ def test_a_run_repeated_has_the_numbers_that_were_kept(bench):
 
 
 def test_a_diverged_loop_has_no_numbers(bench):
-    loop = (bench.folder / "loop.toml").read_text().replace('limit = "300 N"\n', "").replace('"0.2 s"', '"2 s"')
+    loop = (
+        (bench.folder / "loop.toml")
+        .read_text()
+        .replace('limit = "300 N"\n', "")
+        .replace('"0.2 s"', '"2 s"')
+    )
     (bench.folder / "loop.toml").write_text(loop)
     fast = LOOPS.replace('["60 1/s", "100 1/s"]', '["6e5 1/s", "7e5 1/s"]')
     study = bench.study(fast.replace("[grid]", '[grid]\n"run.delay" = [20]'))
@@ -263,9 +292,14 @@ def test_a_list_that_was_drawn_is_a_column_for_each_element(bench, monkeypatch):
 
 @pytest.mark.parametrize(
     ("error", "status", "reason"),
-    [(br.core.InputError("is wrong"), "refused", "is wrong"), (ValueError("x" * 400), "raised", "ValueError: xxx")],
+    [
+        (br.core.InputError("is wrong"), "refused", "is wrong"),
+        (ValueError("x" * 400), "raised", "ValueError: xxx"),
+    ],
 )
-def test_a_run_that_fails_is_reported_with_the_reason_in_short(bench, monkeypatch, error, status, reason):
+def test_a_run_that_fails_is_reported_with_the_reason_in_short(
+    bench, monkeypatch, error, status, reason
+):
     simulator = Simulator(bench.study(), batches=False)
 
     def fails(experiment):
@@ -292,14 +326,23 @@ def test_no_memory_is_no_reason_of_a_run(bench, monkeypatch):
 
 def test_the_worst_variant_sets_the_status_of_a_run(bench, monkeypatch):
     study = bench.study(LOOPS)
-    simulator, ends = Simulator(study), {"plain": br.core.Status.OK, "stiff": br.core.Status.TOLERANCE_MISSED}
+    simulator, ends = (
+        Simulator(study),
+        {"plain": br.core.Status.OK, "stiff": br.core.Status.TOLERANCE_MISSED},
+    )
     result = Some(variants={name: Some(name=name, status=status) for name, status in ends.items()})
     monkeypatch.setattr(blocks, "simulate", lambda experiment: result)
     simulator.study = Some(metrics=())
     row = row_of(study.values(Block(0, 1)), 0)
-    assert simulator._serial(0, row, 1, {}) == ("tolerance_missed", f"stiff: {br.core.Status.TOLERANCE_MISSED.sentence}")
+    assert simulator._serial(0, row, 1, {}) == (
+        "tolerance_missed",
+        f"stiff: {br.core.Status.TOLERANCE_MISSED.sentence}",
+    )
     del result.variants["plain"]
-    assert simulator._serial(0, row, 1, {}) == ("tolerance_missed", br.core.Status.TOLERANCE_MISSED.sentence)
+    assert simulator._serial(0, row, 1, {}) == (
+        "tolerance_missed",
+        br.core.Status.TOLERANCE_MISSED.sentence,
+    )
     result.variants["stiff"].status = br.core.Status.OK
     assert simulator._serial(0, row, 1, {}) == ("ok", "")
 
@@ -307,20 +350,28 @@ def test_the_worst_variant_sets_the_status_of_a_run(bench, monkeypatch):
 def test_a_fed_forward_model_and_another_variant_are_placed_apart(bench):
     (sections,) = blocks._placed(bench.study())
     assert sections == {"friction": {"friction.F_C": "F_C"}, "plant": {"plant.M": "M"}}
-    plain, stiff = blocks._placed(bench.study(LOOPS.replace('"friction.F_C"', '"compare.stiff.friction.F_C"')))
+    plain, stiff = blocks._placed(
+        bench.study(LOOPS.replace('"friction.F_C"', '"compare.stiff.friction.F_C"'))
+    )
     assert "friction" not in plain
     assert stiff["friction"] == {"compare.stiff.friction.F_C": "F_C"}
     assert "controller" not in stiff  # whose gain is its own
 
 
 @pytest.mark.parametrize(("number", "is_direct"), [(0, False), (5, True), (11, False)])
-def test_the_first_and_the_last_run_decide_whether_values_are_set_directly(bench, monkeypatch, number, is_direct):
+def test_the_first_and_the_last_run_decide_whether_values_are_set_directly(
+    bench, monkeypatch, number, is_direct
+):
     study = bench.study()
     changed = row_of(study.values(Block(number, number + 1)), 0)
     models = Varied.models
 
     def heavier(self, values, *further):
-        return models(self, values | {"plant.M": 2.0 * values["plant.M"]} if values == changed else values, *further)
+        return models(
+            self,
+            values | {"plant.M": 2.0 * values["plant.M"]} if values == changed else values,
+            *further,
+        )
 
     monkeypatch.setattr(Varied, "models", heavier)
     assert Varied(study).is_direct is is_direct
@@ -331,7 +382,15 @@ def test_the_first_and_the_last_run_decide_whether_values_are_set_directly(bench
 
 @pytest.mark.parametrize(
     ("seconds", "words"),
-    [(0.0, "1 s"), (1.6, "2 s"), (89.0, "89 s"), (90.0, "2 min"), (5399.0, "90 min"), (5400.0, "1.5 h"), (36_000.0, "10.0 h")],
+    [
+        (0.0, "1 s"),
+        (1.6, "2 s"),
+        (89.0, "89 s"),
+        (90.0, "2 min"),
+        (5399.0, "90 min"),
+        (5400.0, "1.5 h"),
+        (36_000.0, "10.0 h"),
+    ],
 )
 def test_a_time_is_reported_in_words(seconds, words):
     assert in_words(seconds) == words
@@ -365,7 +424,12 @@ def test_progress_counts_present_runs_and_the_remaining_time(monkeypatch):
     assert ran == Ran(1, ())
     assert kept.written == [(4, 4), (8, 4), (12, 4)]
     # Thirty seconds for the second block leave as much for the last one.
-    assert reported == [(0.25, "4 of 16 runs"), (0.5, "8 of 16 runs"), (0.75, "12 of 16 runs, 30 s left"), (1.0, "16 of 16 runs, 1 s left")]
+    assert reported == [
+        (0.25, "4 of 16 runs"),
+        (0.5, "8 of 16 runs"),
+        (0.75, "12 of 16 runs, 30 s left"),
+        (1.0, "16 of 16 runs, 1 s left"),
+    ]
 
 
 def test_a_complete_study_starts_no_worker(monkeypatch):
@@ -392,7 +456,9 @@ def simulator(in_batches):
         (0, 2, True, Here, 1),
     ],
 )
-def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind, count, monkeypatch):
+def test_the_crew_follows_the_missing_blocks(
+    missing, workers, in_batches, kind, count, monkeypatch
+):
     monkeypatch.setattr(run, "Simulator", simulator(in_batches))
     monkeypatch.setattr(run, "core_count", lambda: 6)
     crew = run._crew(None, missing, workers, None, run.Simulator)
@@ -402,7 +468,10 @@ def test_the_crew_follows_the_missing_blocks(missing, workers, in_batches, kind,
 @pytest.mark.parametrize(("lost", "code"), [((), 0), ((Block(4, 8),), 1)])
 def test_runs_whose_processes_crashed_are_named(capsys, lost, code):
     assert exit_code(Ran(0, lost), {"statuses": {"ok": 8}}) == code
-    assert ("runs 4 to 7 are missing: every process that simulated them crashed" in capsys.readouterr().err) is bool(lost)
+    assert (
+        "runs 4 to 7 are missing: every process that simulated them crashed"
+        in capsys.readouterr().err
+    ) is bool(lost)
 
 
 @pytest.mark.parametrize("library", ["distributed", "cryptography"])
@@ -414,7 +483,9 @@ def test_without_a_library_of_the_extra_threads_do_the_work(library, monkeypatch
 
 def test_workers_and_a_scheduler_are_not_asked_for_together(monkeypatch):
     pytest.importorskip("distributed")
-    with pytest.raises(br.core.InputError, match=r"workers: cannot be chosen together with a scheduler"):
+    with pytest.raises(
+        br.core.InputError, match=r"workers: cannot be chosen together with a scheduler"
+    ):
         run._crew(None, 3, 2, "tcp://a:1", None)
     assert isinstance(run._crew(None, 3, None, "tcp://a:1", None), Cluster)
     assert isinstance(run._crew(None, 0, None, "tcp://a:1", simulator(False)), Here)

@@ -36,7 +36,9 @@ def test_an_interrupted_study_continues(bench, monkeypatch):
     (bench.folder / "part" / "runs" / "0000000004.parquet").unlink()
     simulated = []
     columns = Simulator.columns
-    monkeypatch.setattr(Simulator, "columns", lambda self, block: simulated.append(block) or columns(self, block))
+    monkeypatch.setattr(
+        Simulator, "columns", lambda self, block: simulated.append(block) or columns(self, block)
+    )
     ran = run_study(study, bench.folder / "part", workers=1)
     assert ran.before == 2
     assert [block.first for block in simulated] == [4]
@@ -47,7 +49,16 @@ def test_files_hold_the_runs_with_their_units(bench):
     study = bench.study()
     run_study(study, bench.folder / "out", workers=1)
     table = read_table(bench.folder / "out" / "runs" / "0000000004.parquet")
-    assert table.column_names == ["run", "seed", "status", "reason", "friction.F_C", "plant.M", "motion.peak_to_peak", "effort.rms"]
+    assert table.column_names == [
+        "run",
+        "seed",
+        "status",
+        "reason",
+        "friction.F_C",
+        "plant.M",
+        "motion.peak_to_peak",
+        "effort.rms",
+    ]
     assert table["run"].to_pylist() == [4, 5, 6, 7]
     assert table["reason"].to_pylist() == [None] * 4
     assert {field.name: field.metadata[b"unit"] for field in table.schema if field.metadata} == {
@@ -59,21 +70,33 @@ def test_files_hold_the_runs_with_their_units(bench):
 
 
 @pytest.mark.parametrize(
-    "spoil", [lambda file: file.write_bytes(file.read_bytes()[:-100]), lambda file: write_table(read_table(file)[:3], file)]
+    "spoil",
+    [
+        lambda file: file.write_bytes(file.read_bytes()[:-100]),
+        lambda file: write_table(read_table(file)[:3], file),
+    ],
 )
 def test_a_damaged_file_is_simulated_again(done, spoil):
     study, out = done
     before = content(out)
     spoil(out / "runs" / "0000000004.parquet")
-    with pytest.raises(br.core.InputError, match=r"contains files that are damaged or were not written here: runs/0000000004\.parquet"):
+    with pytest.raises(
+        br.core.InputError,
+        match=r"contains files that are damaged or were not written here: runs/0000000004\.parquet",
+    ):
         runs_in(out)
-    with pytest.warns(br.core.InputWarning, match=r"out/runs/0000000004\.parquet is damaged.*bristle keeps it as .*\.damaged, and writes"):
+    with pytest.warns(
+        br.core.InputWarning,
+        match=r"out/runs/0000000004\.parquet is damaged.*bristle keeps it as .*\.damaged, and writes",
+    ):
         assert run_study(study, out, workers=1).before == 2
     assert content(out) == before
     assert runs_in(out).count == study.count
 
 
-@pytest.mark.parametrize(("name", "step"), [("runs/0000000004.parquet", 997), ("study.json", 331), (NOTE, 257)])
+@pytest.mark.parametrize(
+    ("name", "step"), [("runs/0000000004.parquet", 997), ("study.json", 331), (NOTE, 257)]
+)
 def test_every_bit_of_a_study_is_guarded(done, name, step):
     study, out = done
     file = out / name
@@ -102,7 +125,10 @@ def test_runs_without_the_description_of_their_study_are_continued_by_no_other_o
     out = bench.folder / "out"
     run_study(bench.study(), out, workers=1, provenance={})
     (out / "study.json").unlink()
-    with pytest.raises(br.core.InputError, match=r"study\.json: is missing, and the runs in this folder do not identify"):
+    with pytest.raises(
+        br.core.InputError,
+        match=r"study\.json: is missing, and the runs in this folder do not identify",
+    ):
         run_study(bench.study(change=("seed = 7", "seed = 8")), out, workers=1, provenance={})
     assert run_study(bench.study(), out, workers=1, provenance={}).before == 3
 
@@ -149,7 +175,9 @@ def test_a_persons_own_file_of_a_name_that_the_study_uses_is_left_alone(done, na
         file = file.with_name(f"{file.name}.damaged")
     else:
         before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-        with pytest.raises(br.core.InputError, match=rf"(were changed|did not write): {re.escape(name)}"):
+        with pytest.raises(
+            br.core.InputError, match=rf"(were changed|did not write): {re.escape(name)}"
+        ):
             run_study(study, out, workers=1)
         assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
     assert file.read_text() == "a year of work"
@@ -200,12 +228,16 @@ def test_a_name_alone_makes_no_other_study(bench, done):
     assert run_study(named, bench.folder / "out", workers=1).before == 3
 
 
-@pytest.mark.parametrize("custom", ["thesis.tex", "report.html", "runs/2024.csv", "figures/draft.txt"])
+@pytest.mark.parametrize(
+    "custom", ["thesis.tex", "report.html", "runs/2024.csv", "figures/draft.txt"]
+)
 def test_a_name_that_a_study_uses_too_is_a_persons_where_there_is_no_study(bench, custom):
     file = bench.folder / "mine" / custom
     file.parent.mkdir(parents=True)
     file.write_text("years")
-    with pytest.raises(br.core.InputError, match=f"is not a folder of a study, but contains {custom}"):
+    with pytest.raises(
+        br.core.InputError, match=f"is not a folder of a study, but contains {custom}"
+    ):
         run_study(bench.study(), bench.folder / "mine", workers=1)
     assert file.read_text() == "years"
 
@@ -229,11 +261,20 @@ def test_a_persons_file_under_the_name_of_a_block_to_come_is_set_aside(bench, do
         place.symlink_to(block)
     else:
         place.mkdir()
-    with pytest.warns(br.core.InputWarning, match=rf"{re.escape(str(place))} is damaged, or .* keeps it as runs/{block.name}\.damaged"):
+    with pytest.warns(
+        br.core.InputWarning,
+        match=rf"{re.escape(str(place))} is damaged, or .* keeps it as runs/{block.name}\.damaged",
+    ):
         assert run_study(study, bench.folder / "part", workers=1).before == 0
     aside = place.with_name(f"{block.name}.damaged")
-    assert (aside.is_file(), aside.is_symlink(), aside.is_dir()) == (kind != "folder", kind == "link", kind == "folder")
-    assert kind == "folder" or aside.read_bytes() == (b"a year of work" if kind == "notes" else block.read_bytes())
+    assert (aside.is_file(), aside.is_symlink(), aside.is_dir()) == (
+        kind != "folder",
+        kind == "link",
+        kind == "folder",
+    )
+    assert kind == "folder" or aside.read_bytes() == (
+        b"a year of work" if kind == "notes" else block.read_bytes()
+    )
     assert content(bench.folder / "part") == content(out) == whole
     assert runs_in(bench.folder / "part").count == study.count
     assert run_study(study, bench.folder / "part", workers=1).before == 3
@@ -278,9 +319,14 @@ with opened(Path(sys.argv[2]), read_study_file(sys.argv[1]), {}):
 @pytest.mark.skipif(os.name == "nt", reason="locks of POSIX")
 def test_one_process_at_a_time_writes_and_a_stale_lock_is_ignored(bench):
     study, out = bench.study(), bench.folder / "out"
-    with subprocess.Popen([sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE) as holder:
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDS, bench.folder / "study.toml", out], stdout=subprocess.PIPE
+    ) as holder:
         assert holder.stdout.readline() == b"held\n"
-        with pytest.raises(br.core.InputError, match=rf"another process \(process {holder.pid}\) is writing to this folder"):
+        with pytest.raises(
+            br.core.InputError,
+            match=rf"another process \(process {holder.pid}\) is writing to this folder",
+        ):
             run_study(study, out, workers=1)
         holder.kill()
     assert run_study(study, out, workers=1).is_whole
@@ -289,7 +335,11 @@ def test_one_process_at_a_time_writes_and_a_stale_lock_is_ignored(bench):
 def test_a_description_that_cannot_be_read_is_reported(tmp_path):
     with pytest.raises(br.core.InputError, match="is not the folder of a study"):
         study_in(tmp_path)
-    for text, words in (("{", "cannot be read"), ("[]", "has a format that this"), ('{"schema": 2}', "has a format that this")):
+    for text, words in (
+        ("{", "cannot be read"),
+        ("[]", "has a format that this"),
+        ('{"schema": 2}', "has a format that this"),
+    ):
         (tmp_path / "study.json").write_text(text)
         with pytest.raises(br.core.InputError, match=words):
             study_in(tmp_path)
@@ -307,12 +357,16 @@ def test_the_first_difference_is_named_and_the_rest_counted():
     single = refused({"study": {"seed": 7}}, {"study": {"seed": 8}})
     assert "contains another study: seed was 7 and is now 8" in single
     assert "more" not in single
-    two = refused({"study": {"seed": 7, "runs": 1}, "block": 4}, {"study": {"seed": 8, "runs": 2}, "block": 4})
+    two = refused(
+        {"study": {"seed": 7, "runs": 1}, "block": 4}, {"study": {"seed": 8, "runs": 2}, "block": 4}
+    )
     assert "seed was 7 and is now 8, and there is 1 more difference" in two
     three = refused({"a": 1, "b": 1, "c": 1}, {"a": 2, "b": 2, "c": 2})
     assert "and there are 2 more differences" in three
     assert "a was missing and is now 3" in refused({"study": {}}, {"study": {"a": 3}})
-    assert "the file of axis, a.toml, has changed" in refused({"files": {"axis: a.toml": "1"}}, {"files": {"axis: a.toml": "2"}})
+    assert "the file of axis, a.toml, has changed" in refused(
+        {"files": {"axis: a.toml": "1"}}, {"files": {"axis: a.toml": "2"}}
+    )
     assert refuse_another({"a": {"b": 1}}, {"a": {"b": 1}}, Path("out")) is None
 
 
@@ -342,14 +396,19 @@ def test_reasons_survive_the_round_trip(bench):
     assert runs.columns["run"].tolist() == list(range(12))
     failed = runs.columns["status"] == "refused"
     assert 0 < failed.sum() < 12
-    assert all(bool(reason) == bool(fault) for reason, fault in zip(runs.columns["reason"], failed, strict=True))
+    assert all(
+        bool(reason) == bool(fault)
+        for reason, fault in zip(runs.columns["reason"], failed, strict=True)
+    )
     assert np.all(np.isnan(runs.columns["effort.rms"]) == failed)
 
 
 # --- as a labelled data set ------------------------------------------------------------------------------------------
 
 
-GRID = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]').replace("runs = 12", "runs = 4")
+GRID = STUDY.replace("[keep]", '[grid]\n"effort.frequency" = ["2 Hz", "4 Hz"]\n[keep]').replace(
+    "runs = 12", "runs = 4"
+)
 
 
 def test_a_study_is_read_with_its_units(bench):
@@ -358,7 +417,11 @@ def test_a_study_is_read_with_its_units(bench):
     assert dict(data.sizes) == {"run": 12}
     assert data["friction.F_C"].attrs == {"units": "N", "role": "drawn"}
     assert data["motion.peak_to_peak"].attrs["units"] == "m"
-    assert (data.run.values.tolist(), set(data.status.values), data.attrs["seed"]) == (list(range(12)), {"ok"}, 7)
+    assert (data.run.values.tolist(), set(data.status.values), data.attrs["seed"]) == (
+        list(range(12)),
+        {"ok"},
+        7,
+    )
 
 
 def test_a_grid_becomes_dimensions(bench):
@@ -370,7 +433,9 @@ def test_a_grid_becomes_dimensions(bench):
     assert data["run"].values.tolist() == [[0, 1], [2, 3], [4, 5], [6, 7]]
     # One draw is the same at both frequencies, and its axis moves differently.
     assert np.all(data["friction.F_C"].values[:, 0] == data["friction.F_C"].values[:, 1])
-    assert np.all(data["motion.peak_to_peak"].values[:, 0] != data["motion.peak_to_peak"].values[:, 1])
+    assert np.all(
+        data["motion.peak_to_peak"].values[:, 0] != data["motion.peak_to_peak"].values[:, 1]
+    )
 
 
 def test_missing_runs_are_nan(bench):
@@ -390,6 +455,12 @@ def test_a_folder_without_a_study_is_refused(tmp_path):
 def test_without_pyarrow_the_install_command_is_shown(bench, monkeypatch):
     run_study(bench.study(), bench.folder / "out", workers=1)
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    for message in (lambda: br.read_study(bench.folder / "out"), lambda: run_study(bench.study(), bench.folder / "new")):
-        with pytest.raises(br.core.errors.MissingExtraError, match=r'bristle study .* pip install "bristle\[study\]"'):
+    for message in (
+        lambda: br.read_study(bench.folder / "out"),
+        lambda: run_study(bench.study(), bench.folder / "new"),
+    ):
+        with pytest.raises(
+            br.core.errors.MissingExtraError,
+            match=r'bristle study .* pip install "bristle\[study\]"',
+        ):
             message()

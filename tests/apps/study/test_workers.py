@@ -22,13 +22,34 @@ from unittest.mock import Mock
 
 import pytest
 from tests.apps.study.conftest import content
-from tests.apps.study.processes import PATIENCE, DaskCluster, Tried, begun, children, lives, numbers, nursed, own_workers, siege, until
+from tests.apps.study.processes import (
+    PATIENCE,
+    DaskCluster,
+    Tried,
+    begun,
+    children,
+    lives,
+    numbers,
+    nursed,
+    own_workers,
+    siege,
+    until,
+)
 
 import bristle as br
 from bristle.apps.study import read_study_file, run_study, workers
 from bristle.apps.study.block import Simulator
 from bristle.apps.study.plan import Block
-from bristle.apps.study.workers import Cluster, Here, OwnCluster, WorkerError, _as_ready, checksum_of_code, outcome_of, simulated
+from bristle.apps.study.workers import (
+    Cluster,
+    Here,
+    OwnCluster,
+    WorkerError,
+    _as_ready,
+    checksum_of_code,
+    outcome_of,
+    simulated,
+)
 from bristle.cli.main import main
 
 BLOCKS = [Block(k, k + 1) for k in range(9)]
@@ -82,7 +103,9 @@ def test_a_fault_is_reported_with_the_trace():
     outcome, text = outcome_of(broken)
     assert outcome == "failed"
     assert "ValueError: a fault" in text
-    assert str(WorkerError.at(Block(4, 8), "a fault")) == "a worker failed at the runs 4 to 7: a fault"
+    assert (
+        str(WorkerError.at(Block(4, 8), "a fault")) == "a worker failed at the runs 4 to 7: a fault"
+    )
     assert WorkerError.exit_code == 70
 
 
@@ -91,19 +114,32 @@ def test_the_checksum_of_code_ignores_line_ends(tmp_path):
     (tmp_path / "a.py").write_bytes(b"x = 1\r\ny = 2\n")
     (tmp_path / "below" / "b.py").write_bytes(b"z = 3\n")
     (tmp_path / "c.txt").write_bytes(b"no code")
-    parts = [f"{name} {hashlib.sha256(text).hexdigest()} " for name, text in (("a.py", b"x = 1\ny = 2\n"), ("below/b.py", b"z = 3\n"))]
+    parts = [
+        f"{name} {hashlib.sha256(text).hexdigest()} "
+        for name, text in (("a.py", b"x = 1\ny = 2\n"), ("below/b.py", b"z = 3\n"))
+    ]
     assert checksum_of_code(tmp_path) == hashlib.sha256("".join(parts).encode()).hexdigest()[:12]
 
 
 def test_a_worker_with_other_software_refuses_blocks(monkeypatch):
     monkeypatch.setattr(workers, "described", lambda: {"bristle": "2", "numpy": "1"})
     monkeypatch.setattr(workers, "platform", Some(node=lambda: "far away"))
-    assert simulated(b"", {"bristle": "1", "numpy": "1"}, 0, 1) == ("unfit", "bristle 2 on far away")
+    assert simulated(b"", {"bristle": "1", "numpy": "1"}, 0, 1) == (
+        "unfit",
+        "bristle 2 on far away",
+    )
 
 
 def test_a_worker_simulates_the_requested_block(monkeypatch):
-    monkeypatch.setattr(workers, "_simulator", lambda plan: Some(columns=lambda block: {"plan": plan, "block": block}))
-    assert simulated(b"plan", workers.described(), 3, 5) == ("done", {"plan": b"plan", "block": Block(3, 5)})
+    monkeypatch.setattr(
+        workers,
+        "_simulator",
+        lambda plan: Some(columns=lambda block: {"plan": plan, "block": block}),
+    )
+    assert simulated(b"plan", workers.described(), 3, 5) == (
+        "done",
+        {"plan": b"plan", "block": Block(3, 5)},
+    )
 
 
 class KilledError(Exception):
@@ -113,7 +149,12 @@ class KilledError(Exception):
 @pytest.fixture
 def cluster():
     item = object.__new__(Cluster)
-    item.study, item.address, item.lost, item._library = None, "tcp://a:1", [], Some(KilledWorker=KilledError)
+    item.study, item.address, item.lost, item._library = (
+        None,
+        "tcp://a:1",
+        [],
+        Some(KilledWorker=KilledError),
+    )
     item._security = Some(get_connection_args=lambda role: {"role": role})
     return item
 
@@ -128,7 +169,11 @@ def ended(outcome):
 
 
 def test_a_block_whose_worker_was_killed_is_noted_and_the_others_arrive(cluster):
-    futures = [(BLOCKS[0], ended(("done", {"a": 1}))), (BLOCKS[1], ended(KilledError())), (BLOCKS[2], ended(("done", {"a": 2})))]
+    futures = [
+        (BLOCKS[0], ended(("done", {"a": 1}))),
+        (BLOCKS[1], ended(KilledError())),
+        (BLOCKS[2], ended(("done", {"a": 2}))),
+    ]
     assert list(cluster._arrived(iter(futures))) == [(BLOCKS[0], {"a": 1}), (BLOCKS[2], {"a": 2})]
     assert cluster.lost == [BLOCKS[1]]
 
@@ -137,9 +182,21 @@ def test_a_block_whose_worker_was_killed_is_noted_and_the_others_arrive(cluster)
     ("outcome", "error", "words"),
     [
         (("failed", "a trace"), WorkerError, "a worker failed at the runs 0 to 0: a trace"),
-        (ValueError("broken"), WorkerError, "a worker failed at the runs 0 to 0: ValueError: broken"),
-        (("unfit", "bristle 2 on far"), br.core.InputError, "tcp://a:1: the software of a worker differs.*bristle 2 on far"),
-        (CancelledError(), br.core.InputError, "--scheduler: the scheduler no longer answers.*tcp://a:1"),
+        (
+            ValueError("broken"),
+            WorkerError,
+            "a worker failed at the runs 0 to 0: ValueError: broken",
+        ),
+        (
+            ("unfit", "bristle 2 on far"),
+            br.core.InputError,
+            "tcp://a:1: the software of a worker differs.*bristle 2 on far",
+        ),
+        (
+            CancelledError(),
+            br.core.InputError,
+            "--scheduler: the scheduler no longer answers.*tcp://a:1",
+        ),
     ],
 )
 def test_faults_on_a_cluster_are_reported(cluster, outcome, error, words):
@@ -218,10 +275,16 @@ def test_a_cluster_is_connected_to_for_a_while_and_left_again(cluster):
             "--scheduler: no Dask scheduler answers at this address.*nobody.*tcp://a:1.*dask worker tcp://a:1",
             False,
         ),
-        (Dask(workers=TimeoutError("late")), "--scheduler: the scheduler has no workers.*late.*tcp://a:1", True),
+        (
+            Dask(workers=TimeoutError("late")),
+            "--scheduler: the scheduler has no workers.*late.*tcp://a:1",
+            True,
+        ),
     ],
 )
-def test_a_cluster_that_does_not_answer_is_reported_by_the_missing_part(cluster, library, words, closed):
+def test_a_cluster_that_does_not_answer_is_reported_by_the_missing_part(
+    cluster, library, words, closed
+):
     cluster._library = library
     with pytest.raises(br.core.InputError, match=words), cluster._connected():
         pass
@@ -232,7 +295,10 @@ def test_a_scheduler_that_is_silent_is_given_up(cluster, monkeypatch):
     cluster._library = Dask()
     monkeypatch.setattr(cluster._library, "identity", lambda: asyncio.sleep(60.0))
     monkeypatch.setattr(workers, "ANSWERS", 0.05)
-    with pytest.raises(br.core.InputError, match="no Dask scheduler answers at this address"), cluster._connected():
+    with (
+        pytest.raises(br.core.InputError, match="no Dask scheduler answers at this address"),
+        cluster._connected(),
+    ):
         pass
 
 
@@ -264,14 +330,19 @@ class Holder:
 def test_processes_that_never_begin_are_reported_by_how_they_end(monkeypatch, ending, words):
     holders = iter([Holder(b"", 1)] * 4 + [Holder(b"", ending)])
     monkeypatch.setattr(workers.subprocess, "Popen", lambda *command, **options: next(holders))
-    with pytest.raises(WorkerError, match=f"the processes of this machine ended 5 times before they could start, the last time {words}"):
+    with pytest.raises(
+        WorkerError,
+        match=f"the processes of this machine ended 5 times before they could start, the last time {words}",
+    ):
         list(own_cluster().results(BLOCKS))
 
 
 def test_processes_that_begin_at_last_are_ended_with_the_study(monkeypatch):
     last, options = Holder(b"tls://a:1\n"), []
     holders = iter([Holder(b"", 1), last])
-    monkeypatch.setattr(workers.subprocess, "Popen", lambda *command, **how: options.append(how) or next(holders))
+    monkeypatch.setattr(
+        workers.subprocess, "Popen", lambda *command, **how: options.append(how) or next(holders)
+    )
     cluster = own_cluster()
     with cluster._held():
         assert (cluster.address, last.is_ended, len(options)) == ("tls://a:1", False, 2)
@@ -281,7 +352,10 @@ def test_processes_that_begin_at_last_are_ended_with_the_study(monkeypatch):
 
 
 def test_a_process_that_ended_gives_no_answer():
-    assert workers._answer(Some(stdin=Some(write=Mock(side_effect=BrokenPipeError))), "a message") == ""
+    assert (
+        workers._answer(Some(stdin=Some(write=Mock(side_effect=BrokenPipeError))), "a message")
+        == ""
+    )
 
 
 def test_processes_that_start_no_more_are_given_up_after_a_while(monkeypatch):
@@ -295,19 +369,29 @@ def test_processes_that_start_no_more_are_given_up_after_a_while(monkeypatch):
     now[0] += workers.WORKERS_JOIN
     assert cluster._threads(client) == 0
     now[0] += 1.0
-    with pytest.raises(WorkerError, match=r"on this machine, no process starts any more\. The finished runs stay.*repeat the command"):
+    with pytest.raises(
+        WorkerError,
+        match=r"on this machine, no process starts any more\. The finished runs stay.*repeat the command",
+    ):
         cluster._threads(client)
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 def test_processes_of_this_machine_are_as_this_one_and_silent(capfd, tmp_path):
     cluster, before = own_cluster(tmp_path), set(children(os.getpid()))
     outcome = dict(cluster.results(BLOCKS))
-    assert {block.first: columns["run"] for block, columns in outcome.items()} == {k: k for k in range(9)}
+    assert {block.first: columns["run"] for block, columns in outcome.items()} == {
+        k: k for k in range(9)
+    }
     assert os.getpid() not in {columns["pid"] for columns in outcome.values()}
     for columns in outcome.values():
-        assert {columns["environment"][name] for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")} == {"1"}
+        assert {
+            columns["environment"][name]
+            for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+        } == {"1"}
         assert columns["limits"] == {1}
         assert workers.DASK.items() <= columns["environment"].items()
         assert set(sys.path) <= set(columns["path"])
@@ -316,7 +400,9 @@ def test_processes_of_this_machine_are_as_this_one_and_silent(capfd, tmp_path):
     assert cluster.lost == []
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 def test_only_the_study_reaches_its_processes(tmp_path):
     import distributed
@@ -326,10 +412,16 @@ def test_only_the_study_reaches_its_processes(tmp_path):
         next(results)
         for security in (None, distributed.Security.temporary()):
             with pytest.raises((OSError, TypeError)):
-                distributed.Client(cluster.address.replace("tls://", "tls://" if security else "tcp://"), timeout=1.0, security=security)
+                distributed.Client(
+                    cluster.address.replace("tls://", "tls://" if security else "tcp://"),
+                    timeout=1.0,
+                    security=security,
+                )
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 def test_a_block_goes_to_the_next_process_where_a_process_ended(capfd, tmp_path):
     cluster = own_cluster(tmp_path, deadly=3)
@@ -339,19 +431,34 @@ def test_a_block_goes_to_the_next_process_where_a_process_ended(capfd, tmp_path)
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 def test_a_block_that_ends_every_process_is_lost_and_the_others_arrive(monkeypatch, tmp_path):
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
     cluster = own_cluster(tmp_path, deadly=3, always=True)
-    assert sorted(columns["run"] for _, columns in cluster.results(BLOCKS)) == [0, 1, 2, 4, 5, 6, 7, 8]
+    assert sorted(columns["run"] for _, columns in cluster.results(BLOCKS)) == [
+        0,
+        1,
+        2,
+        4,
+        5,
+        6,
+        7,
+        8,
+    ]
     assert cluster.lost == [BLOCKS[3]]
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 def test_a_fault_in_a_process_ends_the_study_with_its_runs_and_the_trace(tmp_path):
-    with pytest.raises(WorkerError, match=r"(?s)a worker failed at the runs 3 to 3: Traceback.*ValueError: a fault"):
+    with pytest.raises(
+        WorkerError, match=r"(?s)a worker failed at the runs 3 to 3: Traceback.*ValueError: a fault"
+    ):
         list(own_cluster(tmp_path, wrong=3).results(BLOCKS))
 
 
@@ -361,19 +468,25 @@ print(run_study(read_study_file("study.toml"), "out", workers=2).is_whole)
 """
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 def test_a_script_needs_no_guard_and_is_run_once(bench):
     bench.study()
     (bench.folder / "script.py").write_text(SCRIPT)
-    done = subprocess.run([sys.executable, "script.py"], cwd=bench.folder, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "script.py"], cwd=bench.folder, capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stdout, done.stderr) == (0, "True\n", "")
 
 
 # --- killed at any time: every run is there once, bit by bit ---------------------------------------------------------
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 def test_processes_end_in_the_midst_of_a_block_where_the_command_is_gone(slow_bench):
     slow_bench.study(runs=("runs = 12", "runs = 8000"), block=("block = 4", "block = 4000"))
@@ -387,7 +500,9 @@ def test_processes_end_in_the_midst_of_a_block_where_the_command_is_gone(slow_be
     until(lambda: not any(lives(pid) for pid in family), "workers to end")
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 @pytest.mark.parametrize("is_elsewhere", [False, True])
 def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask, is_elsewhere):
@@ -395,7 +510,11 @@ def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask, is_e
 
     slow_bench.study(runs=("runs = 12", "runs = 400"))
     out = slow_bench.folder / "out"
-    process = begun(slow_bench.folder / "study.toml", out, *(("--scheduler", dask.address) if is_elsewhere else ("--workers", "2")))
+    process = begun(
+        slow_bench.folder / "study.toml",
+        out,
+        *(("--scheduler", dask.address) if is_elsewhere else ("--workers", "2")),
+    )
     until(lambda: content(out), "the first block")
     workers = [*children(process.pid), *own_workers(process.pid)]
     assert len(workers) == (0 if is_elsewhere else 3)
@@ -403,7 +522,10 @@ def test_ctrl_c_keeps_written_blocks_and_cancels_the_rest(slow_bench, dask, is_e
         os.kill(pid, signal.SIGINT)
     text = process.communicate(timeout=PATIENCE)[1].decode()
     assert process.returncode == 130
-    assert text.splitlines() == [f"bristle: {out} keeps the finished runs. Give the same command again to continue", "bristle: interrupted"]
+    assert text.splitlines() == [
+        f"bristle: {out} keeps the finished runs. Give the same command again to continue",
+        "bristle: interrupted",
+    ]
     assert len(content(out)) < 100
     until(lambda: not any(lives(worker) for worker in workers), "workers to end")
     with distributed.Client(dask.address, set_as_default=False) as client:
@@ -480,16 +602,30 @@ def own_study(bench):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 def test_files_of_a_study_reach_the_workers_and_its_code_is_reported(own_study, bench, dask):
     for name, count in (("here", 1), ("beside", 2)):
         run_study(own_study, bench.folder / name, workers=count)
     for name in ("own.py", "axis.toml", "motion.csv", "recorded.toml"):
         (bench.folder / name).unlink()
     message = []
-    with pytest.warns(br.core.InputWarning, match=r"bristle runs the code in own.py \(SHA-256 [0-9a-f]{64}\) on every worker of tcp"):
-        run_study(own_study, bench.folder / "there", scheduler=dask.address, progress=lambda share, text: message.append(text))
-    assert content(bench.folder / "there") == content(bench.folder / "beside") == content(bench.folder / "here")
+    with pytest.warns(
+        br.core.InputWarning,
+        match=r"bristle runs the code in own.py \(SHA-256 [0-9a-f]{64}\) on every worker of tcp",
+    ):
+        run_study(
+            own_study,
+            bench.folder / "there",
+            scheduler=dask.address,
+            progress=lambda share, text: message.append(text),
+        )
+    assert (
+        content(bench.folder / "there")
+        == content(bench.folder / "beside")
+        == content(bench.folder / "here")
+    )
     assert len(content(bench.folder / "there")) == 3
     assert message[-1] == "6 of 6 runs, 1 s left"
 
@@ -512,7 +648,9 @@ def deaf():
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 def test_a_missing_scheduler_is_reported(bench, deaf, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("bristle.apps.study.workers.ANSWERS", 0.5)
@@ -520,7 +658,12 @@ def test_a_missing_scheduler_is_reported(bench, deaf, monkeypatch):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    for address in (f"tcp://127.0.0.1:{port}", f"tcp://127.0.0.1:{deaf}", "http://a:80", "tcp://a b:80"):
+    for address in (
+        f"tcp://127.0.0.1:{port}",
+        f"tcp://127.0.0.1:{deaf}",
+        "http://a:80",
+        "tcp://a b:80",
+    ):
         begin = time.monotonic()
         with pytest.raises(br.core.InputError) as refused:
             run_study(study, bench.folder / "out", scheduler=address)
@@ -531,30 +674,49 @@ def test_a_missing_scheduler_is_reported(bench, deaf, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.parametrize("option", [("--workers", "2"), ("--run", "3")])
 def test_options_of_this_machine_exclude_a_cluster(bench, capsys, option):
     file = str(bench.write())
-    assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1", *option]) == 2
-    assert f"{option[0]}: simulates on this machine, --scheduler on a cluster" in capsys.readouterr().err
+    assert (
+        main(
+            ["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1", *option]
+        )
+        == 2
+    )
+    assert (
+        f"{option[0]}: simulates on this machine, --scheduler on a cluster"
+        in capsys.readouterr().err
+    )
     assert not (bench.folder / "out").exists()
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 def test_without_the_cluster_library_the_extra_is_named(bench, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     file = str(bench.write())
-    assert main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1"]) == 2
+    assert (
+        main(["study", file, "--out", str(bench.folder / "out"), "--scheduler", "tcp://a:1"]) == 2
+    )
     text = capsys.readouterr().err
-    assert 'bristle study --scheduler needs an optional dependency. Type: pip install "bristle[study]"' in text
+    assert (
+        'bristle study --scheduler needs an optional dependency. Type: pip install "bristle[study]"'
+        in text
+    )
     assert not (bench.folder / "out").exists()
     with pytest.raises(br.core.MissingExtraError):
         run_study(bench.study(), bench.folder / "out", scheduler="tcp://a:1")
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 def test_a_local_run_does_not_load_the_cluster_library(bench):
     file, out = bench.write(), bench.folder / "out"
     code = f"""
@@ -568,7 +730,9 @@ sys.exit(bool({{"dask", "distributed", "tornado"}} & set(sys.modules)))
     assert run_study(read_study_file(file), out, scheduler="tcp://127.0.0.1:1").before == 3
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
 @pytest.mark.parametrize("is_elsewhere", [False, True])
@@ -583,29 +747,45 @@ def test_twelve_kills_in_six_hundred_blocks(slow_bench, own_dask, is_elsewhere):
         if not is_elsewhere:
             return own_workers(process.pid)
         for kind, options in (("nanny", ()), ("plain", ("--no-nanny",))):
-            if not joined[kind] or joined[kind][-1].poll() is not None:  # so ends a nanny whose worker could not begin
+            if (
+                not joined[kind] or joined[kind][-1].poll() is not None
+            ):  # so ends a nanny whose worker could not begin
                 joined[kind].append(own_dask.worker(*options))
         return [joined["plain"][-1].pid, *nursed(joined["nanny"][-1].pid)]
 
     options = ("--scheduler", own_dask.address) if is_elsewhere else ("--workers", "2")
     fallen = siege(lambda: begun(file, out, *options), workers, kills=12, longest=6.0)
-    assert (fallen["command"] >= 1, fallen["worker"] >= 5) == (True, True), "the study was over before it was disturbed"
+    assert (fallen["command"] >= 1, fallen["worker"] >= 5) == (True, True), (
+        "the study was over before it was disturbed"
+    )
     assert run_study(study, out, workers=3).is_whole
     assert numbers(out) == list(range(2400))
     assert content(out) == content(slow_bench.folder / "undisturbed")
     assert not (out / ".partial").exists()
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them")
+@pytest.mark.skipif(
+    not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
+)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("is_elsewhere", "error", "words"),
     [
-        (True, br.core.InputError, r"--scheduler: the scheduler no longer answers; found 'tcp://.*The results written so far remain"),
-        (False, WorkerError, r"on this machine, the scheduler no longer answers\. The finished runs stay"),
+        (
+            True,
+            br.core.InputError,
+            r"--scheduler: the scheduler no longer answers; found 'tcp://.*The results written so far remain",
+        ),
+        (
+            False,
+            WorkerError,
+            r"on this machine, the scheduler no longer answers\. The finished runs stay",
+        ),
     ],
 )
-def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_dask, monkeypatch, is_elsewhere, error, words):
+def test_a_lost_scheduler_is_reported_and_written_blocks_stay(
+    slow_bench, own_dask, monkeypatch, is_elsewhere, error, words
+):
     monkeypatch.setattr("bristle.apps.study.workers.ANSWERS", 2.0)
     own_dask.worker("--no-nanny")
     study, out = slow_bench.study(runs=("runs = 12", "runs = 400")), slow_bench.folder / "out"
@@ -613,10 +793,17 @@ def test_a_lost_scheduler_is_reported_and_written_blocks_stay(slow_bench, own_da
 
     def end(share, text):
         if share > 0.02:
-            for pid in {own_dask.scheduler.pid} if is_elsewhere else set(children(os.getpid())) - others:
+            for pid in (
+                {own_dask.scheduler.pid} if is_elsewhere else set(children(os.getpid())) - others
+            ):
                 os.kill(pid, signal.SIGKILL)
 
     with pytest.raises(error, match=words):
-        run_study(study, out, progress=end, **({"scheduler": own_dask.address} if is_elsewhere else {"workers": 2}))
+        run_study(
+            study,
+            out,
+            progress=end,
+            **({"scheduler": own_dask.address} if is_elsewhere else {"workers": 2}),
+        )
     assert 3 <= len(content(out)) < 100
     assert run_study(study, out, workers=2).is_whole

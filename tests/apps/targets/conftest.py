@@ -29,7 +29,10 @@ def fmus(tmp_path_factory):
     """FMUs of some models, of one for both versions; workers of one run share them."""
     place = tmp_path_factory.getbasetemp()
     folder = (place.parent if "PYTEST_XDIST_WORKER" in os.environ else place) / "written"
-    with pytest.MonkeyPatch.context() as patch, open(f"{folder}.lock", "w", encoding="ascii") as note:
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        open(f"{folder}.lock", "w", encoding="ascii") as note,
+    ):
         alone(note.fileno())
         folder.mkdir(exist_ok=True)
         patch.setattr(fmu, "zig", list)  # other platforms take minutes, and cannot be run here

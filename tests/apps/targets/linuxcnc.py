@@ -63,7 +63,12 @@ def in_hal(files, folder, started):
         # rtapi_app does not run as root, and is found by its socket. It inherits the outputs: files, for a pipe would stay open.
         environment = os.environ | {"RTAPI_UID": NOBODY, "RTAPI_FIFO_PATH": f"{socket}/fifo"}
         end = time.monotonic() + PATIENCE
-        while subprocess.run([REALTIME, "status"], env=environment, capture_output=True, check=False).returncode == 0:
+        while (
+            subprocess.run(
+                [REALTIME, "status"], env=environment, capture_output=True, check=False
+            ).returncode
+            == 0
+        ):
             if time.monotonic() > end:
                 pytest.skip("HAL is in use on this machine")
             time.sleep(0.2)
@@ -78,14 +83,28 @@ def in_hal(files, folder, started):
         finally:
             for module in installed:
                 module.unlink()
-    found = {path.name: path.read_text(encoding="ascii") for path in folder.glob("*.txt") if path.name not in before}
-    return found | {"stdout": said.replace("Note: Using POSIX non-realtime\n", ""), "stderr": faults}
+    found = {
+        path.name: path.read_text(encoding="ascii")
+        for path in folder.glob("*.txt")
+        if path.name not in before
+    }
+    return found | {
+        "stdout": said.replace("Note: Using POSIX non-realtime\n", ""),
+        "stderr": faults,
+    }
 
 
 def _ran(command, folder, environment):
     with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as err:
         ran = subprocess.run(
-            command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=out, stderr=err, timeout=PATIENCE, check=False
+            command,
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=out,
+            stderr=err,
+            timeout=PATIENCE,
+            check=False,
         )
         out.seek(0)
         err.seek(0)
@@ -107,18 +126,40 @@ class Component:
         types = {"float": "volatile double", "bit": "volatile unsigned char"}
         fields = " ".join(f"{types[kind]} {name};" for _, kind, name, _ in self._pins)
         # A pin without parentheses or with an operator in front is no name of C, as with halcompile.
-        macros = "\n".join(f"#define {name} ({'0+' * (way == 'pin in')}self->{name})" for way, _, name, _ in self._pins)
+        macros = "\n".join(
+            f"#define {name} ({'0+' * (way == 'pin in')}self->{name})"
+            for way, _, name, _ in self._pins
+        )
         defaults = " ".join(f"self->{name} = {value or 0};" for _, _, name, value in self._pins)
         undone = "\n".join(f"#undef {name}" for _, _, name, _ in self._pins)
-        inputs = [name for way, kind, name, _ in self._pins if (way, kind) == ("pin in", "float") and name != "gain"]
-        output = next(name for way, kind, name, _ in self._pins if (way, kind) == ("pin out", "float"))
-        facts = {"defaults": defaults, "played": " ".join(f"self->{name} = *inputs++;" for name in inputs), "output": output}
-        source = HAL.format(fields=fields, macros=macros) + text.partition("\n;;\n")[2] + undone + RUN.format(**facts)
+        inputs = [
+            name
+            for way, kind, name, _ in self._pins
+            if (way, kind) == ("pin in", "float") and name != "gain"
+        ]
+        output = next(
+            name for way, kind, name, _ in self._pins if (way, kind) == ("pin out", "float")
+        )
+        facts = {
+            "defaults": defaults,
+            "played": " ".join(f"self->{name} = *inputs++;" for name in inputs),
+            "output": output,
+        }
+        source = (
+            HAL.format(fields=fields, macros=macros)
+            + text.partition("\n;;\n")[2]
+            + undone
+            + RUN.format(**facts)
+        )
         (folder / "component.c").write_text(source, encoding="ascii")
         flags = (*WARNINGS, "-Wno-unused-function", "-Wno-overlength-strings", "-std=gnu11")
         self._library = library(folder, "-Os", *more, *flags, "component.c")
         kinds = {"float": ctypes.c_double, "bit": ctypes.c_ubyte}
-        self.pins = type("Instance", (ctypes.Structure,), {"_fields_": [(name, kinds[kind]) for _, kind, name, _ in self._pins]})()
+        self.pins = type(
+            "Instance",
+            (ctypes.Structure,),
+            {"_fields_": [(name, kinds[kind]) for _, kind, name, _ in self._pins]},
+        )()
         assert ctypes.sizeof(self.pins) == self._library.size()
         self.fresh()
 
@@ -134,5 +175,7 @@ class Component:
         references, fed = np.ascontiguousarray(references, dtype=float), np.empty(len(references))
         pointer = ctypes.POINTER(ctypes.c_double)
         place = [array.ctypes.data_as(pointer) for array in (references, fed)]
-        self._library.run(ctypes.byref(self.pins), place[0], len(references), ctypes.c_long(period), place[1])
+        self._library.run(
+            ctypes.byref(self.pins), place[0], len(references), ctypes.c_long(period), place[1]
+        )
         return fed

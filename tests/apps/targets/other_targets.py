@@ -22,7 +22,11 @@ from bristle.core.cores import abreast
 HERE = Path(__file__).parent / "cortex_m"
 FLAGS = ("-O2", "-std=c99", "-ffp-contract=off")
 SECONDS = 240
-SLOTS = {"plain": (), "sided": ("asymmetry",), "varied": ("position", "periodic", "load", "temperature", "asymmetry")}
+SLOTS = {
+    "plain": (),
+    "sided": ("asymmetry",),
+    "varied": ("position", "periodic", "load", "temperature", "asymmetry"),
+}
 
 
 # A Cortex-M4F has no doubles: libgcc adds them in software, and rounds one sum of these walks to the wrong side.
@@ -39,7 +43,9 @@ class Target(NamedTuple):
     @property
     def lacking(self) -> str:
         """What is not there to build for it, and to run it."""
-        return ", ".join(item for item in (self.build[0], *self.run[:1]) if shutil.which(item) is None)
+        return ", ".join(
+            item for item in (self.build[0], *self.run[:1]) if shutil.which(item) is None
+        )
 
 
 def _cortex(core: str, unit: str, board: str) -> Target:
@@ -87,11 +93,23 @@ def answer(target: Target, model: br.core.Model, folder: Path) -> str:
     further = target.further
     if further:  # the start of a C program, which the library of the compiler brings
         start = subprocess.run(
-            [*target.build[:5], "-print-file-name=rdimon-crt0.o"], capture_output=True, text=True, check=True
+            [*target.build[:5], "-print-file-name=rdimon-crt0.o"],
+            capture_output=True,
+            text=True,
+            check=True,
         ).stdout.strip()
         further = (*further, start)
     built = subprocess.run(
-        [*target.build, *FLAGS, "axis_x.c", "axis_x_selftest.c", *further, "-o", str(program), "-lm"],
+        [
+            *target.build,
+            *FLAGS,
+            "axis_x.c",
+            "axis_x_selftest.c",
+            *further,
+            "-o",
+            str(program),
+            "-lm",
+        ],
         cwd=folder,
         capture_output=True,
         text=True,
@@ -100,15 +118,29 @@ def answer(target: Target, model: br.core.Model, folder: Path) -> str:
     if built.returncode != 0:
         return built.stderr[-400:]
     try:
-        ran = subprocess.run([*target.run, str(program)], capture_output=True, text=True, timeout=SECONDS, check=False)
+        ran = subprocess.run(
+            [*target.run, str(program)],
+            capture_output=True,
+            text=True,
+            timeout=SECONDS,
+            check=False,
+        )
     except subprocess.TimeoutExpired:
         return f"no answer in {SECONDS} s"
-    return "" if ran.returncode == 0 and "identical to bristle" in ran.stdout else (ran.stdout + ran.stderr)[-400:] or "silent"
+    return (
+        ""
+        if ran.returncode == 0 and "identical to bristle" in ran.stdout
+        else (ran.stdout + ran.stderr)[-400:] or "silent"
+    )
 
 
 def examples() -> dict[str, br.core.Model]:
     """Return every model with each set of slots."""
-    return {f"{kind} {name}": example_with(name, slots) for kind, slots in SLOTS.items() for name in br.friction.MODELS}
+    return {
+        f"{kind} {name}": example_with(name, slots)
+        for kind, slots in SLOTS.items()
+        for name in br.friction.MODELS
+    }
 
 
 def main() -> int:
@@ -128,8 +160,12 @@ def main() -> int:
 
 def _different(target: Target, models: dict[str, br.core.Model]) -> Iterator[tuple[str, str]]:
     with tempfile.TemporaryDirectory() as place:
-        try_one = abreast(lambda name: answer(target, models[name], Path(place) / name.replace(" ", "_")))
-        yield from ((name, text) for name, text in zip(models, try_one(list(models)), strict=True) if text)
+        try_one = abreast(
+            lambda name: answer(target, models[name], Path(place) / name.replace(" ", "_"))
+        )
+        yield from (
+            (name, text) for name, text in zip(models, try_one(list(models)), strict=True) if text
+        )
 
 
 if __name__ == "__main__":

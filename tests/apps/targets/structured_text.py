@@ -13,9 +13,30 @@ import numpy as np
 import pytest
 from tests.exports.native import library
 
-FLAGS = ("-std=gnu99", "-O0", "-ffp-contract=off", "-ftrapv", "-frounding-math", "-Wall", "-Wextra", "-Werror")
-C_TYPES = {"lreal": "double", "real": "float", "dint": "int32_t", "lint": "int64_t", "bool": "bool", "lword": "uint64_t"}
-SECTIONS = {"var_input": "input", "var_output": "output", "var_in_out": "in_out", "var_block": "own"}
+FLAGS = (
+    "-std=gnu99",
+    "-O0",
+    "-ffp-contract=off",
+    "-ftrapv",
+    "-frounding-math",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+)
+C_TYPES = {
+    "lreal": "double",
+    "real": "float",
+    "dint": "int32_t",
+    "lint": "int64_t",
+    "bool": "bool",
+    "lword": "uint64_t",
+}
+SECTIONS = {
+    "var_input": "input",
+    "var_output": "output",
+    "var_in_out": "in_out",
+    "var_block": "own",
+}
 CONVERTED = {
     "dint_to_lreal": ("dint", "lreal"),
     "lint_to_lreal": ("lint", "lreal"),
@@ -132,7 +153,10 @@ def parsed(text):
     """Return the tree of a text; raise where the grammar does not take it."""
     # The grammar is built with a C compiler, which a user may not have.
     needed = ("tree_sitter_iec61131_3_st", "tree_sitter")
-    grammar, tree_sitter = (pytest.importorskip(name, reason="needs the grammar of Structured Text for tree-sitter") for name in needed)
+    grammar, tree_sitter = (
+        pytest.importorskip(name, reason="needs the grammar of Structured Text for tree-sitter")
+        for name in needed
+    )
     parser = tree_sitter.Parser(tree_sitter.Language(grammar.language()))
     root = parser.parse(text.encode()).root_node
     if root.has_error:
@@ -156,7 +180,9 @@ def words(node):
 
 def named(node, kind=None):
     """Return the named parts inside a part, comments left out."""
-    return [c for c in node.named_children if c.type != "comment" and (kind is None or c.type == kind)]
+    return [
+        c for c in node.named_children if c.type != "comment" and (kind is None or c.type == kind)
+    ]
 
 
 class Unit:
@@ -181,7 +207,10 @@ class Unit:
             key = words(name)
             if key in self.types or key == self.name:
                 raise StandardError(f"{self.name}: {key} is declared twice")
-            self.sections[key], self.types[key] = way, words(declaration.child_by_field_name("type"))
+            self.sections[key], self.types[key] = (
+                way,
+                words(declaration.child_by_field_name("type")),
+            )
             if initial is not None:
                 self.initial[key] = initial
 
@@ -218,11 +247,19 @@ class Translator:
         self.out.append(self._function(unit) if unit.kind == "function" else self._block(unit))
 
     def _known(self, kind):
-        if kind not in C_TYPES and kind not in self.arrays and kind not in self.records and kind not in self.units:
+        if (
+            kind not in C_TYPES
+            and kind not in self.arrays
+            and kind not in self.records
+            and kind not in self.units
+        ):
             raise StandardError(f"{kind} is not declared before it is used")
 
     def _type(self, definition):
-        name, inside = words(definition.child_by_field_name("name")), definition.child_by_field_name("definition")
+        name, inside = (
+            words(definition.child_by_field_name("name")),
+            definition.child_by_field_name("definition"),
+        )
         if name in self.arrays or name in self.records:
             raise StandardError(f"{name} is there twice")
         if inside.type == "array_type":
@@ -231,11 +268,16 @@ class Translator:
             element = words(inside.child_by_field_name("element_type"))
             assert low == 0, "arrays begin at 0 here"
             self.arrays[name] = (high + 1, element)
-            self.out.append(f"typedef struct {{ {C_TYPES[element]} at[{high + 1}]; }} {_kind(name)};")
+            self.out.append(
+                f"typedef struct {{ {C_TYPES[element]} at[{high + 1}]; }} {_kind(name)};"
+            )
             return
         fields = {}
         for field in named(inside, "structure_field"):
-            key, kind = words(field.child_by_field_name("name")), words(field.child_by_field_name("type"))
+            key, kind = (
+                words(field.child_by_field_name("name")),
+                words(field.child_by_field_name("type")),
+            )
             self._known(kind)
             if key in fields:
                 raise StandardError(f"{name}.{key} is there twice")
@@ -250,7 +292,10 @@ class Translator:
         body = Statements(self, unit)
         values = [f"{_kind(unit.types[n])} {_c(n)}" for n in unit.of("input")]
         values += [f"{_kind(unit.types[n])} *{_c(n)}" for n in unit.of("in_out")]
-        custom = [f"    {_kind(unit.types[n])} {_c(n)}; memset(&{_c(n)}, 0, sizeof {_c(n)});" for n in unit.of("own")]
+        custom = [
+            f"    {_kind(unit.types[n])} {_c(n)}; memset(&{_c(n)}, 0, sizeof {_c(n)});"
+            for n in unit.of("own")
+        ]
         result = C_TYPES[unit.returns]
         return "\n".join(
             [
@@ -269,8 +314,15 @@ class Translator:
     def _block(self, unit):
         body = Statements(self, unit)
         fields = " ".join(f"{_kind(kind)} {_c(name)};" for name, kind in unit.types.items())
-        begin = [f"    self->{_c(name)} = {Statements(self, unit).value(node)[0]};" for name, node in unit.initial.items()]
-        begin += [f"    {_kind(kind)}_virgin(&self->{_c(name)});" for name, kind in unit.types.items() if kind in self.units]
+        begin = [
+            f"    self->{_c(name)} = {Statements(self, unit).value(node)[0]};"
+            for name, node in unit.initial.items()
+        ]
+        begin += [
+            f"    {_kind(kind)}_virgin(&self->{_c(name)});"
+            for name, kind in unit.types.items()
+            if kind in self.units
+        ]
         return "\n".join(
             [
                 f"typedef struct {{ {fields} }} {_kind(unit.name)};",
@@ -302,10 +354,16 @@ class Statements:
 
     def lines(self):
         """Return the lines of the body."""
-        return [line for node in self.unit.node.children_by_field_name("body") for line in self._of(node)]
+        return [
+            line
+            for node in self.unit.node.children_by_field_name("body")
+            for line in self._of(node)
+        ]
 
     def _fail(self, node, reason):
-        raise StandardError(f"{self.unit.name}, line {node.start_point[0] + 1}: {reason}: {node.text.decode()[:90]}")
+        raise StandardError(
+            f"{self.unit.name}, line {node.start_point[0] + 1}: {reason}: {node.text.decode()[:90]}"
+        )
 
     def _of(self, node):
         if node.type in ("empty_statement", "comment"):
@@ -328,8 +386,13 @@ class Statements:
         ends = 1
         for clause in named(node):
             if clause.type in ("elsif_clause", "elseif_clause"):
-                lines += ["} else {", f"if ({self.truth(clause.child_by_field_name('condition'))}) {{"]
-                parts = clause.children_by_field_name("body") or clause.children_by_field_name("consequence")
+                lines += [
+                    "} else {",
+                    f"if ({self.truth(clause.child_by_field_name('condition'))}) {{",
+                ]
+                parts = clause.children_by_field_name("body") or clause.children_by_field_name(
+                    "consequence"
+                )
                 lines += self._inside(parts)
                 ends += 1
             elif clause.type == "else_clause":
@@ -339,18 +402,34 @@ class Statements:
     def _for_statement(self, node):
         counter, kind = self.place(node.child_by_field_name("control"), written=True)
         start, end = (self.value(node.child_by_field_name(part), kind) for part in ("start", "end"))
-        if not kind == start[1] == end[1] or kind not in ("dint", "lint") or node.child_by_field_name("step"):
+        if (
+            not kind == start[1] == end[1]
+            or kind not in ("dint", "lint")
+            or node.child_by_field_name("step")
+        ):
             self._fail(node, "a loop counts whole numbers of one type")
         self.count += 1
         last = f"last_{self.count}"
         head = f"for ({counter} = {start[0]}; {counter} <= {last}; ++{counter}) {{"
-        return [f"{{ const {C_TYPES[kind]} {last} = {end[0]};", head, *self._inside(node.children_by_field_name("body")), "} }"]
+        return [
+            f"{{ const {C_TYPES[kind]} {last} = {end[0]};",
+            head,
+            *self._inside(node.children_by_field_name("body")),
+            "} }",
+        ]
 
     def _while_statement(self, node):
         self.count += 1
         rounds = f"rounds_{self.count}"
-        head = f"while ({self.truth(node.child_by_field_name('condition'))}) {{ round_of(&{rounds});"
-        return [f"{{ int {rounds} = 0;", head, *self._inside(node.children_by_field_name("body")), "} }"]
+        head = (
+            f"while ({self.truth(node.child_by_field_name('condition'))}) {{ round_of(&{rounds});"
+        )
+        return [
+            f"{{ int {rounds} = 0;",
+            head,
+            *self._inside(node.children_by_field_name("body")),
+            "} }",
+        ]
 
     def _exit_statement(self, node):
         return ["break;"]
@@ -435,7 +514,9 @@ class Statements:
         if node.type == "real_literal":
             return f"({words(node)})", "lreal"
         if node.type == "integer_literal":
-            return (f"INT64_C({words(node)})", "lint") if wanted == "lint" else (words(node), "dint")
+            return (
+                (f"INT64_C({words(node)})", "lint") if wanted == "lint" else (words(node), "dint")
+            )
         if node.type == "typed_literal":
             kind, _, digits = words(node).partition("#")
             if kind not in ("lint", "real") or (kind == "real") != ("." in digits):
@@ -465,7 +546,10 @@ class Statements:
         if operator in ("and", "or", "xor"):
             if first not in ("bool", "lword"):
                 self._fail(node, f"{operator} of a {first}")
-            return f"({left} {dict(zip(('and', 'or', 'xor'), '&|^', strict=True))[operator]} {right})", first
+            return (
+                f"({left} {dict(zip(('and', 'or', 'xor'), '&|^', strict=True))[operator]} {right})",
+                first,
+            )
         if operator in ("=", "<>", "<", ">", "<=", ">="):
             if first not in C_TYPES or (first == "bool" and operator not in ("=", "<>")):
                 self._fail(node, f"{operator} of a {first}")
@@ -474,7 +558,10 @@ class Statements:
         if first not in (*reals, "dint", "lint") or (operator == "mod" and first in reals):
             self._fail(node, f"{operator} of a {first}")
         if operator == "mod" or (operator == "/" and first not in reals):
-            return f"(({C_TYPES[first]}){'rest' if operator == 'mod' else 'divided'}({left}, {right}))", first
+            return (
+                f"(({C_TYPES[first]}){'rest' if operator == 'mod' else 'divided'}({left}, {right}))",
+                first,
+            )
         if operator not in ("+", "-", "*", "/"):
             self._fail(node, operator)
         return f"({left} {operator} {right})", first
@@ -496,19 +583,28 @@ class Statements:
         function = self.translator.units.get(name)
         if function is None or function.kind != "function" or function is self.unit:
             self._fail(node, "is no function that was defined before")
-        return f"{_kind(name)}({', '.join(self._arguments(node, function, values))})", function.returns
+        return (
+            f"{_kind(name)}({', '.join(self._arguments(node, function, values))})",
+            function.returns,
+        )
 
     def _arguments(self, node, function, values):
         if any(argument.type != "named_argument" for argument in values):
             self._fail(node, "arguments are named here")
-        handed = {words(a.child_by_field_name("name")): a.child_by_field_name("value") for a in values}
+        handed = {
+            words(a.child_by_field_name("name")): a.child_by_field_name("value") for a in values
+        }
         expected = [*function.of("input"), *function.of("in_out")]
         if len(handed) != len(values) or set(handed) != set(expected):
             self._fail(node, f"{function.name} takes {expected}")
         texts, places = [], {}
         for key in expected:
             is_place = function.sections[key] == "in_out"
-            text, kind = self.place(handed[key]) if is_place else self.value(handed[key], function.types[key])
+            text, kind = (
+                self.place(handed[key])
+                if is_place
+                else self.value(handed[key], function.types[key])
+            )
             if kind != function.types[key]:
                 self._fail(node, f"a {kind} for {key}")
             places |= {key: text} if is_place else {}
@@ -544,7 +640,10 @@ class StructuredText:
                 size, _ = translated.arrays.get(unit.types[key], (0, ""))
                 places = [f".at[{place}]" for place in range(size)] or [""]
                 if unit.types[key] != "bool":
-                    put += [f"axis.{_c(key)}{place} = in[WIDTH * i + {width + at}];" for at, place in enumerate(places)]
+                    put += [
+                        f"axis.{_c(key)}{place} = in[WIDTH * i + {width + at}];"
+                        for at, place in enumerate(places)
+                    ]
                     self.inputs[name].append(key)
                     width += len(places)
             put = " ".join(put).replace("WIDTH", str(width))
@@ -567,11 +666,17 @@ class StructuredText:
     def replay(self, name, inputs, commands=0):
         """Return what a block gives for a row of inputs at each call, and its flags."""
         count, inputs = len(inputs), np.ascontiguousarray(inputs, dtype=float)
-        commands = np.ascontiguousarray(np.broadcast_to(np.asarray(commands, dtype=np.int32), count))
+        commands = np.ascontiguousarray(
+            np.broadcast_to(np.asarray(commands, dtype=np.int32), count)
+        )
         force, flags = np.full(count, np.nan), np.zeros(count, dtype=np.int32)
         real, whole = ctypes.POINTER(ctypes.c_double), ctypes.POINTER(ctypes.c_int)
         why = getattr(self._library, f"run_{name}")(
-            count, inputs.ctypes.data_as(real), commands.ctypes.data_as(whole), force.ctypes.data_as(real), flags.ctypes.data_as(whole)
+            count,
+            inputs.ctypes.data_as(real),
+            commands.ctypes.data_as(whole),
+            force.ctypes.data_as(real),
+            flags.ctypes.data_as(whole),
         )
         if why:
             raise StandardError(f"{name} stops: {REASONS[why]}")
@@ -586,7 +691,11 @@ class StructuredText:
         return bool(result.value & 1), bool(result.value & 2)
 
 
-FED_WHOLE = {"gain": 1.0, "return_distance": 0.0, "fade_time": 0.5}  # inputs of a feed that is the friction
+FED_WHOLE = {
+    "gain": 1.0,
+    "return_distance": 0.0,
+    "fade_time": 0.5,
+}  # inputs of a feed that is the friction
 
 REASONS = {
     1: "division by zero, overflow or an invalid operation",

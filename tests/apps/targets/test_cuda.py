@@ -44,9 +44,18 @@ extern "C" void run_{name}(int lanes, int samples, double dt, const double *x, c
 
 
 SLOTS = {"lugre": ("periodic",), "gms": ("asymmetry", "load")}
-MODELS_OF = {name: br.friction.with_slots(component, SLOTS.get(name, ())) for name, component in br.friction.MODELS.items()}
-COMPONENTS = MODELS_OF | {f"op_{name}": br.hysteresis.OPERATORS[name] for name in ("prandtl_ishlinskii", "preisach")}
-COMPARED = [*with_fast("lugre", "gms", "preisach_lugre"), pytest.param("op_prandtl_ishlinskii", marks=pytest.mark.slow), "op_preisach"]
+MODELS_OF = {
+    name: br.friction.with_slots(component, SLOTS.get(name, ()))
+    for name, component in br.friction.MODELS.items()
+}
+COMPONENTS = MODELS_OF | {
+    f"op_{name}": br.hysteresis.OPERATORS[name] for name in ("prandtl_ishlinskii", "preisach")
+}
+COMPARED = [
+    *with_fast("lugre", "gms", "preisach_lugre"),
+    pytest.param("op_prandtl_ishlinskii", marks=pytest.mark.slow),
+    "op_preisach",
+]
 
 
 @pytest.fixture(scope="module")
@@ -72,8 +81,23 @@ def native(name, text, folder):
         set=f"{name}_set_lanes(axes, lanes, values);" if "set_lanes" in text else "(void)values;",
     )
     (folder / f"{name}.cpp").write_text(text + run)
-    flags = ("-O1", "-std=c++17", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC")
-    built = subprocess.run([COMPILER, *flags, f"{name}.cpp", "-o", "model.so"], cwd=folder, capture_output=True, text=True, check=False)
+    flags = (
+        "-O1",
+        "-std=c++17",
+        "-ffp-contract=off",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-shared",
+        "-fPIC",
+    )
+    built = subprocess.run(
+        [COMPILER, *flags, f"{name}.cpp", "-o", "model.so"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert built.returncode == 0, built.stderr[:4000]
     return getattr(ctypes.CDLL(str(folder / "model.so")), f"run_{name}")
 
@@ -89,7 +113,9 @@ def lanes_of(model):
     for lane in range(LANES):
         models.append(model.with_values(sigma_2=5.0 + lane) if "sigma_2" in variables else model)
         values = models[-1].values
-        columns.append(np.concatenate([np.ravel(np.asarray(values[name], float)) for name in variables]))
+        columns.append(
+            np.concatenate([np.ravel(np.asarray(values[name], float)) for name in variables])
+        )
     return models, np.ascontiguousarray(np.transpose(columns))
 
 
@@ -99,8 +125,16 @@ def expected(name):
     models, values = lanes_of(example_of(COMPONENTS[name]))
     if name.startswith("op_"):
         x /= np.max(np.abs(x))
-        return x, values, np.transpose([output_along(model, x[:, lane]) for lane, model in enumerate(models)])
-    return x, values, np.transpose([br.response(model, x[:, lane], DT) for lane, model in enumerate(models)])
+        return (
+            x,
+            values,
+            np.transpose([output_along(model, x[:, lane]) for lane, model in enumerate(models)]),
+        )
+    return (
+        x,
+        values,
+        np.transpose([br.response(model, x[:, lane], DT) for lane, model in enumerate(models)]),
+    )
 
 
 @pytest.mark.slow
@@ -142,7 +176,9 @@ def test_a_graphics_processor_gives_identical_forces(written, name):
     if "set_lanes" in text:
         device.launch(f"{name}_set_lanes", LANES, axes, LANES, device.memory(values))
     kernel, step = ("output", ()) if name.startswith("op_") else ("force", (DT,))
-    device.launch(f"{name}_{kernel}_lanes", LANES, axes, LANES, SAMPLES, *step, device.memory(x), output)
+    device.launch(
+        f"{name}_{kernel}_lanes", LANES, axes, LANES, SAMPLES, *step, device.memory(x), output
+    )
     assert differing(device.array(output, x.shape), forces) == 0
 
 
@@ -151,12 +187,17 @@ FLAGS = ("--fmad=false", "--std=c++17")
 
 def ptx_of(text, *flags, architecture="compute_80"):
     """Return what NVRTC makes of a text, for the virtual machine of a family of processors."""
-    nvrtc = pytest.importorskip("cuda.bindings.nvrtc", reason="needs NVRTC: pip install bristle[gpu]")
+    nvrtc = pytest.importorskip(
+        "cuda.bindings.nvrtc", reason="needs NVRTC: pip install bristle[gpu]"
+    )
     try:
         _, program = nvrtc.nvrtcCreateProgram(text.encode(), b"axis.cu", 0, [], [])
     except RuntimeError as error:
         pytest.skip(f"needs the library of NVRTC: {error}")
-    options = [f"--gpu-architecture={architecture}".encode(), *(flag.encode() for flag in flags or FLAGS)]
+    options = [
+        f"--gpu-architecture={architecture}".encode(),
+        *(flag.encode() for flag in flags or FLAGS),
+    ]
     (status,) = nvrtc.nvrtcCompileProgram(program, len(options), options)
     log = _room(nvrtc.nvrtcGetProgramLogSize(program)[1])
     nvrtc.nvrtcGetProgramLog(program, log)
@@ -210,10 +251,15 @@ class Device:
     def launch(self, kernel, lanes, *arguments):
         """Run a kernel in so many lanes."""
         function = self._of(self._driver.cuModuleGetFunction(self._module, kernel.encode()))
-        kinds = tuple({int: ctypes.c_int, float: ctypes.c_double}.get(type(a), ctypes.c_void_p) for a in arguments)
+        kinds = tuple(
+            {int: ctypes.c_int, float: ctypes.c_double}.get(type(a), ctypes.c_void_p)
+            for a in arguments
+        )
         values = tuple(a if isinstance(a, (int, float)) else int(a) for a in arguments)
         blocks = (lanes + 127) // 128
-        self._of(self._driver.cuLaunchKernel(function, blocks, 1, 1, 128, 1, 1, 0, 0, (values, kinds), 0))
+        self._of(
+            self._driver.cuLaunchKernel(function, blocks, 1, 1, 128, 1, 1, 0, 0, (values, kinds), 0)
+        )
         self._of(self._driver.cuCtxSynchronize())
 
     def array(self, address, shape):
@@ -239,14 +285,21 @@ def texts(model, **options):
 def size_of(body):
     """The bytes of a structure of C, each number at a multiple of its own size, the whole of eight."""
     at = 0
-    for kind, count in re.findall(r"^\s*(double|int32_t|int64_t|bool) \w+(?:\[(\d+)\])?;", body, re.MULTILINE):
+    for kind, count in re.findall(
+        r"^\s*(double|int32_t|int64_t|bool) \w+(?:\[(\d+)\])?;", body, re.MULTILINE
+    ):
         at = -(-at // SIZES[kind]) * SIZES[kind] + SIZES[kind] * int(count or 1)
     return -(-at // 8) * 8
 
 
 @pytest.mark.parametrize(
     "model",
-    [LUGRE, br.friction.coulomb(F_C=2.0), example_with("preisach_lugre"), example_of(br.hysteresis.OPERATORS["prandtl_ishlinskii"])],
+    [
+        LUGRE,
+        br.friction.coulomb(F_C=2.0),
+        example_with("preisach_lugre"),
+        example_of(br.hysteresis.OPERATORS["prandtl_ishlinskii"]),
+    ],
     ids=lambda model: model.name,
 )
 def test_a_lane_is_as_large_as_its_structure(model):
@@ -258,7 +311,11 @@ def test_a_lane_is_as_large_as_its_structure(model):
     state = re.search(r"struct \{\n(.*?)\} state;", lane, re.DOTALL)
     own = re.sub(r"struct \{\n.*?\} state;", "", lane, flags=re.DOTALL)
     head, memory = own.partition("double memory")[::2]
-    sizes = [size_of(head), size_of("    double memory" + memory) if memory else 0, size_of(parameters)]
+    sizes = [
+        size_of(head),
+        size_of("    double memory" + memory) if memory else 0,
+        size_of(parameters),
+    ]
     assert int(told[0]) == sum(sizes) + (size_of(state[1]) if state else 0)
 
 
@@ -269,7 +326,10 @@ ROWS = "`F_C`, `F_S`, `v_S`, `sigma_0`, `sigma_1`, `sigma_2`, `v_d`"
 @pytest.mark.parametrize(
     ("model", "words"),
     [
-        (LUGRE, ["one axis with 96 bytes", "double values[7][lanes]", ROWS, "force[samples][lanes]"]),
+        (
+            LUGRE,
+            ["one axis with 96 bytes", "double values[7][lanes]", ROWS, "force[samples][lanes]"],
+        ),
         (OPERATOR, ["`thresholds[0]`, `thresholds[1]`, `thresholds[2]`", "output[samples][lanes]"]),
     ],
 )
@@ -284,7 +344,10 @@ def test_functions_are_device_functions_and_structures_are_constructed_by_name()
     assert "static __device__ inline double lugre_stribeck_force(" in source
     assert re.search(r"\((State|Move|Motion|Parameters)\)\{", source) is None  # which is C
     assert re.search(r"\b(State|Move|Motion|Parameters)\{", source)
-    assert re.search(r"^static __device__ const \w+", source, re.MULTILINE) or "static const" not in source
+    assert (
+        re.search(r"^static __device__ const \w+", source, re.MULTILINE)
+        or "static const" not in source
+    )
 
 
 def test_the_option_tunable_does_not_change_the_text():

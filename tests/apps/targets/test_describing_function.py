@@ -17,7 +17,9 @@ def described(friction, frequency=3.0, amplitudes=AMPLITUDES):
 
 
 def test_coulomb_friction_is_a_relay_with_a_quarter_cycle_lead():
-    np.testing.assert_allclose(described(br.friction.coulomb(F_C=7.0)), 4j * 7.0 / (np.pi * AMPLITUDES), rtol=1e-9)
+    np.testing.assert_allclose(
+        described(br.friction.coulomb(F_C=7.0)), 4j * 7.0 / (np.pi * AMPLITUDES), rtol=1e-9
+    )
 
 
 def test_viscous_friction_grows_with_the_frequency():
@@ -43,7 +45,9 @@ def test_a_slipping_element_agrees_with_caugheys_bilinear_hysteresis():
 def test_the_harmonic_computed_by_python_control_agrees(name):
     friction = example_of(br.friction.MODELS[name])
     for amplitude in (5e-7, 2e-5):
-        custom = ct.describing_function(DescribingFunction(friction, 2.0), amplitude, num_points=2000, try_method=False)
+        custom = ct.describing_function(
+            DescribingFunction(friction, 2.0), amplitude, num_points=2000, try_method=False
+        )
         assert custom[0] == pytest.approx(described(friction, 2.0, amplitude), rel=1e-2)
 
 
@@ -75,10 +79,15 @@ def hum_of(friction, law):
     """Amplitude [um] and frequency [Hz] at which the loop ends up oscillating, from a small push."""
     law = ct.ss(law)
     law = ct.ss(law.A, law.B, -law.C, -law.D, inputs=["position"], outputs=["effort"], name="law")
-    loop = ct.interconnect([to_control(friction, PLANT, name="axis"), law], outputs=["position", "velocity", "friction"])
+    loop = ct.interconnect(
+        [to_control(friction, PLANT, name="axis"), law],
+        outputs=["position", "velocity", "friction"],
+    )
     t = 1e-4 * np.arange(5000)
     options = {"solve_ivp_method": "RK45", "solve_ivp_kwargs": {"rtol": 1e-6, "atol": 1e-10}}
-    x = ct.input_output_response(loop, t, 0.0, [0.0, 1e-4, *np.zeros(loop.nstates - 2)], **options).outputs[0][t > 0.3]
+    x = ct.input_output_response(
+        loop, t, 0.0, [0.0, 1e-4, *np.zeros(loop.nstates - 2)], **options
+    ).outputs[0][t > 0.3]
     up = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0))
     crossings = up - x[up] / (x[up + 1] - x[up])
     return 1e6 * 0.5 * np.ptp(x), 1.0 / (1e-4 * np.mean(np.diff(crossings)))
@@ -87,14 +96,20 @@ def hum_of(friction, law):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "friction",
-    [br.friction.lugre(F_C=20.0, F_S=26.0, v_S=5e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0), br.friction.dahl(F_C=20.0, sigma_0=1e7)],
+    [
+        br.friction.lugre(F_C=20.0, F_S=26.0, v_S=5e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0),
+        br.friction.dahl(F_C=20.0, sigma_0=1e7),
+    ],
 )
 def test_a_limit_cycle_at_rest_agrees_with_the_prediction(friction):
     law, frequency = late_law(), 150.0
     assert closed(law).poles().real.max() < 0.0
     for _ in range(3):
         balance = ct.describing_function_response(
-            closed(law), DescribingFunction(friction, frequency, "um"), np.geomspace(0.3, 6.0, 16), np.geomspace(200.0, 3000.0, 300)
+            closed(law),
+            DescribingFunction(friction, frequency, "um"),
+            np.geomspace(0.3, 6.0, 16),
+            np.geomspace(200.0, 3000.0, 300),
         )
         ((amplitude, omega),) = balance.intersections
         frequency = omega / (2.0 * np.pi)
@@ -107,14 +122,29 @@ def test_a_limit_cycle_at_rest_agrees_with_the_prediction(friction):
 
 @pytest.mark.slow
 def test_the_describing_function_does_not_predict_hunting():
-    friction = br.friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0)
+    friction = br.friction.lugre(
+        F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=200.0
+    )
     omega, dt = 2.0 * np.pi * 5.0, 5e-4
     law = MASS * (2.0 * omega**2 + omega**3 / s + 2.5 * omega * s / (1.0 + 1e-3 * s))
     sampled = ct.c2d(ct.ss(law), dt, "tustin")
-    sampled = ct.ss(sampled.A, sampled.B, sampled.C, sampled.D, dt, inputs=["error"], outputs=["effort"], name="law")
+    sampled = ct.ss(
+        sampled.A,
+        sampled.B,
+        sampled.C,
+        sampled.D,
+        dt,
+        inputs=["error"],
+        outputs=["effort"],
+        name="law",
+    )
     difference = ct.summing_junction(inputs=["reference", "-position"], output="error")
     axis = to_control(friction, PLANT, dt=dt, steps=4, name="axis")
-    loop = ct.interconnect([axis, sampled, difference], inputs=["reference"], outputs=["position", "velocity", "friction"])
+    loop = ct.interconnect(
+        [axis, sampled, difference],
+        inputs=["reference"],
+        outputs=["position", "velocity", "friction"],
+    )
     x = ct.input_output_response(loop, dt * np.arange(5000), np.full(5000, 1e-3)).outputs[0]
     assert np.ptp(x[2000:]) > 300e-6
     assert np.mean(np.abs(np.diff(x[2000:])) < 0.02 * np.abs(np.diff(x[2000:])).max()) > 0.7
@@ -132,7 +162,11 @@ def test_the_describing_function_does_not_predict_hunting():
 
 @pytest.mark.parametrize(
     ("frequency", "unit", "words"),
-    [(1.0, "um", r"A: must be positive; found 0\.0, allowed > 0 um"), (0.0, "m", "frequency: must be positive"), (1.0, "ms", "unit: ")],
+    [
+        (1.0, "um", r"A: must be positive; found 0\.0, allowed > 0 um"),
+        (0.0, "m", "frequency: must be positive"),
+        (1.0, "ms", "unit: "),
+    ],
 )
 def test_what_has_no_describing_function_is_refused(frequency, unit, words):
     with pytest.raises(InputError, match=words):

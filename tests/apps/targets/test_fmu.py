@@ -11,7 +11,16 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from tests.exports.importing import PLANT, STEP, WRITTEN, Importer, described_by, example, needs_compiler, needs_fmpy
+from tests.exports.importing import (
+    PLANT,
+    STEP,
+    WRITTEN,
+    Importer,
+    described_by,
+    example,
+    needs_compiler,
+    needs_fmpy,
+)
 from tests.exports.native import FLAGS, WARNINGS, compiled, differing, example_with, library_of_laws
 from tests.exports.test_laws import CHANGED, DT, RUN_CHANGED, replayed, told, variant_of
 
@@ -44,7 +53,9 @@ def ecos():
 def velocities(count=COUNT):
     """Return velocities that turn, creep and stand still with both signs."""
     generator = np.random.default_rng(5)
-    v = np.repeat(generator.standard_normal(count // 10), 10) * 10.0 ** generator.uniform(-6, -1, count)
+    v = np.repeat(generator.standard_normal(count // 10), 10) * 10.0 ** generator.uniform(
+        -6, -1, count
+    )
     v[generator.random(count) < 0.1] = 0.0
     v[generator.random(count) < 0.05] = -0.0
     return v
@@ -52,7 +63,11 @@ def velocities(count=COUNT):
 
 def efforts(count=COUNT):
     """Return efforts that hold the mass, let it slip, and turn it back."""
-    return 60.0 * np.sin(np.arange(count) * 0.02) * np.repeat(np.random.default_rng(6).uniform(0, 1, count // 50), 50)
+    return (
+        60.0
+        * np.sin(np.arange(count) * 0.02)
+        * np.repeat(np.random.default_rng(6).uniform(0, 1, count // 50), 50)
+    )
 
 
 NAMES = tuple(WRITTEN)
@@ -71,7 +86,10 @@ def test_friction_along_a_velocity_is_identical_to_bristle(opened, name):
     v, model = velocities(), example(name)
     x = np.cumsum(v) * STEP
     load = {"load": 1.0 + 0.5 * np.sin(np.arange(COUNT) * 0.1)} if "load" in model.name else {}
-    inputs = [{"v": v[k], "x": x[k]} | {key: values[k] for key, values in load.items()} for k in range(COUNT)]
+    inputs = [
+        {"v": v[k], "x": x[k]} | {key: values[k] for key, values in load.items()}
+        for k in range(COUNT)
+    ]
     forces = opened(name).start().along(STEP, inputs, "force")[:, 0]
     with br.engine.interpreted():
         expected = br.engine.force_along(with_rest(model, "middle"), v, STEP, x, **load)
@@ -83,7 +101,9 @@ def test_friction_along_a_velocity_is_identical_to_bristle(opened, name):
 def test_a_mass_under_an_effort_moves_as_in_bristle(opened, name):
     u = efforts()
     unit = opened(name, mass=True).start(time=0.25, x=1e-3, v=0.02)
-    seen = unit.along(STEP, [{"effort": value} for value in u], "force", before=("x", "v"), start=0.25)
+    seen = unit.along(
+        STEP, [{"effort": value} for value in u], "force", before=("x", "v"), start=0.25
+    )
     with br.engine.interpreted():
         trace = br.engine.run_open_loop(PLANT, example(name), u, STEP, x=1e-3, v=0.02)
     assert name != "coulomb_3" or np.count_nonzero(trace.velocity == 0.0) > 10
@@ -113,8 +133,17 @@ def test_a_second_importer_computes_identical_results(ecos, fmus, name):
 
 def test_a_plant_with_constant_parameters_moves_equally_and_is_reported(opened, fmus, monkeypatch):
     monkeypatch.setattr(fmu, "zig", list)
-    values = {"M": 2.0, "g_sin": 1.0, "motor_turn": 0.01, "motor_2_cos": 3.0, "motor_2_sin": 0.2, "spring_1": 4.0}
-    plant = br.plants.with_terms(br.plants.inertia, gravity=True, cogging={"motor": [2]}, spring="linear")(**values)
+    values = {
+        "M": 2.0,
+        "g_sin": 1.0,
+        "motor_turn": 0.01,
+        "motor_2_cos": 3.0,
+        "motor_2_sin": 0.2,
+        "spring_1": 4.0,
+    }
+    plant = br.plants.with_terms(
+        br.plants.inertia, gravity=True, cogging={"motor": [2]}, spring="linear"
+    )(**values)
     result = br.export(example("coulomb_3"), "fmu2", fmus / "termed", step=STEP, plant=plant)
     assert any("cannot change during a simulation" in note for note in result.notes)
     u, unit = efforts()[:300], opened("termed", mass=True).start()
@@ -142,7 +171,11 @@ def test_long_and_odd_communication_steps_are_internal_steps(opened):
 @pytest.mark.parametrize("mass", [False, True])
 @pytest.mark.parametrize("name", ["preisach_lugre_2", "preisach_lugre_3"])
 def test_a_saved_state_continues_identically_and_damaged_bytes_are_refused(opened, name, mass):
-    inputs = [{"effort": value} for value in efforts()] if mass else [{"v": value, "x": 0.0} for value in velocities()]
+    inputs = (
+        [{"effort": value} for value in efforts()]
+        if mass
+        else [{"v": value, "x": 0.0} for value in velocities()]
+    )
     generator = np.random.default_rng(20260)
     at = int(generator.integers(300, COUNT - 300))
     unit = opened(name, mass).start()
@@ -233,21 +266,34 @@ def test_without_a_compiler_the_fmu_has_only_its_source_and_a_note(tmp_path, unc
     with zipfile.ZipFile(tmp_path / "out" / "axis_x.fmu") as archive:
         names = set(archive.namelist())
         build = ElementTree.fromstring(archive.read("sources/buildDescription.xml"))
-    assert {"modelDescription.xml", "sources/axis_x.c", "sources/fmi3Functions.h", "sources/LICENSE.txt"} <= names
+    assert {
+        "modelDescription.xml",
+        "sources/axis_x.c",
+        "sources/fmi3Functions.h",
+        "sources/LICENSE.txt",
+    } <= names
     assert not any(name.startswith("binaries") for name in names)
     files = build.find("BuildConfiguration/SourceFileSet")
     assert "-ffp-contract=off" in files.attrib["compilerOptions"]
     assert files.find("SourceFile").attrib["name"] == "axis_x.c"
 
 
-def test_the_source_compiles_without_warnings_and_the_archive_is_reproducible(fmus, tmp_path, monkeypatch):
+def test_the_source_compiles_without_warnings_and_the_archive_is_reproducible(
+    fmus, tmp_path, monkeypatch
+):
     monkeypatch.setattr(fmu, "zig", list)
-    written = [(name, "axis_x_mass") for name in ("preisach_lugre_2", "preisach_lugre_3", "lugre_2")]
+    written = [
+        (name, "axis_x_mass") for name in ("preisach_lugre_2", "preisach_lugre_3", "lugre_2")
+    ]
     for name, unit in (*written, ("coulomb_3", "axis_x")):
         with zipfile.ZipFile(fmus / name / f"{unit}.fmu") as archive:
             archive.extractall(tmp_path / name)
-        compiled(tmp_path / name / "sources", *FLAGS, "-O1", "-fsyntax-only", *WARNINGS, f"{unit}.c")
-    first, second = [br.export(example_with("dahl"), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")]
+        compiled(
+            tmp_path / name / "sources", *FLAGS, "-O1", "-fsyntax-only", *WARNINGS, f"{unit}.c"
+        )
+    first, second = [
+        br.export(example_with("dahl"), "fmu2", tmp_path / name, step=STEP) for name in ("a", "b")
+    ]
     content = [(each.folder / "axis_x.fmu").read_bytes() for each in (first, second)]
     assert content[0] == content[1]
 
@@ -255,7 +301,9 @@ def test_the_source_compiles_without_warnings_and_the_archive_is_reproducible(fm
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_the_description_states_title_author_and_licence(tmp_path, uncompiled, fmi):
     model = example("lugre_2")
-    source = Source({"model": "a<b.toml", "command": "bristle export"}, {"F_S": {"interval": (24.0, 31.5)}})
+    source = Source(
+        {"model": "a<b.toml", "command": "bristle export"}, {"F_S": {"interval": (24.0, 31.5)}}
+    )
     br.export(model, f"fmu{fmi}", tmp_path / "out", source=source, plant=PLANT)
     hashes = [hash_of_model(model)]
     for name in ("axis_x", "axis_x_mass"):
@@ -269,8 +317,14 @@ def test_the_description_states_title_author_and_licence(tmp_path, uncompiled, f
         assert described.get("copyright") in licence
         assert described.get("generationTool") == f"bristle {br.__version__}"
         assert f"sha256 {hashes[-1]}" in text.splitlines()[3]
-    br.export(model, f"fmu{fmi}", tmp_path / "heavier", source=source, plant=PLANT.with_values(M=2.5))
-    hashes.append(described_by(tmp_path / "heavier" / "axis_x_mass.fmu").find(".//Model[@sha256]").get("sha256"))
+    br.export(
+        model, f"fmu{fmi}", tmp_path / "heavier", source=source, plant=PLANT.with_values(M=2.5)
+    )
+    hashes.append(
+        described_by(tmp_path / "heavier" / "axis_x_mass.fmu")
+        .find(".//Model[@sha256]")
+        .get("sha256")
+    )
     assert hashes[0] == hashes[1]
     assert len(set(hashes[1:])) == 3
 
@@ -278,26 +332,56 @@ def test_the_description_states_title_author_and_licence(tmp_path, uncompiled, f
 def test_the_command_takes_the_mass_from_the_model_file(tmp_path, uncompiled, capsys):
     br.write_model(tmp_path / "model.toml", PLANT, example("coulomb_3"))
     out = tmp_path / "out"
-    assert main(["export", str(tmp_path / "model.toml"), "--to", "fmu3", "--step", "0.2ms", "--out", str(out)]) == 0
+    assert (
+        main(
+            [
+                "export",
+                str(tmp_path / "model.toml"),
+                "--to",
+                "fmu3",
+                "--step",
+                "0.2ms",
+                "--out",
+                str(out),
+            ]
+        )
+        == 0
+    )
     assert "contains its source only" in capsys.readouterr().out
     described = described_by(out / "axis_x_mass.fmu")
     assert described.find("CoSimulation").attrib["fixedInternalStepSize"] == "0.0002"
-    mass = next(variable for variable in described.find("ModelVariables") if variable.attrib["name"] == "M")
+    mass = next(
+        variable for variable in described.find("ModelVariables") if variable.attrib["name"] == "M"
+    )
     assert (mass.attrib["start"], mass.attrib["unit"]) == ("2.0", "kg")
 
 
-SCREW = br.plants.ball_screw(kind="rotational", J=5e-4, M=150.0, lead=10e-3, k=3e6, d=1500.0, backlash=2e-5)
-LUGRE = br.friction.lugre(kind="rotational", F_C=0.05, F_S=0.06, v_S=0.1, sigma_0=100.0, sigma_1=1e-2, sigma_2=1e-4)
+SCREW = br.plants.ball_screw(
+    kind="rotational", J=5e-4, M=150.0, lead=10e-3, k=3e6, d=1500.0, backlash=2e-5
+)
+LUGRE = br.friction.lugre(
+    kind="rotational", F_C=0.05, F_S=0.06, v_S=0.1, sigma_0=100.0, sigma_1=1e-2, sigma_2=1e-4
+)
 COULOMB = br.friction.coulomb(kind="rotational", F_C=0.05)
 SLIPS = br.friction.maxwell_slip(kind="rotational", F_C=0.05, k_i=[60.0], nu_i=[1.0])
-TURNS = br.friction.preisach_contact(kind="rotational", kernel="reformed_dahl_exact", s=100.0, f_p=0.05)
+TURNS = br.friction.preisach_contact(
+    kind="rotational", kernel="reformed_dahl_exact", s=100.0, f_p=0.05
+)
 TABLES = {
     "preisach": br.friction.preisach_contact(kernel="reformed_dahl_exact", s=1e7, f_p=200.0),
-    "lugre": br.friction.lugre(F_C=200.0, F_S=260.0, v_S=1e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=10.0),
+    "lugre": br.friction.lugre(
+        F_C=200.0, F_S=260.0, v_S=1e-3, sigma_0=1e7, sigma_1=1e3, sigma_2=10.0
+    ),
     "maxwell_slip": br.friction.maxwell_slip(F_C=200.0, k_i=[6e7, 3e7], nu_i=[0.5, 0.5]),
     "coulomb": br.friction.coulomb(F_C=200.0),
 }
-CASES = [("lugre", 2, LUGRE), ("maxwell_slip", 3, LUGRE), ("coulomb", 2, COULOMB), ("maxwell_slip", 2, SLIPS), ("preisach", 3, TURNS)]
+CASES = [
+    ("lugre", 2, LUGRE),
+    ("maxwell_slip", 3, LUGRE),
+    ("coulomb", 2, COULOMB),
+    ("maxwell_slip", 2, SLIPS),
+    ("preisach", 3, TURNS),
+]
 SHORT, SAMPLES = 1e-4, 800
 
 
@@ -313,14 +397,31 @@ def test_both_masses_move_as_in_bristle(tmp_path, monkeypatch, name, fmi, motor)
     table = TABLES[name]
     assert "axis_x_mass.fmu" in screwed(tmp_path / "out", table, motor, fmi).files
     assert validate_fmu(str(tmp_path / "out" / "axis_x_mass.fmu")) == []
-    unit = Importer(tmp_path / "out" / "axis_x_mass.fmu", tmp_path / "unpacked").start(x=0.02, x_table=0.02)
-    effort = 0.9 * np.sin(np.arange(SAMPLES) * 0.012) * np.repeat(np.random.default_rng(6).uniform(0, 1, SAMPLES // 50), 50)
-    seen = unit.along(SHORT, [{"effort": value} for value in effort], "force", before=("x", "v", "x_table", "v_table"))
+    unit = Importer(tmp_path / "out" / "axis_x_mass.fmu", tmp_path / "unpacked").start(
+        x=0.02, x_table=0.02
+    )
+    effort = (
+        0.9
+        * np.sin(np.arange(SAMPLES) * 0.012)
+        * np.repeat(np.random.default_rng(6).uniform(0, 1, SAMPLES // 50), 50)
+    )
+    seen = unit.along(
+        SHORT,
+        [{"effort": value} for value in effort],
+        "force",
+        before=("x", "v", "x_table", "v_table"),
+    )
     unit.close()
     with br.engine.interpreted():
         trace = br.engine.run_open_loop(SCREW, motor, effort, SHORT, table=table, x=0.02)
     assert np.min(trace.velocity) < 0.0 < np.max(trace.velocity)
-    signals = (trace.motor_position, trace.motor_velocity, trace.position, trace.velocity, trace.friction)
+    signals = (
+        trace.motor_position,
+        trace.motor_velocity,
+        trace.position,
+        trace.velocity,
+        trace.friction,
+    )
     assert differing(seen, np.transpose(signals)) == 0
 
 
@@ -342,7 +443,9 @@ def along(turns, speed):
 
 def stays(times, **values):
     """Return inputs that jump at times."""
-    columns = {"time": np.repeat(times, 2)[1:-1]} | {name: np.repeat(each, 2) for name, each in values.items()}
+    columns = {"time": np.repeat(times, 2)[1:-1]} | {
+        name: np.repeat(each, 2) for name, each in values.items()
+    }
     signals = np.zeros(columns["time"].size, dtype=[(name, float) for name in columns])
     for name, column in columns.items():
         signals[name] = column
@@ -374,14 +477,21 @@ def state_events(result, events, name):
     return int(np.count_nonzero(result[name][events] < 0.0))
 
 
-@pytest.mark.parametrize(("turns", "speed", "wiped", "opened_gates"), [(LOOPS, 2e-3, 3, 1), (LOOPS, 1e-9, 3, 0), (SLIDING, 2e-3, 3, 3)])
-def test_loops_along_a_velocity_close_and_each_is_wiped_out_once(fmus, turns, speed, wiped, opened_gates):
+@pytest.mark.parametrize(
+    ("turns", "speed", "wiped", "opened_gates"),
+    [(LOOPS, 2e-3, 3, 1), (LOOPS, 1e-9, 3, 0), (SLIDING, 2e-3, 3, 3)],
+)
+def test_loops_along_a_velocity_close_and_each_is_wiped_out_once(
+    fmus, turns, speed, wiped, opened_gates
+):
     times, v = along(turns, speed)
     path = fmus / "preisach_lugre_3" / "axis_x.fmu"
     result, events = integrated(path, stays(times, v=v, x=0.0 * v), 1e-8, ["force", "margin", "z"])
     steps = np.round(np.abs(np.diff(turns)) / STROKE).astype(int)
     with br.engine.interpreted():
-        force = br.engine.force_along(example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed)
+        force = br.engine.force_along(
+            example("preisach_lugre_3"), np.repeat(v, steps), STROKE / speed
+        )
     at = STROKE / speed * (np.arange(force.size) + 0.5)
     kinks = np.concatenate((times, result["time"][events]))
     apart = np.min(np.abs(result["time"][:, None] - kinks), axis=1) > STROKE / speed
@@ -394,7 +504,9 @@ def test_loops_along_a_velocity_close_and_each_is_wiped_out_once(fmus, turns, sp
 def test_a_resting_body_decays_and_then_has_no_events(fmus, name):
     for tolerance in (1e-4, 1e-6, 1e-8):
         path = fmus / name / "axis_x_mass.fmu"
-        result, events = integrated(path, stays(np.array([0.0, 2.0]), effort=np.array([10.0])), tolerance, ["v"])
+        result, events = integrated(
+            path, stays(np.array([0.0, 2.0]), effort=np.array([10.0])), tolerance, ["v"]
+        )
         assert 8 <= events.size <= 50
         assert result["time"][events[-1]] < 0.2
         assert abs(result["v"][-1]) < 1e-15
@@ -402,7 +514,9 @@ def test_a_resting_body_decays_and_then_has_no_events(fmus, name):
 
 def test_a_resting_contact_has_no_events(fmus):
     times, v = np.array([0.0, 1.0, 1.001, 2.0]), np.array([0.0, 1e-3, 0.0])
-    result, events = integrated(fmus / "lugre_2" / "axis_x.fmu", stays(times, v=v, x=0.0 * v), 1e-8, ["z", "reversal"])
+    result, events = integrated(
+        fmus / "lugre_2" / "axis_x.fmu", stays(times, v=v, x=0.0 * v), 1e-8, ["z", "reversal"]
+    )
     assert events.size == 2  # the input jumps twice
     assert result["z"][-1] == result["z"][result["time"] > 1.001][0] > 0.0
 
@@ -423,13 +537,17 @@ def begin(unit):
 def put(unit, *states):
     """Set the states."""
     vector = np.array(states)
-    unit.unit.setContinuousStates(vector.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), vector.size)
+    unit.unit.setContinuousStates(
+        vector.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), vector.size
+    )
 
 
 def moved(unit, states, time):
     """Take one step of Euler's method, with the events of it, and return the states."""
     rates = np.zeros(len(states))
-    get_rates = unit.unit.getDerivatives if unit.fmi == 2 else unit.unit.getContinuousStateDerivatives
+    get_rates = (
+        unit.unit.getDerivatives if unit.fmi == 2 else unit.unit.getContinuousStateDerivatives
+    )
     get_rates(rates.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), rates.size)
     unit.unit.setTime(time)
     put(unit, *(states + 1e-6 * rates))
@@ -512,7 +630,9 @@ SPRUNG = br.plants.oscillator(M=2.0, k=1e4, c=3.0)
         ("lugre", ("load",), PLANT, 3),
     ],
 )
-def test_every_model_in_continuous_time_meets_the_tolerance(tmp_path, monkeypatch, name, slots, plant, fmi):
+def test_every_model_in_continuous_time_meets_the_tolerance(
+    tmp_path, monkeypatch, name, slots, plant, fmi
+):
     from fmpy.validation import validate_fmu
 
     monkeypatch.setattr(fmu, "zig", list)
@@ -526,12 +646,16 @@ def test_every_model_in_continuous_time_meets_the_tolerance(tmp_path, monkeypatc
     for tolerance in (1e-4, 1e-6, 1e-8):
         seen, events = integrated(path, stays(times, effort=levels), tolerance, ["x", "v"])
         at = np.searchsorted(seen["time"], times[1:-1] - 1e-9)
-        assert np.max(np.abs(seen["x"][at] - exact.position[1:])) <= 50.0 * tolerance * np.max(np.abs(exact.position))
+        assert np.max(np.abs(seen["x"][at] - exact.position[1:])) <= 50.0 * tolerance * np.max(
+            np.abs(exact.position)
+        )
         assert events.size <= 300
 
 
 def test_the_guide_lists_every_model_in_its_group():
-    guide = (Path(__file__).parents[3] / "docs" / "how-to" / "export.md").read_text(encoding="utf-8")
+    guide = (Path(__file__).parents[3] / "docs" / "how-to" / "export.md").read_text(
+        encoding="utf-8"
+    )
     section = guide[guide.index("### Model exchange") :]
     section = section[: section.index("\n## ")]
     able, unable = section.split("These models allow only co-simulation")
@@ -554,7 +678,12 @@ def test_directional_derivatives_are_those_of_differences(opened, name, mass):
     assert able.providesDirectionalDerivative if unit.fmi == 2 else able.providesAdjointDerivatives
     begin(unit)
     knowns = ["x", "v", "z", "effort"] if mass else ["z", "v"]
-    unknowns = ["force", *(["der(x)", "der(v)"] if mass else []), "der(z)", *(["margin"] if "margin" in unit.places else [])]
+    unknowns = [
+        "force",
+        *(["der(x)", "der(v)"] if mass else []),
+        "der(z)",
+        *(["margin"] if "margin" in unit.places else []),
+    ]
     of_states = ["x", "v", "z"] if mass else ["z"]
     base = {"x": 1e-6, "v": 0.012, "z": 2e-6, "effort": 3.0}
     sizes = {"x": 1e-6, "v": 1e-3, "z": 1e-7, "effort": 1.0}
@@ -571,18 +700,24 @@ def test_directional_derivatives_are_those_of_differences(opened, name, mass):
     jacobian, differences = np.zeros((2, len(knowns), len(unknowns)))
     for k, known in enumerate(knowns):
         nudge = 1e-4 * sizes[known]
-        differences[k] = (at(**{known: base[known] + nudge}) - at(**{known: base[known] - nudge})) / (2.0 * nudge)
+        differences[k] = (
+            at(**{known: base[known] + nudge}) - at(**{known: base[known] - nudge})
+        ) / (2.0 * nudge)
         at()
         jacobian[k] = unit.unit.getDirectionalDerivative(places(unknowns), places([known]), [1.0])
     scale = np.array([[sizes[known]] for known in knowns])
     assert np.all(np.abs(differences).max(axis=0) > 0.0)
-    assert np.all(np.abs(scale * (jacobian - differences)) <= 1e-6 * np.abs(scale * differences).max(axis=0))
+    assert np.all(
+        np.abs(scale * (jacobian - differences)) <= 1e-6 * np.abs(scale * differences).max(axis=0)
+    )
     seed = [0.5 * known for known in range(1, len(knowns) + 1)]
     mixed = unit.unit.getDirectionalDerivative(places(unknowns), places(knowns), seed)
     np.testing.assert_allclose(mixed, np.array(seed) @ jacobian, rtol=1e-12)
     if unit.fmi == 3:
         weights = [1.0 / (k + 1.0) for k in range(len(unknowns))]
-        adjoint = unit.unit.getAdjointDerivative(places(unknowns), places(knowns), weights, len(knowns))
+        adjoint = unit.unit.getAdjointDerivative(
+            places(unknowns), places(knowns), weights, len(knowns)
+        )
         np.testing.assert_allclose(adjoint, np.array(jacobian) @ weights, rtol=1e-12)
     with pytest.raises(Exception, match="DirectionalDerivative"):
         unit.unit.getDirectionalDerivative(places(["time"]), places(knowns[:1]), [1.0])
@@ -625,7 +760,10 @@ def in_c(tmp_path_factory):
         tuned = (controller, fed) == TUNED
         texts[name] = law_files(law(controller, fed, tunable=tuned), name, Source())
         changes = CHANGED[TUNED][0].items() if tuned else ()
-        lines = " ".join(f"axis.parameters.{field} = {value!r};" for field, value in changes) or "(void)changed;"
+        lines = (
+            " ".join(f"axis.parameters.{field} = {value!r};" for field, value in changes)
+            or "(void)changed;"
+        )
         callers[name] = RUN_CHANGED.format(name=name, lines=lines)
     return library_of_laws(tmp_path_factory.mktemp("in_c"), texts, callers)
 
@@ -648,7 +786,9 @@ def laws(tmp_path_factory):
 
 def stepped(unit, rows, first=0, dt=DT):
     """Return the effort after each sample; the inputs of an FMU stand in the order of those in C."""
-    names = [variable.name for variable in unit.described.modelVariables if variable.causality == "input"]
+    names = [
+        variable.name for variable in unit.described.modelVariables if variable.causality == "input"
+    ]
     inputs = [dict(zip(names, row.tolist(), strict=True)) for row in rows]
     return unit.along(dt, inputs, "effort", first=first)[:, 0]
 
@@ -699,7 +839,9 @@ def test_the_source_compiles_without_warnings(laws, tmp_path):
     for name in LAWS:
         with zipfile.ZipFile(laws / name / "axis_x.fmu") as archive:
             archive.extractall(tmp_path / name)
-        compiled(tmp_path / name / "sources", *FLAGS, "-O1", "-fsyntax-only", *WARNINGS, f"{name}.c")
+        compiled(
+            tmp_path / name / "sources", *FLAGS, "-O1", "-fsyntax-only", *WARNINGS, f"{name}.c"
+        )
 
 
 def test_the_description_lists_inputs_and_the_order_of_steps(laws):
@@ -715,6 +857,9 @@ def test_the_description_lists_inputs_and_the_order_of_steps(laws):
         "acceleration_ahead[1]",
         "acceleration_ahead[2]",
     ]
-    assert (variables["effort"].get("unit"), variables["controller_k_p"].get("variability")) == ("N", "tunable")
+    assert (variables["effort"].get("unit"), variables["controller_k_p"].get("variability")) == (
+        "N",
+        "tunable",
+    )
     assert described.find("CoSimulation").get("fixedInternalStepSize") == repr(DT)
     assert described.find("ModelExchange") is None

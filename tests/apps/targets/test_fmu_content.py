@@ -39,7 +39,11 @@ from bristle.exports.subject import subject_of
 LUGRE = br.friction.lugre(F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3, sigma_2=40.0)
 GMS = br.friction.gms(F_C=4.0, F_S=5.0, v_S=1e-2, nu_i=[0.25, 0.75], k_i=[1e5, 2e5], C=30.0)
 MASS = br.plants.inertia(M=2.5)
-UNSURE = Source({"model": "model.toml"}, {"F_C": {"interval": (21.0, 23.0)}, "F_S": {"status": "unidentifiable"}}, model_hash="ab" * 32)
+UNSURE = Source(
+    {"model": "model.toml"},
+    {"F_C": {"interval": (21.0, 23.0)}, "F_S": {"status": "unidentifiable"}},
+    model_hash="ab" * 32,
+)
 
 
 def core(model=LUGRE, plant=None):
@@ -49,7 +53,9 @@ def core(model=LUGRE, plant=None):
 def described(model=LUGRE, plant=MASS, source=UNSURE, fmi=3):
     """Return the content of an FMU and its description."""
     content = content_of(subject_of(model), plant, source)
-    return content, ElementTree.fromstring(description_text(content, Setting("axis_x", source, 1e-4, fmi), "token"))
+    return content, ElementTree.fromstring(
+        description_text(content, Setting("axis_x", source, 1e-4, fmi), "token")
+    )
 
 
 TOLD = {
@@ -66,13 +72,22 @@ TOLD = {
 def test_a_description_names_each_variable_with_unit_range_and_start(fmi):
     _, root = described(fmi=fmi)
     listed = root.find("ModelVariables")
-    variables = {item.attrib["name"]: item.attrib | (item.find("Real").attrib if fmi == 2 else {}) for item in listed}
-    assert [item.attrib["valueReference"] for item in listed] == [str(place) for place in range(len(listed))]
+    variables = {
+        item.attrib["name"]: item.attrib | (item.find("Real").attrib if fmi == 2 else {})
+        for item in listed
+    }
+    assert [item.attrib["valueReference"] for item in listed] == [
+        str(place) for place in range(len(listed))
+    ]
     assert all(told.items() <= variables[name].items() for name, told in TOLD.items())
     assert "start" not in variables["time"]
     for name, ending in (("F_C", "(95 % interval 21 to 23)"), ("F_S", "(unidentifiable)")):
         assert variables[name]["description"].endswith(ending)
-    derivatives = {name: int(told["derivative"]) - (fmi == 2) for name, told in variables.items() if name.startswith("der(")}
+    derivatives = {
+        name: int(told["derivative"]) - (fmi == 2)
+        for name, told in variables.items()
+        if name.startswith("der(")
+    }
     assert derivatives == {f"der({name})": list(variables).index(name) for name in ("x", "v", "z")}
 
 
@@ -82,7 +97,11 @@ def test_a_description_has_its_version_author_units_and_default_experiment(fmi):
     assert root.attrib["fmiVersion"] == f"{fmi}.0"
     assert root.attrib["author"].endswith(", from model.toml")
     assert root.attrib["guid" if fmi == 2 else "instantiationToken"] == "token"
-    assert root.find("DefaultExperiment").attrib == {"startTime": "0", "stepSize": "0.0001", "tolerance": "1e-06"}
+    assert root.find("DefaultExperiment").attrib == {
+        "startTime": "0",
+        "stepSize": "0.0001",
+        "tolerance": "1e-06",
+    }
     assert ("fixedInternalStepSize" in root.find("CoSimulation").attrib) == (fmi == 3)
 
 
@@ -90,41 +109,63 @@ def test_a_description_has_its_version_author_units_and_default_experiment(fmi):
 def test_the_force_depends_on_states_and_rates_also_on_inputs(fmi):
     _, root = described(fmi=fmi)
     names = ["", *(item.attrib["name"] for item in root.find("ModelVariables"))][fmi == 3 :]
-    rates, outputs = ("Derivatives/Unknown", "Outputs/Unknown") if fmi == 2 else ("ContinuousStateDerivative", "Output")
+    rates, outputs = (
+        ("Derivatives/Unknown", "Outputs/Unknown")
+        if fmi == 2
+        else ("ContinuousStateDerivative", "Output")
+    )
 
     def dependencies(rows):
         return {
-            names[int(row.attrib["index" if fmi == 2 else "valueReference"])]: {names[int(k)] for k in row.attrib["dependencies"].split()}
+            names[int(row.attrib["index" if fmi == 2 else "valueReference"])]: {
+                names[int(k)] for k in row.attrib["dependencies"].split()
+            }
             for row in root.findall(f"ModelStructure/{rows}")
         }
 
     assert dependencies(outputs) == {"x": {"x"}, "v": {"v"}, "force": {"x", "v", "z"}}
-    assert dependencies(rates) == {key: {"effort", "x", "v", "z"} for key in ("der(x)", "der(v)", "der(z)")}
+    assert dependencies(rates) == {
+        key: {"effort", "x", "v", "z"} for key in ("der(x)", "der(v)", "der(z)")
+    }
 
 
 def test_a_model_without_continuous_time_supports_co_simulation_only_with_reason():
     content, root = described(br.friction.coulomb(F_C=2.0), None, fmi=2)
     (guidance, reason) = content.notes
     assert "exchange force and velocity in very short steps" in guidance
-    assert reason == ("co-simulation alone: the force of coulomb jumps at reversals, and sticking is not a differential equation")
+    assert reason == (
+        "co-simulation alone: the force of coulomb jumps at reversals, and sticking is not a differential equation"
+    )
     assert root.find("ModelExchange") is None
     assert "tolerance" not in root.find("DefaultExperiment").attrib
     assert why_not(LUGRE) == why_not(LUGRE, MASS) == ""
     screw = br.plants.ball_screw
     moved = example_of(screw)
-    assert why_not(LUGRE, moved) == ("" if screw.rate else f"{moved.name} has kernels for time steps only, not for continuous time")
+    assert why_not(LUGRE, moved) == (
+        ""
+        if screw.rate
+        else f"{moved.name} has kernels for time steps only, not for continuous time"
+    )
 
 
 def test_outputs_are_finite_and_parameters_have_their_ranges():
     assert Port("x", INPUT, br.core.Variable("length", "x"), 0.0).range == (-LARGEST, LARGEST)
-    assert Port("x", OUTPUT, br.core.Variable("length", "x", min=-1.0, max=2.0), 0.0).range == (-1.0, 2.0)
+    assert Port("x", OUTPUT, br.core.Variable("length", "x", min=-1.0, max=2.0), 0.0).range == (
+        -1.0,
+        2.0,
+    )
     for role in (PARAMETER, CONSTANT, MARGIN):
         assert Port("x", role, br.core.Variable("length", "x"), 0.0).range == (-math.inf, math.inf)
 
 
 def test_each_array_element_is_a_variable_and_choices_are_not():
-    variables = {"k": br.core.Variable("force/length", "stiffness"), "n": br.core.Variable("1", "number")}
-    ports = parameter_ports(variables, {"k": np.array([1.0, 2.0]), "n": math.nan}, PARAMETER, Source())
+    variables = {
+        "k": br.core.Variable("force/length", "stiffness"),
+        "n": br.core.Variable("1", "number"),
+    }
+    ports = parameter_ports(
+        variables, {"k": np.array([1.0, 2.0]), "n": math.nan}, PARAMETER, Source()
+    )
     assert [(port.name, port.value) for port in ports] == [("k[1]", 1.0), ("k[2]", 2.0)]
 
 
@@ -137,7 +178,9 @@ def test_states_rates_and_margins_come_last():
     assert ports.place("force") == 4
     assert [names[place] for place in ports.in_role(START)] == ["x", "v"]
     if ports.states:
-        assert [names[place] for place in ports.in_role(RATE)] == [f"der({names[place]})" for place in ports.states]
+        assert [names[place] for place in ports.in_role(RATE)] == [
+            f"der({names[place]})" for place in ports.states
+        ]
         assert {names[place] for place in ports.in_role(MARGIN)} <= {"margin", "reversal"}
         assert all(ports.listed[place].variable.nominal > 0.0 for place in ports.states)
 
@@ -179,15 +222,26 @@ def test_the_step_of_a_law_stores_its_state_and_returns_its_effort():
     content = content_of_law(law, "axis_x", Source())
     assert isinstance(content.entry.body[-1], Return)
     assert content.entry.body[-1].value.type == REAL
-    stored_at = [statement.at.value for statement in content.entry.body if isinstance(statement, Store)]
+    stored_at = [
+        statement.at.value for statement in content.entry.body if isinstance(statement, Store)
+    ]
     assert stored_at == list(range(1 + len(law.leaves)))
     assert (content.begin.size, content.begin[0], content.most[0]) == (len(stored_at), 0.0, 2)
 
 
 def test_variables_of_a_law_are_its_inputs_its_effort_and_its_parameters():
-    content = content_of_law(law_of(variant(br.core.Feedforward(friction=LUGRE)), tunable=True), "axis_x", Source())
+    content = content_of_law(
+        law_of(variant(br.core.Feedforward(friction=LUGRE)), tunable=True), "axis_x", Source()
+    )
     roles = {port.name: port.role for port in content.ports.listed}
-    assert list(roles)[:6] == ["time", "position", "velocity", "acceleration", "measured", "place_ahead[1]"]
+    assert list(roles)[:6] == [
+        "time",
+        "position",
+        "velocity",
+        "acceleration",
+        "measured",
+        "place_ahead[1]",
+    ]
     assert {"controller_k_p", "friction_sigma_0"} <= set(roles)
     assert (content.output, roles["effort"]) == ("effort", OUTPUT)
     (note,) = content.notes
@@ -197,15 +251,41 @@ def test_variables_of_a_law_are_its_inputs_its_effort_and_its_parameters():
 @pytest.mark.parametrize(
     ("kind", "units"),
     [
-        ("translational", {"s": "s1", "m": "m1", "m/s": "m1 s-1", "N": "kg1 m1 s-2", "N/m": "kg1 s-2", "N*s/m": "kg1 s-1", "kg": "kg1"}),
-        ("rotational", {"s": "s1", "rad": "rad1", "rad/s": "rad1 s-1", "N*m": "kg1 m2 s-2", "N*m*s/rad": "kg1 m2 rad-1 s-1"}),
+        (
+            "translational",
+            {
+                "s": "s1",
+                "m": "m1",
+                "m/s": "m1 s-1",
+                "N": "kg1 m1 s-2",
+                "N/m": "kg1 s-2",
+                "N*s/m": "kg1 s-1",
+                "kg": "kg1",
+            },
+        ),
+        (
+            "rotational",
+            {
+                "s": "s1",
+                "rad": "rad1",
+                "rad/s": "rad1 s-1",
+                "N*m": "kg1 m2 s-2",
+                "N*m*s/rad": "kg1 m2 rad-1 s-1",
+            },
+        ),
     ],
 )
 def test_units_are_described_in_base_units(kind, units):
     model = br.friction.lugre(kind=kind, F_C=22.0, F_S=29.0, v_S=3e-3, sigma_0=2e6, sigma_1=1e3)
     _, root = described(model, br.plants.inertia(kind=kind, M=2.5))
-    reported = {unit.attrib["name"]: unit.find("BaseUnit").attrib for unit in root.findall("UnitDefinitions/Unit")}
-    assert {name: " ".join(f"{base}{power}" for base, power in sorted(reported[name].items())) for name in units} == units
+    reported = {
+        unit.attrib["name"]: unit.find("BaseUnit").attrib
+        for unit in root.findall("UnitDefinitions/Unit")
+    }
+    assert {
+        name: " ".join(f"{base}{power}" for base, power in sorted(reported[name].items()))
+        for name in units
+    } == units
     _, root = described(br.friction.with_slots(br.friction.coulomb, ["temperature"])(F_C=2.0), None)
     assert root.find("UnitDefinitions/Unit[@name='K']/BaseUnit").attrib == {"K": "1"}
 
@@ -270,7 +350,9 @@ def test_a_mass_moves_with_its_velocity_and_friction_brakes_it():
     importer["varying"][:] = [0.3, 2e-3, 1e-6]
     force = importer.call("flowing", effort=7.0)
     component = BOUC_WEN.component
-    expected, rates = component.rate(component.State(1e-6), br.core.Motion(2e-3, 0.3), BOUC_WEN.parameters)
+    expected, rates = component.rate(
+        component.State(1e-6), br.core.Motion(2e-3, 0.3), BOUC_WEN.parameters
+    )
     assert force == expected
     assert importer["slope"][:3].tolist() == [2e-3, pytest.approx((7.0 - force) / 2.5), rates[0]]
 
@@ -323,7 +405,9 @@ def test_within_a_window_around_an_event_only_a_fast_motion_reverses():
 def test_margins_have_a_small_offset_beyond_their_events():
     importer = Importer.moving(NESTED)
     component = NESTED.component
-    piece = component.piece(component.State(), importer["memory"], br.core.Motion(1e-3, 0.0), NESTED.parameters)
+    piece = component.piece(
+        component.State(), importer["memory"], br.core.Motion(1e-3, 0.0), NESTED.parameters
+    )
     _, _, margin = component.flow(*piece, br.core.Motion(1e-3, 0.0), NESTED.parameters)
     importer.call("flowing", v=1e-3, x=0.0)
     assert importer["slope"][-2] == pytest.approx(margin + BEYOND, rel=1e-15)
@@ -332,10 +416,21 @@ def test_margins_have_a_small_offset_beyond_their_events():
 
 def test_constant_whole_numbers_have_one_value_more_than_storable_turns():
     importer = Importer(NESTED)
-    fields = [name for name, _ in zip(importer.exchange.flowing.source.__globals__["Piece"]._fields, importer.exchange.held, strict=False)]
-    counts = {name: most for name, most in zip(fields, importer.exchange.held, strict=False) if most}
+    fields = [
+        name
+        for name, _ in zip(
+            importer.exchange.flowing.source.__globals__["Piece"]._fields,
+            importer.exchange.held,
+            strict=False,
+        )
+    ]
+    counts = {
+        name: most for name, most in zip(fields, importer.exchange.held, strict=False) if most
+    }
     assert list(counts.values()) == [importer["memory"].size // 2 + 1]
-    assert len(importer.exchange.held) == len(fields) + 1  # the contact as it was at the event, a real number
+    assert (
+        len(importer.exchange.held) == len(fields) + 1
+    )  # the contact as it was at the event, a real number
     assert importer.exchange.held[-1] == 0
 
 
@@ -363,9 +458,15 @@ def test_nominal_values_follow_from_half_the_largest_force_and_its_energy(model)
     assert varying["z"].nominal == length
 
 
-BALL_SCREW = br.plants.ball_screw(kind="rotational", J=5e-4, M=150.0, lead=10e-3, k=3e6, d=1500.0, backlash=2e-5)
-MOTOR = br.friction.lugre(kind="rotational", F_C=0.05, F_S=0.06, v_S=0.1, sigma_0=100.0, sigma_1=1e-2, sigma_2=1e-4)
-TURNS = br.friction.preisach_contact(kind="rotational", kernel="reformed_dahl_exact", s=100.0, f_p=0.05)
+BALL_SCREW = br.plants.ball_screw(
+    kind="rotational", J=5e-4, M=150.0, lead=10e-3, k=3e6, d=1500.0, backlash=2e-5
+)
+MOTOR = br.friction.lugre(
+    kind="rotational", F_C=0.05, F_S=0.06, v_S=0.1, sigma_0=100.0, sigma_1=1e-2, sigma_2=1e-4
+)
+TURNS = br.friction.preisach_contact(
+    kind="rotational", kernel="reformed_dahl_exact", s=100.0, f_p=0.05
+)
 SLIDES = br.friction.preisach_contact(kernel="reformed_dahl_exact", s=1e7, f_p=200.0)
 
 
@@ -379,7 +480,9 @@ def test_parameters_of_both_sides_have_their_units():
 
 def test_memories_of_both_sides_are_apart_with_the_bounds_of_each():
     motor, table = TURNS.with_values(capacity=20), SLIDES.with_values(capacity=50)
-    content = content_of(subject_of(through_screw(BALL_SCREW, motor, table, exported=True)), BALL_SCREW, Source())
+    content = content_of(
+        subject_of(through_screw(BALL_SCREW, motor, table, exported=True)), BALL_SCREW, Source()
+    )
     sizes = [model.component.memory_size(model.parameters) for model in (motor, table)]
     assert sizes[0] != sizes[1]
     assert content.memory_at == {"motor_memory": 0, "table_memory": sizes[0]}

@@ -12,7 +12,12 @@ from gymnasium.utils.env_checker import check_env
 MASS, DT = 28.0, 1e-3
 TABLE = br.plants.inertia(M=MASS)
 ELEMENTS = br.friction.maxwell_slip(F_C="20 N", k_i=["6 N/um", "3 N/um"], nu_i=[0.4, 0.6])
-DRAWS = {"F_C": [15.0, 25.0, 20.0], "nu_i": [[0.4, 0.6], [0.5, 0.5], [0.3, 0.7]], "M": [27.0, 29.0, 28.0], "offset": [0.0, 1.0, 2.0]}
+DRAWS = {
+    "F_C": [15.0, 25.0, 20.0],
+    "nu_i": [[0.4, 0.6], [0.5, 0.5], [0.3, 0.7]],
+    "M": [27.0, 29.0, 28.0],
+    "offset": [0.0, 1.0, 2.0],
+}
 
 
 @pytest.fixture
@@ -39,7 +44,10 @@ def test_the_checker_of_gymnasium_accepts_it(env):
 
 def test_an_episode_is_the_motion_of_bristle_with_the_drawn_parameters(env):
     positions, actions, _, drawn = episode(env, lambda o: np.sin(3.0 * o[1]), seed=5)
-    friction, plant = ELEMENTS.with_values(F_C=drawn["F_C"], nu_i=drawn["nu_i"]), br.plants.inertia(M=drawn["M"])
+    friction, plant = (
+        ELEMENTS.with_values(F_C=drawn["F_C"], nu_i=drawn["nu_i"]),
+        br.plants.inertia(M=drawn["M"]),
+    )
     expected = br.engine.run_open_loop(plant, friction, 100.0 * actions, DT).position
     assert np.allclose(1e-2 * positions, expected[: positions.size], rtol=0.0, atol=1e-15)
 
@@ -51,6 +59,9 @@ def test_resets_draw_all_rows_and_a_seed_repeats_them(env):
 
 
 def test_a_feedback_earns_more_than_no_effort(env):
-    feedback = [episode(env, lambda o: np.clip(4.0 * o[0] + 1.0 * (o[3] - o[2]), -1.0, 1.0), seed)[2] for seed in range(3)]
+    feedback = [
+        episode(env, lambda o: np.clip(4.0 * o[0] + 1.0 * (o[3] - o[2]), -1.0, 1.0), seed)[2]
+        for seed in range(3)
+    ]
     idle = [episode(env, lambda o: 0.0, seed)[2] for seed in range(3)]
     assert max(idle) < 0.5 * max(feedback) < 0.0

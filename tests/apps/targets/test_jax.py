@@ -14,7 +14,9 @@ from bristle.core.errors import InputError
 jax = pytest.importorskip("jax")
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
 DT = 1e-3
-LUGRE = br.friction.lugre(F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um", sigma_1="1 kN*s/m", v_d="2 mm/s")
+LUGRE = br.friction.lugre(
+    F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um", sigma_1="1 kN*s/m", v_d="2 mm/s"
+)
 
 
 @pytest.fixture(autouse=True)
@@ -48,22 +50,30 @@ def test_forward_and_reverse_mode_agree_with_differences(friction):
     x, p = 1e-5 * np.sin(0.3 * np.arange(50)), friction.parameters
     forward, reverse = (of(cost(friction, x))(p) for of in (jax.jacfwd, jax.grad))
     for name, value in p.items():
-        near = [float(cost(friction, x)(p | {name: value * (1.0 + step)})) for step in (-1e-5, 1e-5)]
+        near = [
+            float(cost(friction, x)(p | {name: value * (1.0 + step)})) for step in (-1e-5, 1e-5)
+        ]
         assert float(forward[name]) == pytest.approx(float(reverse[name]), rel=1e-12)
-        assert float(reverse[name]) * value == pytest.approx((near[1] - near[0]) / 2e-5, rel=1e-6, abs=1e-4)
+        assert float(reverse[name]) * value == pytest.approx(
+            (near[1] - near[0]) / 2e-5, rel=1e-6, abs=1e-4
+        )
 
 
 def test_a_scan_over_steps_has_the_gradient_of_the_walk(friction):
     x, signs = walk(40), jax.numpy.asarray(np.random.default_rng(1).standard_normal(40))
 
     def scanned(p, x):
-        _, force = jax.lax.scan(lambda state, at: friction.force(state, at, DT, p), friction.start(), x)
+        _, force = jax.lax.scan(
+            lambda state, at: friction.force(state, at, DT, p), friction.start(), x
+        )
         return signs @ force
 
     def walked(p, x):
         return signs @ friction.walk(friction.start(), x, DT, p)[1]
 
-    found, expected = (jax.jit(jax.grad(of, argnums=(0, 1)))(friction.parameters, x) for of in (scanned, walked))
+    found, expected = (
+        jax.jit(jax.grad(of, argnums=(0, 1)))(friction.parameters, x) for of in (scanned, walked)
+    )
     for first, second in zip(jax.tree.leaves(found), jax.tree.leaves(expected), strict=True):
         assert np.abs(first - second).max() <= 1e-12 * np.abs(second).max()
 
@@ -102,7 +112,9 @@ def test_signals_and_the_time_step_are_differentiable():
 
 
 def test_single_precision_is_refused_by_name(friction):
-    with pytest.raises(InputError, match=r"x: must be of double precision; found 'float32'.*jax_enable_x64"):
+    with pytest.raises(
+        InputError, match=r"x: must be of double precision; found 'float32'.*jax_enable_x64"
+    ):
         friction.walk(friction.start(), np.zeros(3, np.float32), DT)
 
 
@@ -123,6 +135,8 @@ def test_a_wrong_argument_is_refused_by_name(friction, arguments, text):
 
 def test_the_example_of_the_page_runs():
     (block,) = blocks("py")
-    session = doctest.DocTestParser().get_doctest(block.text, {"np": np, "br": br}, block.name, str(block.page), block.line)
+    session = doctest.DocTestParser().get_doctest(
+        block.text, {"np": np, "br": br}, block.name, str(block.page), block.line
+    )
     assert len(session.examples) > 5
     assert doctest.DocTestRunner().run(session).failed == 0

@@ -14,7 +14,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.apps.targets.test_fmu import inputs_of
-from tests.exports.native import ALL, COMPILER, RUN_LAW, differing, example_with, library, library_of_laws, walk
+from tests.exports.native import (
+    ALL,
+    COMPILER,
+    RUN_LAW,
+    differing,
+    example_with,
+    library,
+    library_of_laws,
+    walk,
+)
 from tests.exports.test_laws import CASES, replayed, variant_of
 
 import bristle as br
@@ -27,10 +36,17 @@ from bristle.models.friction.resting import with_rest
 FOLDER = os.environ.get("BRISTLE_MATIEC", "")
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(not FOLDER or COMPILER is None, reason="BRISTLE_MATIEC names no MATIEC, or no C compiler"),
+    pytest.mark.skipif(
+        not FOLDER or COMPILER is None, reason="BRISTLE_MATIEC names no MATIEC, or no C compiler"
+    ),
 ]
 DT, COUNT = 1e-3, 2000
-SINGLE_LAWS = (("cascade", "measured"), ("sliding_mode", "desired"), ("cascade", "toothed"), ("observer", "all"))
+SINGLE_LAWS = (
+    ("cascade", "measured"),
+    ("sliding_mode", "desired"),
+    ("cascade", "toothed"),
+    ("observer", "all"),
+)
 MAIN = """
 #include "iec_std_lib.h"
 #include "accessor.h"
@@ -69,7 +85,14 @@ def compiled(source, folder, output):
     """Return a function block in C by MATIEC: from inputs, a row for each call, to its output."""
     (folder / "c").mkdir()
     (folder / "axis_x.st").write_text(source, encoding="ascii")
-    command = [Path(FOLDER) / "iec2c", "-I", Path(FOLDER) / "lib", "-T", folder / "c", folder / "axis_x.st"]
+    command = [
+        Path(FOLDER) / "iec2c",
+        "-I",
+        Path(FOLDER) / "lib",
+        "-T",
+        folder / "c",
+        folder / "axis_x.st",
+    ]
     made = subprocess.run(command, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stderr
     lines = "\n".join(f"        {place} = *given++;" for place in places_of(source))
@@ -80,18 +103,28 @@ def compiled(source, folder, output):
 
 def places_of(source):
     """Return where the inputs of the block are in the C of MATIEC, each number of an array by itself."""
-    declared = re.search(r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", source, flags=re.DOTALL)[1]
-    sizes = {name: int(last) + 1 for name, last in re.findall(r"(\w+) : ARRAY\[0\.\.(\d+)\]", source)}
+    declared = re.search(
+        r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", source, flags=re.DOTALL
+    )[1]
+    sizes = {
+        name: int(last) + 1 for name, last in re.findall(r"(\w+) : ARRAY\[0\.\.(\d+)\]", source)
+    }
     for name, kind in re.findall(r"^ +(\w+) : (\w+)", declared, flags=re.MULTILINE):
         if name in ("restart", "clear"):
             return
         place = f"axis.{name.upper()}.value"
-        yield from (f"{place}.table[{i}]" for i in range(sizes[kind])) if kind in sizes else (place,)
+        yield from (
+            (f"{place}.table[{i}]" for i in range(sizes[kind])) if kind in sizes else (place,)
+        )
 
 
 def run(library, rows):
     """Return the outputs of a block along its inputs, none of which it refuses."""
-    rows, output, pointer = np.ascontiguousarray(rows), np.empty(len(rows)), ctypes.POINTER(ctypes.c_double)
+    rows, output, pointer = (
+        np.ascontiguousarray(rows),
+        np.empty(len(rows)),
+        ctypes.POINTER(ctypes.c_double),
+    )
     refused = library.run(rows.ctypes.data_as(pointer), len(rows), output.ctypes.data_as(pointer))
     assert refused == 0
     return output
@@ -102,7 +135,11 @@ def settled(force):
     return np.where(np.abs(force) < 1e-30, 0.0, force)
 
 
-SIGNALS = {"load": (1.0, 0.4, 0.05), "temperature": (293.15, 15.0, 0.003), "transmitted": (0.0, 3.0, 0.02)}  # mean, amplitude, rate
+SIGNALS = {
+    "load": (1.0, 0.4, 0.05),
+    "temperature": (293.15, 15.0, 0.003),
+    "transmitted": (0.0, 3.0, 0.02),
+}  # mean, amplitude, rate
 
 
 @cache
@@ -110,7 +147,11 @@ def motion(signals=()):
     """Return positions, the other inputs of a block, and a row of all inputs for each call."""
     x = walk(COUNT, seed=4)
     k = np.arange(COUNT)
-    around = {name: mean + size * np.sin(rate * k) for name, (mean, size, rate) in SIGNALS.items() if name in signals}
+    around = {
+        name: mean + size * np.sin(rate * k)
+        for name, (mean, size, rate) in SIGNALS.items()
+        if name in signals
+    }
     return x, around, np.column_stack([x, np.full(COUNT, DT), *around.values()])
 
 
@@ -125,7 +166,9 @@ def outputs(model, folder, rows, **options):
 
 
 # The last one has loops of a single pass.
-SHAPES = [(name, slots) for slots in ((), ("asymmetry",), ALL) for name in br.friction.MODELS] + [("maxwell_slip", None)]
+SHAPES = [(name, slots) for slots in ((), ("asymmetry",), ALL) for name in br.friction.MODELS] + [
+    ("maxwell_slip", None)
+]
 
 
 @pytest.mark.parametrize(("name", "slots"), SHAPES)
@@ -133,10 +176,14 @@ def test_matiec_compiles_a_model_with_identical_forces(tmp_path, name, slots):
     one = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6], nu_i=[1.0])
     model = one if slots is None else example_with(name, slots)
     x, around, rows = motion(signals_of(model))
-    result = outputs(model, tmp_path, rows, rest="held" if with_rest(model, "held") != model else None)
+    result = outputs(
+        model, tmp_path, rows, rest="held" if with_rest(model, "held") != model else None
+    )
     with br.engine.interpreted():
         message = {key: values[1:] for key, values in around.items()}
-        expected = br.engine.force_along(with_rest(model, "held"), np.diff(x) / DT + 0.0, DT, x[1:], **message)
+        expected = br.engine.force_along(
+            with_rest(model, "held"), np.diff(x) / DT + 0.0, DT, x[1:], **message
+        )
     assert np.ptp(expected) > 0.0
     assert differing(settled(result), np.concatenate([[0.0], expected])) == 0
 
@@ -149,15 +196,29 @@ def test_a_model_in_single_precision_is_identical_to_c(tmp_path, name, slots):
     result = outputs(model, tmp_path, rows, float32=True)
     br.export(model, "c", tmp_path / "out", float32=True)
     inputs = ", ".join(f"given[{column}]" for column in range(rows.shape[1]))
-    (tmp_path / "run.c").write_text(AT.format(inputs=inputs, count=rows.shape[1], at="_at" if rows.shape[1] > 2 else ""))
-    assert differing(settled(result), replayed(library(tmp_path, "run.c", "out/axis_x.c"), "at", rows)) == 0
+    (tmp_path / "run.c").write_text(
+        AT.format(inputs=inputs, count=rows.shape[1], at="_at" if rows.shape[1] > 2 else "")
+    )
+    assert (
+        differing(settled(result), replayed(library(tmp_path, "run.c", "out/axis_x.c"), "at", rows))
+        == 0
+    )
 
 
-@pytest.mark.parametrize(("controller", "fed", "single"), [(*case, False) for case in CASES] + [(*case, True) for case in SINGLE_LAWS])
+@pytest.mark.parametrize(
+    ("controller", "fed", "single"),
+    [(*case, False) for case in CASES] + [(*case, True) for case in SINGLE_LAWS],
+)
 def test_a_law_is_identical_to_the_law_in_c(tmp_path, controller, fed, single):
     law, rows = law_of(variant_of(controller, fed), single=single), inputs_of(controller, fed)
-    result = run(compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort"), rows)
-    in_c = library_of_laws(tmp_path / "c_of_law", {"axis_x": law_files(law, "axis_x", Source())}, {"axis_x": RUN_LAW.format(name="axis_x")})
+    result = run(
+        compiled(st_law_files(law, "axis_x", Source())["axis_x.st"], tmp_path, "effort"), rows
+    )
+    in_c = library_of_laws(
+        tmp_path / "c_of_law",
+        {"axis_x": law_files(law, "axis_x", Source())},
+        {"axis_x": RUN_LAW.format(name="axis_x")},
+    )
     assert differing(result, replayed(in_c, "axis_x", rows)) == 0
 
 

@@ -21,7 +21,9 @@ def recorded(rows):
     t = DT * np.arange(rows)
     effort = 30.0 * np.sin(6.0 * t) + 12.0 * np.sin(np.sqrt(3.0) * 10.0 * t) + 8.0 * np.sin(0.7 * t)
     trace = br.engine.run_open_loop(br.plants.inertia(M=12.0), TRUTH, effort, DT)
-    return np.column_stack((t, trace.position)), effort + 0.5 * np.random.default_rng(2).standard_normal(t.size)
+    return np.column_stack((t, trace.position)), effort + 0.5 * np.random.default_rng(
+        2
+    ).standard_normal(t.size)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +44,9 @@ def moving(position):
 @pytest.mark.slow
 def test_the_regressor_gives_the_result_of_identify(log, fitted):
     X, y = log
-    same = br.identify({"time": X[:, 0], "position": X[:, 1], "effort": y}, "coulomb_viscous", cutoff=60.0, draws=0)
+    same = br.identify(
+        {"time": X[:, 0], "position": X[:, 1], "effort": y}, "coulomb_viscous", cutoff=60.0, draws=0
+    )
     assert fitted.identified_.parameters == same.parameters
     assert fitted.identified_.parameters["M"].value == pytest.approx(12.0, rel=0.01)
     assert fitted.n_features_in_ == 2
@@ -55,7 +59,9 @@ def test_the_regressor_predicts_the_effort_of_every_row(log, fitted):
     inner = moving(X[:, 1])[200:-200]
     left = (y - predicted)[200:-200][inner]
     assert np.std(left) == pytest.approx(0.5, rel=0.25)
-    assert fitted.score(X, y) == pytest.approx(1.0 - np.sum((y - predicted) ** 2) / np.sum((y - y.mean()) ** 2))
+    assert fitted.score(X, y) == pytest.approx(
+        1.0 - np.sum((y - predicted) ** 2) / np.sum((y - y.mean()) ** 2)
+    )
     assert fitted.score(X, y) > 0.98
 
 
@@ -95,7 +101,9 @@ def test_missing_rows_split_a_log(log, fitted):
     assert len(regressor.identified_.log.segments) == 2
     apart = regressor.predict(X[kept])
     assert apart[200:1300] == pytest.approx(regressor.predict(X)[200:1300], abs=1e-6)
-    with pytest.raises(InputError, match=r"\d+ rows are in segments that are too short.*row 1500, 2 s"):
+    with pytest.raises(
+        InputError, match=r"\d+ rows are in segments that are too short.*row 1500, 2 s"
+    ):
         fitted.predict(X[np.concatenate((np.arange(1500), np.arange(2000, 2050)))])
 
 
@@ -104,7 +112,9 @@ def test_named_columns_are_used_by_name_and_a_third_one_is_a_velocity(log):
     pandas = pytest.importorskip("pandas")
     X, y = log
     velocity = np.gradient(X[:, 1], DT)
-    frame = pandas.DataFrame({"position": X[:, 1], "velocity": velocity, "time": X[:, 0], "more": 9.0})
+    frame = pandas.DataFrame(
+        {"position": X[:, 1], "velocity": velocity, "time": X[:, 0], "more": 9.0}
+    )
     named = FrictionRegressor(cutoff=60.0).fit(frame, y)
     assert list(named.feature_names_in_) == ["time", "position", "velocity"]
     np.testing.assert_array_equal(named.identified_.log.velocity.values, velocity)
@@ -112,14 +122,19 @@ def test_named_columns_are_used_by_name_and_a_third_one_is_a_velocity(log):
     assert named.score(frame, y) > 0.97
     with pytest.raises(InputError, match="X: lacks a column"):
         named.predict(frame.rename(columns={"time": "t"}))
-    with pytest.raises(InputError, match="X: has a different number of columns than the X of fit; found 2, allowed 3"):
+    with pytest.raises(
+        InputError,
+        match="X: has a different number of columns than the X of fit; found 2, allowed 3",
+    ):
         named.predict(X)
 
 
 def test_the_best_of_several_models_predicts_with_the_kind_of_axis(log):
     X, y = log
     axis = br.Axis(kind="rotational")
-    regressor = FrictionRegressor("viscous,coulomb_viscous", axis=axis, cutoff=60.0).fit(X[:2500], y[:2500])
+    regressor = FrictionRegressor("viscous,coulomb_viscous", axis=axis, cutoff=60.0).fit(
+        X[:2500], y[:2500]
+    )
     assert regressor.identified_.best.name == "coulomb_viscous"
     assert regressor.identified_.parameters["F_C"].unit == "N*m"
     assert regressor.score(X, y) > 0.98
@@ -128,13 +143,21 @@ def test_the_best_of_several_models_predicts_with_the_kind_of_axis(log):
 @pytest.mark.parametrize(
     ("X", "y", "words"),
     [
-        (np.zeros((500, 4)), np.zeros(500), "X: must have the columns time, position and, optionally, velocity"),
+        (
+            np.zeros((500, 4)),
+            np.zeros(500),
+            "X: must have the columns time, position and, optionally, velocity",
+        ),
         (
             np.column_stack((DT * np.arange(500), np.zeros(500))),
             np.zeros(400),
             "y: has a different number of rows than X; found 400, allowed 500",
         ),
-        (np.column_stack((DT * np.arange(500), np.zeros(500))), np.zeros((500, 1)), "^y: must be a 1-D array"),
+        (
+            np.column_stack((DT * np.arange(500), np.zeros(500))),
+            np.zeros((500, 1)),
+            "^y: must be a 1-D array",
+        ),
         (np.zeros(500), np.zeros(500), "X: must be a 2-D array"),
     ],
 )
@@ -148,11 +171,16 @@ def test_missing_fit_and_unknown_parameters_are_reported(log):
         FrictionRegressor().predict(log[0])
     with pytest.raises(ValueError, match="Invalid parameter 'modle'"):
         FrictionRegressor().set_params(modle="lugre")
-    assert repr(FrictionRegressor("lugre", cutoff=60.0)) == "FrictionRegressor(cutoff=60.0, model='lugre')"
+    assert (
+        repr(FrictionRegressor("lugre", cutoff=60.0))
+        == "FrictionRegressor(cutoff=60.0, model='lugre')"
+    )
 
 
 def test_the_regressor_can_be_pickled(log, fitted):
-    np.testing.assert_array_equal(pickle.loads(pickle.dumps(fitted)).predict(log[0]), fitted.predict(log[0]))
+    np.testing.assert_array_equal(
+        pickle.loads(pickle.dumps(fitted)).predict(log[0]), fitted.predict(log[0])
+    )
 
 
 # --- in scikit-learn ----------------------------------------------------------------------------------------------
@@ -174,18 +202,26 @@ def test_the_regressor_works_in_pipelines_folds_and_searches():
     check_is_fitted(regressor)
 
     millimetres = X * (1.0, 1e3)
-    pipeline = make_pipeline(FunctionTransformer(lambda columns: columns * (1.0, 1e-3)), clone(regressor))
-    assert pipeline.fit(millimetres, y).score(millimetres, y) == pytest.approx(regressor.score(X, y), abs=1e-6)
+    pipeline = make_pipeline(
+        FunctionTransformer(lambda columns: columns * (1.0, 1e-3)), clone(regressor)
+    )
+    assert pipeline.fit(millimetres, y).score(millimetres, y) == pytest.approx(
+        regressor.score(X, y), abs=1e-6
+    )
 
     for folds in (KFold(3), TimeSeriesSplit(3)):
         scores = cross_val_score(clone(regressor), X, y, cv=folds)
         assert scores.shape == (3,)
         assert np.all(scores > 0.95)
-    search = GridSearchCV(clone(regressor), {"model": ["viscous", "coulomb_viscous"]}, cv=KFold(3)).fit(X, y)
+    search = GridSearchCV(
+        clone(regressor), {"model": ["viscous", "coulomb_viscous"]}, cv=KFold(3)
+    ).fit(X, y)
     assert search.best_params_ == {"model": "coulomb_viscous"}
 
     with pytest.raises(InputError, match="is too short for this filter"):
-        cross_val_score(clone(regressor), X, y, cv=KFold(3, shuffle=True, random_state=1), error_score="raise")
+        cross_val_score(
+            clone(regressor), X, y, cv=KFold(3, shuffle=True, random_state=1), error_score="raise"
+        )
 
 
 # Those checks that hand in no columns of random numbers, which are no log.

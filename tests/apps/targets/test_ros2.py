@@ -19,11 +19,23 @@ INCLUDED = (
     "rclcpp/rclcpp.hpp",
     "sensor_msgs/msg/joint_state.hpp",
 )
-WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror", "-std=c++17", "-ffp-contract=off")
-MODEL = br.friction.lugre(F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um", sigma_1="1 kN*s/m")
+WARNINGS = (
+    "-Wall",
+    "-Wextra",
+    "-Wconversion",
+    "-Wshadow",
+    "-Werror",
+    "-std=c++17",
+    "-ffp-contract=off",
+)
+MODEL = br.friction.lugre(
+    F_C="20 N", F_S="28 N", v_S="2 mm/s", sigma_0="10 N/um", sigma_1="1 kN*s/m"
+)
 AT_ONCE = ("gain=1.0", "slew=1e9", "a.lead=0.0")
 CXX = shutil.which("g++") or shutil.which("clang++")
-needs_compiler = pytest.mark.skipif(COMPILER is None or CXX is None, reason="needs compilers of C and C++")
+needs_compiler = pytest.mark.skipif(
+    COMPILER is None or CXX is None, reason="needs compilers of C and C++"
+)
 
 
 def built(folder, model=MODEL, **options):
@@ -33,7 +45,11 @@ def built(folder, model=MODEL, **options):
         place = folder / "include" / name
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_text(f'#include "{HERE / "stand_ins.hpp"}"\n')
-    own = ['-DCONTROLLER="axis_x_controller.cpp"', "-DTIME=rclcpp::Time{}", "-DDURATION(s)=rclcpp::Duration{s}"]
+    own = [
+        '-DCONTROLLER="axis_x_controller.cpp"',
+        "-DTIME=rclcpp::Time{}",
+        "-DDURATION(s)=rclcpp::Duration{s}",
+    ]
     compiled(folder, "-O1", *FLAGS, "-c", "axis_x.c")
     sources = ("-I.", "-Iinclude", str(HERE / "harness.cpp"), "axis_x.o")
     compiled(folder, "-O1", *WARNINGS, *own, *sources, "-o", "harness", compiler=CXX)
@@ -71,19 +87,26 @@ def python(model, x):
 
 
 def test_the_package_contains_the_c_of_the_model_unchanged():
-    model = br.friction.maxwell_slip(kind="rotational", F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.4, 0.6], sigma_2=1e-5)
+    model = br.friction.maxwell_slip(
+        kind="rotational", F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.4, 0.6], sigma_2=1e-5
+    )
     for tunable in (False, True):
         request = br.exports.Request(model, "knee", DT, tunable=tunable)
         files, of_c = write(request).files, br.exports.TARGETS["c"].write(request).files
         for name in ("knee.h", "knee.c", "knee_selftest.c"):
             assert files[name] == of_c[name]
-    plugin, package = ElementTree.fromstring(files["knee_controller.xml"]), ElementTree.fromstring(files["package.xml"])
+    plugin, package = (
+        ElementTree.fromstring(files["knee_controller.xml"]),
+        ElementTree.fromstring(files["package.xml"]),
+    )
     described = plugin.find("class").attrib
     assert plugin.get("path") == package.findtext("name") == "knee_controller"
     assert described["base_class_type"] == "controller_interface::ChainableControllerInterface"
     assert f"class {described['type'].partition('::')[2]} :" in files["knee_controller.cpp"]
     yaml = pytest.importorskip("yaml").safe_load(files["knee_controller.yaml"])
-    assert yaml["controller_manager"]["ros__parameters"]["knee_friction"]["type"] == described["name"]
+    assert (
+        yaml["controller_manager"]["ros__parameters"]["knee_friction"]["type"] == described["name"]
+    )
     given = yaml["knee_friction"]["ros__parameters"]["joint_1"]["friction"]
     assert given == {"F_C": 20.0, "k_i": [6e6, 3e6], "nu_i": [0.4, 0.6], "sigma_2": 1e-5}
     assert "[N*m]" in files["knee_controller.cpp"]
@@ -107,7 +130,9 @@ def test_the_effort_is_that_of_bristle_to_the_last_bit(harness, mode):
 @pytest.mark.slow
 def test_the_first_cycle_adds_nothing_and_the_gain_rises_at_its_slew(harness):
     x = np.full(2001, 0.5)  # 20 % of the axis away from the measured position
-    effort = run(harness, "chained", rows_of(x, effort=3.0), "gain=0.5", "slew=0.25", measured=0.3)[:, 0]
+    effort = run(harness, "chained", rows_of(x, effort=3.0), "gain=0.5", "slew=0.25", measured=0.3)[
+        :, 0
+    ]
     level = MODEL.values["F_C"]
     assert effort[0] == 3.0
     assert np.abs(np.diff(effort)).max() < 0.25 * DT * 1.5 * MODEL.values["F_S"]
@@ -121,7 +146,9 @@ def test_a_velocity_alone_is_integrated_from_the_measured_position(harness):
     x = 0.3 + np.concatenate([[0.0], np.cumsum(v * DT)])
     effort = run(harness, "chained", rows_of(velocity=v), *AT_ONCE, measured=0.3)[:, 0]
     force = python(MODEL, x)
-    assert effort[1:] == pytest.approx(force[1:], rel=0.0, abs=1e-3)  # rounding of the sum times the stiffness
+    assert effort[1:] == pytest.approx(
+        force[1:], rel=0.0, abs=1e-3
+    )  # rounding of the sum times the stiffness
     assert np.ptp(force) > 20.0
 
 
@@ -130,11 +157,21 @@ def test_a_velocity_alone_is_integrated_from_the_measured_position(harness):
 def test_a_lost_reference_fades_and_the_contact_begins_anew(harness):
     x = np.linspace(0.0, 1e-3, 400)
     lost = np.where((np.arange(400) >= 100) & (np.arange(400) < 200), NAN, x)
-    effort = run(harness, "chained", rows_of(lost, effort=1.0), "gain=1.0", "slew=20.0", "a.lead=0.0")[:, 0]
+    effort = run(
+        harness, "chained", rows_of(lost, effort=1.0), "gain=1.0", "slew=20.0", "a.lead=0.0"
+    )[:, 0]
     assert np.isfinite(effort).all()
     assert np.all(effort[160:200] == 1.0)  # faded in 50 cycles
     assert effort[200] == 1.0
-    again = run(harness, "chained", rows_of(x[200:], effort=1.0), "gain=1.0", "slew=20.0", "a.lead=0.0", measured=x[200])[:, 0]
+    again = run(
+        harness,
+        "chained",
+        rows_of(x[200:], effort=1.0),
+        "gain=1.0",
+        "slew=20.0",
+        "a.lead=0.0",
+        measured=x[200],
+    )[:, 0]
     assert differing(effort[201:], again[1:]) == 0
     assert np.all(run(harness, "chained", rows_of(np.full(50, NAN)), *AT_ONCE) == 0.0)
 
@@ -144,7 +181,15 @@ def test_a_lost_reference_fades_and_the_contact_begins_anew(harness):
 def test_a_topic_that_falls_silent_is_no_reference(harness):
     x = np.linspace(0.0, 1e-3, 600)
     silent = np.where(np.arange(600) < 300, x, np.inf)
-    effort = run(harness, "topic", rows_of(silent), "gain=1.0", "slew=20.0", "a.lead=0.0", "reference_timeout=0.05")[:, 0]
+    effort = run(
+        harness,
+        "topic",
+        rows_of(silent),
+        "gain=1.0",
+        "slew=20.0",
+        "a.lead=0.0",
+        "reference_timeout=0.05",
+    )[:, 0]
     assert effort[340] > 15.0
     assert np.all(effort[420:] == 0.0)
 
@@ -155,14 +200,28 @@ def test_lead_limit_and_gain_are_parameters(harness):
     x = np.linspace(0.0, 2e-3, 500)
     limited = run(harness, "chained", rows_of(x), *AT_ONCE, "a.limit=5.0", "b.limit=5.0")[:, 0]
     assert limited.max() == 5.0
-    early, late = (run(harness, "chained", rows_of(x), *AT_ONCE, f"a.lead={lead}")[:, 0] for lead in ("0.002", "0.0"))
+    early, late = (
+        run(harness, "chained", rows_of(x), *AT_ONCE, f"a.lead={lead}")[:, 0]
+        for lead in ("0.002", "0.0")
+    )
     assert early[100] > late[100]
     changed = run(harness, "chained", rows_of(x), *AT_ONCE, "@300:gain=0.0", "@400:gain=2.0")[:, 0]
     assert np.all(changed[301:] == 0.0)  # and a gain beyond its range is refused
-    both = run(harness, "chained", rows_of(x, 0.1), *AT_ONCE, "command_interfaces=position,velocity,effort", names=6)
+    both = run(
+        harness,
+        "chained",
+        rows_of(x, 0.1),
+        *AT_ONCE,
+        "command_interfaces=position,velocity,effort",
+        names=6,
+    )
     assert differing(both[:, 0], x) == 0
     assert np.all(both[:, 1] == 0.1)
-    for wrong in ("command_interfaces=position,velocity", "command_interfaces=effort,torque", "command_interfaces=effort,effort"):
+    for wrong in (
+        "command_interfaces=position,velocity",
+        "command_interfaces=effort,torque",
+        "command_interfaces=effort,effort",
+    ):
         assert run(harness, "chained", rows_of(x), wrong).startswith("command_interfaces: must")
 
 
@@ -171,11 +230,23 @@ def test_lead_limit_and_gain_are_parameters(harness):
 def test_friction_of_each_joint_is_a_parameter_of_a_tunable_export(tmp_path):
     model = br.friction.maxwell_slip(F_C=20.0, k_i=[6e6, 3e6], nu_i=[0.4, 0.6])
     tuned, x = built(tmp_path / "out", model, tunable=True), 1e-2 * walk(2000)
-    effort = run(tuned, "chained", rows_of(x[1:]), *AT_ONCE, "a.friction.F_C=31.5", "a.friction.k_i=6e6,1e6", measured=x[0])[:, 0]
+    effort = run(
+        tuned,
+        "chained",
+        rows_of(x[1:]),
+        *AT_ONCE,
+        "a.friction.F_C=31.5",
+        "a.friction.k_i=6e6,1e6",
+        measured=x[0],
+    )[:, 0]
     expected = python(model.with_values(F_C=31.5, k_i=[6e6, 1e6]), x)
     assert differing(effort[1:], expected[1:]) == 0
-    assert run(tuned, "chained", rows_of(x), "b.friction.F_C=-1.0").startswith("b.friction: a parameter is outside its range")
-    assert run(tuned, "chained", rows_of(x), "a.friction.k_i=6e6,1e6,2.0").startswith("a.friction.k_i: must have 2 numbers")
+    assert run(tuned, "chained", rows_of(x), "b.friction.F_C=-1.0").startswith(
+        "b.friction: a parameter is outside its range"
+    )
+    assert run(tuned, "chained", rows_of(x), "a.friction.k_i=6e6,1e6,2.0").startswith(
+        "a.friction.k_i: must have 2 numbers"
+    )
 
 
 def test_an_amplifier_in_velocity_mode_is_refused():

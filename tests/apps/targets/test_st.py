@@ -9,7 +9,16 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from tests.apps.targets.structured_text import StandardError, StructuredText, Translator, parsed
-from tests.exports.native import ALL, COMPILER, Native, differing, example_with, selected_cases, texts_of, walk
+from tests.exports.native import (
+    ALL,
+    COMPILER,
+    Native,
+    differing,
+    example_with,
+    selected_cases,
+    texts_of,
+    walk,
+)
 
 import bristle as br
 from bristle.apps.targets.st_code import Printer
@@ -35,7 +44,9 @@ from bristle.exports.described import Source
 from bristle.exports.subject import Walk
 from bristle.exports.tunable import tunable_of
 
-pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler, which translated text goes through")
+pytestmark = pytest.mark.skipif(
+    COMPILER is None, reason="needs a C compiler, which translated text goes through"
+)
 DT = 5e-4
 SIGNALS = {"load": 1.0, "temperature": 293.15, "transmitted": 0.0}
 CHOSEN = {
@@ -89,7 +100,11 @@ def test_a_controller_that_truncates_on_conversion_gives_identical_forces(writte
 
 @pytest.mark.parametrize(
     ("seen", "instead"),
-    [("sigma_1 := 1000.0;", "sigma_1 := 1000.0000000000001;"), ("F_C := 22.0;", "F_C := 22.000000000000004;"), (" + 0.0;", " + 1.0E-30;")],
+    [
+        ("sigma_1 := 1000.0;", "sigma_1 := 1000.0000000000001;"),
+        ("F_C := 22.0;", "F_C := 22.000000000000004;"),
+        (" + 0.0;", " + 1.0E-30;"),
+    ],
 )
 def test_the_self_test_detects_an_error_in_the_last_digit(written, tmp_path, seen, instead):
     block, test = written["sided_lugre"]
@@ -101,9 +116,16 @@ def test_the_self_test_detects_an_error_in_the_last_digit(written, tmp_path, see
 CONTRACTING = Path("/proc/cpuinfo")
 
 
-@pytest.mark.skipif(not CONTRACTING.exists() or " fma " not in CONTRACTING.read_text(), reason="needs a processor with x86 FMA")
+@pytest.mark.skipif(
+    not CONTRACTING.exists() or " fma " not in CONTRACTING.read_text(),
+    reason="needs a processor with x86 FMA",
+)
 def test_the_self_test_detects_fused_multiply_add(written, tmp_path):
-    contracted = StructuredText({"sided_lugre": written["sided_lugre"]}, tmp_path, flags=("-O2", "-ffp-contract=fast", "-mfma"))
+    contracted = StructuredText(
+        {"sided_lugre": written["sided_lugre"]},
+        tmp_path,
+        flags=("-O2", "-ffp-contract=fast", "-mfma"),
+    )
     assert contracted.selftest("sided_lugre") == (True, False)
 
 
@@ -118,7 +140,10 @@ def test_a_position_that_is_not_a_number_repeats_the_force_and_sets_a_flag(block
 
 def test_a_position_of_minus_zero_counts_as_zero(blocks):
     force, _ = blocks.run("plain_coulomb", [0.0, -0.0, 1e-6, 1e-6], DT)
-    assert force.tolist() == br.response(example("plain_coulomb"), [0.0, 0.0, 1e-6, 1e-6], DT, rest="held").tolist()
+    assert (
+        force.tolist()
+        == br.response(example("plain_coulomb"), [0.0, 0.0, 1e-6, 1e-6], DT, rest="held").tolist()
+    )
     assert force[1] == 0.0 < force[2] == force[3]
 
 
@@ -134,7 +159,11 @@ def test_load_and_temperature_are_inputs(blocks, written):
 def declared(node):
     """Return every name that a text declares."""
     kinds = ("variable_declaration", "structure_field", "type_definition", "function_declaration")
-    names = [n.text.decode().lower() for field in ("name", "names") for n in node.children_by_field_name(field)]
+    names = [
+        n.text.decode().lower()
+        for field in ("name", "names")
+        for n in node.children_by_field_name(field)
+    ]
     custom = names if node.type in kinds or node.type.endswith("_declaration") else []
     return {*custom, *(name for child in node.named_children for name in declared(child))}
 
@@ -203,21 +232,70 @@ REALS = (
     1.7976931348623157e308,
     2.0**1023,
 )
-SINGLE_REALS = (1.0, 1.9999999, 2.0, 3.7, 0.3, 1.2e-38, 3.4e38, 2.0**-63, 2.0**64, 2.0**64 * 0.999, 2.0**-126, 2.0**127)
+SINGLE_REALS = (
+    1.0,
+    1.9999999,
+    2.0,
+    3.7,
+    0.3,
+    1.2e-38,
+    3.4e38,
+    2.0**-63,
+    2.0**64,
+    2.0**64 * 0.999,
+    2.0**-126,
+    2.0**127,
+)
 SINGLE_CALL = "REAL_TO_LREAL({{0}}({} := LREAL_TO_REAL(position)))"
 HELPERS = {
-    "power_of_two": (lambda k: math.ldexp(1.0, int(k)), (*range(-1022, 1024, 5), 1023, 512, -512), "{0}(power := position)"),
+    "power_of_two": (
+        lambda k: math.ldexp(1.0, int(k)),
+        (*range(-1022, 1024, 5), 1023, 512, -512),
+        "{0}(power := position)",
+    ),
     "mantissa": (mantissa, REALS, "{0}(number := position)"),
     "exponent": (exponent, REALS, "{0}(number := position)"),
-    "floor": (math.floor, (-2.5, -2.0, -0.1, 0.0, 0.5, 2.0, 2.7, 1e9), "DINT_TO_LREAL({0}(number := position))"),
-    "truncated": (math.trunc, (-2.5, -2.0, -0.1, 0.0, 2.7, -1e9), "DINT_TO_LREAL({0}(number := position))"),
-    "floor_divided": (lambda x: x // 3, (-7, -6, -1, 0, 2, 7), "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := 3))"),
-    "floor_rest": (lambda x: x % -3, (-7, -6, -1, 0, 2, 7), "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := -3))"),
+    "floor": (
+        math.floor,
+        (-2.5, -2.0, -0.1, 0.0, 0.5, 2.0, 2.7, 1e9),
+        "DINT_TO_LREAL({0}(number := position))",
+    ),
+    "truncated": (
+        math.trunc,
+        (-2.5, -2.0, -0.1, 0.0, 2.7, -1e9),
+        "DINT_TO_LREAL({0}(number := position))",
+    ),
+    "floor_divided": (
+        lambda x: x // 3,
+        (-7, -6, -1, 0, 2, 7),
+        "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := 3))",
+    ),
+    "floor_rest": (
+        lambda x: x % -3,
+        (-7, -6, -1, 0, 2, 7),
+        "DINT_TO_LREAL({0}(first := LREAL_TO_DINT(position), second := -3))",
+    ),
     "abs": (abs, (-2.5, 0.0, 3.0), "1.0 * {0}(number := position)"),
-    "copysign": (lambda x: math.copysign(-2.0, x), (-1e-300, 0.0, 3.0), "{0}(number := -2.0, sign_of := position)"),
-    "single_power_of_two": (lambda k: math.ldexp(1.0, int(k)), range(-126, 128), SINGLE_CALL.format("power")),
-    "single_mantissa": (lambda x: math.frexp(np.float32(x))[0] * 2.0, SINGLE_REALS, SINGLE_CALL.format("number")),
-    "single_exponent": (lambda x: math.frexp(np.float32(x))[1] - 1.0, SINGLE_REALS, SINGLE_CALL.format("number")),
+    "copysign": (
+        lambda x: math.copysign(-2.0, x),
+        (-1e-300, 0.0, 3.0),
+        "{0}(number := -2.0, sign_of := position)",
+    ),
+    "single_power_of_two": (
+        lambda k: math.ldexp(1.0, int(k)),
+        range(-126, 128),
+        SINGLE_CALL.format("power"),
+    ),
+    "single_mantissa": (
+        lambda x: math.frexp(np.float32(x))[0] * 2.0,
+        SINGLE_REALS,
+        SINGLE_CALL.format("number"),
+    ),
+    "single_exponent": (
+        lambda x: math.frexp(np.float32(x))[1] - 1.0,
+        SINGLE_REALS,
+        SINGLE_CALL.format("number"),
+    ),
 }
 
 
@@ -227,9 +305,13 @@ def helpers(request, tmp_path_factory):
     texts = {}
     for name, (_, _, call) in HELPERS.items():
         block, helper = f"of_{name}", name.removeprefix("single_")
-        pous = helpers_of([helper], f"{block}_{{}}".format, "DINT", "LREAL" if helper == name else "REAL")
+        pous = helpers_of(
+            [helper], f"{block}_{{}}".format, "DINT", "LREAL" if helper == name else "REAL"
+        )
         body = f"force := {call.format(f'{block}_{helper}')};"
-        texts[block] = ["".join(part_text(pou) for pou in pous) + HELPED.format(block=block, body=body)]
+        texts[block] = [
+            "".join(part_text(pou) for pou in pous) + HELPED.format(block=block, body=body)
+        ]
     return StructuredText(texts, tmp_path_factory.mktemp("helpers"), rounded=request.param)
 
 
@@ -242,7 +324,11 @@ def test_bit_helpers_are_exact_over_the_whole_range(name, helpers):
 
 # --- single precision, and parameters that may be changed at run time -------------------------------------------------
 
-ARITHMETIC = {"tuned": {"tunable": True}, "single": {"float32": True}, "both": {"tunable": True, "float32": True}}
+ARITHMETIC = {
+    "tuned": {"tunable": True},
+    "single": {"float32": True},
+    "both": {"tunable": True, "float32": True},
+}
 OTHERWISE = [
     ("sided_lugre", "tuned"),
     ("varied_gms", "tuned"),
@@ -263,9 +349,14 @@ def otherwise(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("otherwise")
     singles = {name for (name,) in selected_cases(request, "single")} | {"sided_lugre"}
     cases = (
-        selected_cases(request, "name", "kind") | {("sided_lugre", kind) for kind in ARITHMETIC} | {(name, "single") for name in singles}
+        selected_cases(request, "name", "kind")
+        | {("sided_lugre", kind) for kind in ARITHMETIC}
+        | {(name, "single") for name in singles}
     )
-    written = {f"{kind}_{name}": texts_of(example(name), folder, f"{kind}_{name}", **ARITHMETIC[kind]) for name, kind in cases}
+    written = {
+        f"{kind}_{name}": texts_of(example(name), folder, f"{kind}_{name}", **ARITHMETIC[kind])
+        for name, kind in cases
+    }
     native = Native({name: example(name) for name in singles}, folder / "native", float32=True)
     return written, StructuredText(written, folder / "blocks"), native
 
@@ -287,8 +378,18 @@ def test_the_self_test_passes_with_the_exported_parameters(otherwise, name, kind
 @pytest.mark.parametrize(
     ("name", "kind", "inputs", "values"),
     [
-        ("sided_lugre", "tuned", {"f_s_pos": 33.5, "sigma_1": 700.0}, {"F_S_pos": 33.5, "sigma_1": 700.0}),
-        ("varied_gms", "tuned", {"k_i_2": 2e6, "v_c": 1500.0}, {"k_i": [6e6, 2e6, 1e6], "C": 1500.0}),
+        (
+            "sided_lugre",
+            "tuned",
+            {"f_s_pos": 33.5, "sigma_1": 700.0},
+            {"F_S_pos": 33.5, "sigma_1": 700.0},
+        ),
+        (
+            "varied_gms",
+            "tuned",
+            {"k_i_2": 2e6, "v_c": 1500.0},
+            {"k_i": [6e6, 2e6, 1e6], "C": 1500.0},
+        ),
         ("varied_preisach_lugre", "tuned", {"f_p": 36.0}, {"f_p": 36.0}),
     ],
 )
@@ -303,8 +404,13 @@ def test_a_parameter_input_acts_as_in_bristle(otherwise, name, kind, inputs, val
     assert not flags.any()
 
 
-@pytest.mark.parametrize(("arithmetic", "beyond"), [("tuned", {"f_s_pos": 0.0}), ("both", {"f_c_neg": -1.0}), ("tuned", {"offset": 2e30})])
-def test_a_parameter_outside_its_range_is_refused_and_the_force_repeated(otherwise, arithmetic, beyond):
+@pytest.mark.parametrize(
+    ("arithmetic", "beyond"),
+    [("tuned", {"f_s_pos": 0.0}), ("both", {"f_c_neg": -1.0}), ("tuned", {"offset": 2e30})],
+)
+def test_a_parameter_outside_its_range_is_refused_and_the_force_repeated(
+    otherwise, arithmetic, beyond
+):
     written, blocks, _ = otherwise
     name = f"{arithmetic}_sided_lugre"
     force, flags = blocks.run(name, walk(50), DT, **usual(written[name][0]) | beyond)
@@ -329,7 +435,10 @@ def test_single_precision_is_identical_to_c(otherwise, single):
 def test_the_single_precision_self_test_detects_a_wrong_parameter(otherwise, tmp_path):
     block, test = otherwise[0]["single_sided_lugre"]
     assert "F_C := REAL#22.0;" in block
-    changed = StructuredText({"single_sided_lugre": [block.replace("F_C := REAL#22.0;", "F_C := REAL#22.1;"), test]}, tmp_path)
+    changed = StructuredText(
+        {"single_sided_lugre": [block.replace("F_C := REAL#22.0;", "F_C := REAL#22.1;"), test]},
+        tmp_path,
+    )
     assert changed.selftest("single_sided_lugre") == (True, False)
 
 
@@ -373,13 +482,18 @@ def local(element):
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     folder = tmp_path_factory.mktemp("project")
-    return texts_of(example("varied_gms"), folder), ElementTree.parse(folder / "out_axis_x" / "axis_x_plcopen.xml").getroot()
+    return texts_of(example("varied_gms"), folder), ElementTree.parse(
+        folder / "out_axis_x" / "axis_x_plcopen.xml"
+    ).getroot()
 
 
 def test_the_xml_has_the_structure_of_its_schema(project):
     for element in project[1].iter():
         name, inside = local(element), [local(child) for child in element]
-        assert element.tag.startswith(f"{{{NAMESPACE}}}") or element.tag == "{http://www.w3.org/1999/xhtml}p"
+        assert (
+            element.tag.startswith(f"{{{NAMESPACE}}}")
+            or element.tag == "{http://www.w3.org/1999/xhtml}p"
+        )
         assert NEEDED.get(name, set()) <= set(element.attrib)
         if name in ORDER:
             assert inside == sorted(inside, key=ORDER[name].index)
@@ -404,7 +518,9 @@ def in_text(part):
     if local(part) == "array":
         return f"ARRAY[{part[0].get('lower')}..{part[0].get('upper')}] OF {type_text(part[1])};"
     if local(part) == "pou":
-        kind = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}[part.get("pouType")]
+        kind = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}[
+            part.get("pouType")
+        ]
         return f"{kind} {part.get('name')}"
     return part.text.strip()
 
@@ -413,11 +529,16 @@ def test_the_xml_contains_the_same_program(project):
     st, root = project
     text = plainly("\n".join(st))
     kinds = ("variable", "array", "pou", "ST/{http://www.w3.org/1999/xhtml}p")
-    said = {kind: [plainly(in_text(part)) for part in root.iterfind(f".//{{{NAMESPACE}}}{kind}")] for kind in kinds}
+    said = {
+        kind: [plainly(in_text(part)) for part in root.iterfind(f".//{{{NAMESPACE}}}{kind}")]
+        for kind in kinds
+    }
     for kind, parts in said.items():
         assert [part for part in parts if part not in text] == [], kind
     assert len(said["pou"]) == len(re.findall(r"\bEND_(?:FUNCTION|FUNCTION_BLOCK|PROGRAM)\b", text))
-    assert len(said["variable"]) == len(re.findall(r"\b\w+ : (?!ARRAY|STRUCT|BOOL VAR)[^;]*;", text))
+    assert len(said["variable"]) == len(
+        re.findall(r"\b\w+ : (?!ARRAY|STRUCT|BOOL VAR)[^;]*;", text)
+    )
 
 
 # --- what else it says and refuses ------------------------------------------------------------------------------------
@@ -427,7 +548,9 @@ def test_the_head_describes_the_model_and_ends_correctly(tmp_path):
     model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
     source = Source({"log": "knee (*) run *) 3"}, {"F_S": {"interval": (0.039, 0.041)}})
     st = texts_of(model, tmp_path, "knee", source=source)
-    head = next(comment for comment in st[0].split("*)") if "SPDX" not in comment and "\n\n" in comment)
+    head = next(
+        comment for comment in st[0].split("*)") if "SPDX" not in comment and "\n\n" in comment
+    )
     assert "F_S" in head
     assert "0.039 to 0.041" in head
     assert "N*m" in head
@@ -475,7 +598,10 @@ END_PROGRAM
         ("force := forse;", "is not declared"),
         ("position := 1.0;", "an input is written"),
         ("force := SEL(TRUE, 1.0, 2.0);", "was defined before"),
-        ("done := swapped(factor := 1.0, given := here, given_back := here);", "given back lies in"),
+        (
+            "done := swapped(factor := 1.0, given := here, given_back := here);",
+            "given back lies in",
+        ),
         ("done := swapped(factor := 1.0, given := here);", "swapped takes"),
         ("IF count THEN force := 1.0; END_IF;", "a dint is no condition"),
         ("force := 1.0 +;", "grammar refuses"),
@@ -519,7 +645,10 @@ def test_the_reader_follows_the_standard(tmp_path):
 # --- parts -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("value", [1e300, -1.7976e308, 2.2250738585072014e-308, 5e-324, 1.5, -0.1, 0.0, 1e37, 1e-37, 3e40])
+@pytest.mark.parametrize(
+    "value",
+    [1e300, -1.7976e308, 2.2250738585072014e-308, 5e-324, 1.5, -0.1, 0.0, 1e37, 1e-37, 3e40],
+)
 def test_a_literal_of_any_magnitude_is_exact_with_small_factors(value):
     text = real_literal(value)
     factors = [float(part) for part in text.strip("()").split(" * ")]
@@ -529,7 +658,10 @@ def test_a_literal_of_any_magnitude_is_exact_with_small_factors(value):
 
 
 def test_the_largest_number_has_finite_factors_in_single_precision():
-    factors = [float(np.float32(part)) for part in real_literal(1.7976931348623157e308).strip("()").split(" * ")]
+    factors = [
+        float(np.float32(part))
+        for part in real_literal(1.7976931348623157e308).strip("()").split(" * ")
+    ]
     assert math.prod(factors) == pytest.approx(1.7976931348623157e308, rel=1e-7)
 
 
@@ -564,12 +696,30 @@ def test_names_are_unique_regardless_of_case():
     assert Names(["used"]).new("Used").lower() != "used"
 
 
-@pytest.mark.parametrize(("name", "new"), [("x", "v_x"), ("limit", "v_limit"), ("a__b_", "a_b"), ("1st", "part_1st")])
+@pytest.mark.parametrize(
+    ("name", "new"), [("x", "v_x"), ("limit", "v_limit"), ("a__b_", "a_b"), ("1st", "part_1st")]
+)
 def test_a_name_becomes_one_that_every_compiler_accepts(name, new):
     assert Names([]).new(name) == new
 
 
-@pytest.mark.parametrize("name", ["if", "ab", "axis_", "a__b", "limit", "integral", "ramp", "hysteresis", "pid", "rtc", "sema", "lag1"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "if",
+        "ab",
+        "axis_",
+        "a__b",
+        "limit",
+        "integral",
+        "ramp",
+        "hysteresis",
+        "pid",
+        "rtc",
+        "sema",
+        "lag1",
+    ],
+)
 def test_a_block_has_a_name_that_every_compiler_accepts(name):
     with pytest.raises(br.core.InputError, match="cannot name a function block"):
         checked(name)
@@ -587,7 +737,14 @@ def printer(scalar=LREAL):
 def test_each_number_of_an_array_is_an_input_that_counts_from_one():
     tuned = Tuned.of(tunable_of(SLIP), Names(["nu_i_2"]))
     inputs = {variable.name: variable.initial for variable in tuned.inputs(printer())}
-    assert inputs == {"F_C": "4.0", "k_i_1": "100000.0", "k_i_2": "200000.0", "nu_i_1": "0.25", "nu_i_2_2": "0.75", "sigma_2": "0.0"}
+    assert inputs == {
+        "F_C": "4.0",
+        "k_i_1": "100000.0",
+        "k_i_2": "200000.0",
+        "nu_i_1": "0.25",
+        "nu_i_2_2": "0.75",
+        "sigma_2": "0.0",
+    }
     lines = list(tuned.lines("parameters", struct_type(SLIP.parameters), printer()))
     assert "parameters.nu_i[1] := nu_i_2_2;" in lines
     assert "parameters.F_C := F_C;" in lines
@@ -596,28 +753,48 @@ def test_each_number_of_an_array_is_an_input_that_counts_from_one():
 @pytest.mark.parametrize(("scalar", "farthest"), [("LREAL", "1.0E30"), ("REAL", "REAL#1.0E15")])
 def test_an_unbounded_input_is_limited_to_finite_numbers(scalar, farthest):
     offset = br.friction.with_slots(br.friction.coulomb, [])(F_C=1.0, offset=0.5)
-    of_force, of_offset = Tuned.of(tunable_of(offset), Names()).ranges(Printer(Unit([]), "axis", scalar=scalar))
+    of_force, of_offset = Tuned.of(tunable_of(offset), Names()).ranges(
+        Printer(Unit([]), "axis", scalar=scalar)
+    )
     assert of_force.startswith("(F_C >= ")
     assert of_offset == f"(offset >= -{farthest}) AND (offset <= {farthest})"
 
 
 def test_a_structure_is_set_number_by_number_except_skipped_paths():
-    lines = list(set_lines("p", SLIP.parameters, struct_type(SLIP.parameters), printer(), skipped=[("F_C",)]))
+    lines = list(
+        set_lines("p", SLIP.parameters, struct_type(SLIP.parameters), printer(), skipped=[("F_C",)])
+    )
     assert not any("F_C" in line for line in lines)
-    assert [line for line in lines if "nu_i" in line] == ["p.nu_i[0] := 0.25;", "p.nu_i[1] := 0.75;"]
+    assert [line for line in lines if "nu_i" in line] == [
+        "p.nu_i[0] := 0.25;",
+        "p.nu_i[1] := 0.75;",
+    ]
     truths = br.friction.with_slots(br.friction.lugre, ["asymmetry"])(
         F_C_pos=1.0, F_C_neg=2.0, F_S_pos=1.0, F_S_neg=2.0, v_S=1.0, sigma_0=1e5
     ).parameters
-    nested = list(set_lines("p", truths, struct_type(truths), Printer(Unit([]), "axis", (struct_type(truths),))))
-    assert any(line.count(".") > 1 and line.startswith("p.") and ":= 2.0;" in line for line in nested)
+    nested = list(
+        set_lines(
+            "p", truths, struct_type(truths), Printer(Unit([]), "axis", (struct_type(truths),))
+        )
+    )
+    assert any(
+        line.count(".") > 1 and line.startswith("p.") and ":= 2.0;" in line for line in nested
+    )
 
 
 def test_inputs_are_limited_so_that_squares_stay_in_range():
-    double, single = ({name: float(text or 0.0) for name, text in bounds(single=narrow, farthest=1e5).items()} for narrow in (False, True))
+    double, single = (
+        {name: float(text or 0.0) for name, text in bounds(single=narrow, farthest=1e5).items()}
+        for narrow in (False, True)
+    )
     assert double["farthest"] == double["beyond"] == single["beyond"] == 1e30
     assert (single["farthest"], double["fastest"]) == (1e5, 0.0)
-    assert np.isfinite(np.float32(single["fastest"] / 1e-10) ** 2)  # a velocity over the smallest of Stribeck
-    assert [bound["shortest"] * bound["longest"] for bound in (double, single)] == pytest.approx([1.0, 1.0])
+    assert np.isfinite(
+        np.float32(single["fastest"] / 1e-10) ** 2
+    )  # a velocity over the smallest of Stribeck
+    assert [bound["shortest"] * bound["longest"] for bound in (double, single)] == pytest.approx(
+        [1.0, 1.0]
+    )
     assert double["shortest"] < single["shortest"] <= 1e-6
     assert bounds(single=False)["fastest"] == ""
 
@@ -633,7 +810,12 @@ def test_sum_and_rounding_error_add_up_to_the_exact_sum():
 def test_a_self_test_compares_the_sum_or_in_single_precision_some_numbers():
     outputs = np.linspace(-4.0, 2.0, 51)
     facts = Judged("axis", outputs, single=True).facts()
-    assert (facts["tolerance"], facts["count"], facts["last"], facts["every"]) == ("0.004", 51, "2.0", 25)
+    assert (facts["tolerance"], facts["count"], facts["last"], facts["every"]) == (
+        "0.004",
+        51,
+        "2.0",
+        25,
+    )
     assert [float(text) for text in facts["expected"]] == pytest.approx([-4.0, -1.0, 2.0])
 
 
@@ -643,23 +825,43 @@ WALK = Walk((1.0, 2.0, 3.0), 1e-3)
 @pytest.mark.parametrize(
     ("narrow", "arrays", "names", "gave"),
     [
-        (True, [("axis_Scales", 3), ("more", 7), ("axis_Expected", 3)], {"worst", "expected"}, "within the error of single precision"),
+        (
+            True,
+            [("axis_Scales", 3), ("more", 7), ("axis_Expected", 3)],
+            {"worst", "expected"},
+            "within the error of single precision",
+        ),
         (False, [("axis_Scales", 3), ("more", 7)], {"total", "lost", "added"}, "bit by bit"),
     ],
 )
 def test_a_self_test_has_the_variables_of_its_precision(narrow, arrays, names, gave):
-    judged, other = (Judged("axis", np.linspace(-4.0, 2.0, 51), way) for way in (narrow, not narrow))
-    assert [(part.name, part.size) for part in judged.arrays(WALK, ArrayPart("more", 7, LREAL))] == arrays
-    meanings, others = ({variable.name: variable.meaning for variable in each.variables()} for each in (judged, other))
+    judged, other = (
+        Judged("axis", np.linspace(-4.0, 2.0, 51), way) for way in (narrow, not narrow)
+    )
+    assert [
+        (part.name, part.size) for part in judged.arrays(WALK, ArrayPart("more", 7, LREAL))
+    ] == arrays
+    meanings, others = (
+        {variable.name: variable.meaning for variable in each.variables()}
+        for each in (judged, other)
+    )
     assert meanings.keys() - others.keys() == names
     assert meanings["passed"].endswith(gave)
 
 
 def test_used_types_include_their_inner_types():
     array, inner = ArrayPart("numbers", 3, LREAL), Record("inner", (Variable("a", "numbers"),))
-    outer, idle = Record("outer", (Variable("b", "inner"),)), Record("idle", (Variable("c", "numbers"),))
-    pou = Pou("FUNCTION", "f", "BOOL", (Variable("x", "outer"),), ("f := TRUE;",), "what (* it does")
+    outer, idle = (
+        Record("outer", (Variable("b", "inner"),)),
+        Record("idle", (Variable("c", "numbers"),)),
+    )
+    pou = Pou(
+        "FUNCTION", "f", "BOOL", (Variable("x", "outer"),), ("f := TRUE;",), "what (* it does"
+    )
     assert used_of([array, inner, outer, idle], [pou]) == [array, inner, outer]
     assert used_of([array, inner, outer, idle], []) == []
     assert part_text(array) == "TYPE\n    numbers : ARRAY[0..2] OF LREAL;\nEND_TYPE\n"
-    assert part_text(pou) == "(* what ( * it does *)\nFUNCTION f : BOOL\nVAR\n    x : outer;\nEND_VAR\n\nf := TRUE;\nEND_FUNCTION\n"
+    assert (
+        part_text(pou)
+        == "(* what ( * it does *)\nFUNCTION f : BOOL\nVAR\n    x : outer;\nEND_VAR\n\nf := TRUE;\nEND_FUNCTION\n"
+    )

@@ -66,18 +66,25 @@ def test_calls_in_any_order_give_the_same_results(name):
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     "name",
-    [*(name for name in ODES if name not in INTEGRATED_LATER), *(pytest.param(name, marks=pytest.mark.slow) for name in INTEGRATED_LATER)],
+    [
+        *(name for name in ODES if name not in INTEGRATED_LATER),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in INTEGRATED_LATER),
+    ],
 )
 def test_an_integrated_differential_equation_agrees_with_the_engine(name):
     friction = example_of(br.friction.MODELS[name])
     t = 1e-3 * np.arange(30)
-    trace = br.engine.run_open_loop(PLANT, friction, effort_over(t), 1e-3, steps=2000, hold="linear")
+    trace = br.engine.run_open_loop(
+        PLANT, friction, effort_over(t), 1e-3, steps=2000, hold="linear"
+    )
     options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-9, "atol": 1e-13}}
     result = run(to_control(friction, PLANT), t, effort_over(t), **options)
     scale = np.ptp(trace.position)
     assert scale > 1e-6
     np.testing.assert_allclose(result.outputs[0], trace.position, atol=1e-5 * scale, rtol=0.0)
-    np.testing.assert_allclose(result.outputs[1], trace.velocity, atol=1e-4 * np.ptp(trace.velocity), rtol=0.0)
+    np.testing.assert_allclose(
+        result.outputs[1], trace.velocity, atol=1e-4 * np.ptp(trace.velocity), rtol=0.0
+    )
 
 
 @pytest.mark.slow
@@ -91,10 +98,15 @@ def test_friction_can_be_connected_to_a_user_mechanism():
         states=2,
         name="mass",
     )
-    axis = ct.interconnect([mass, to_control(lugre)], inputs=["effort"], outputs=["position", "velocity", "friction"])
+    axis = ct.interconnect(
+        [mass, to_control(lugre)], inputs=["effort"], outputs=["position", "velocity", "friction"]
+    )
     t = 1e-3 * np.arange(20)
     options = {"solve_ivp_method": "Radau", "solve_ivp_kwargs": {"rtol": 1e-8, "atol": 1e-13}}
-    result, alike = (run(system, t, effort_over(t), **options).outputs for system in (axis, to_control(lugre, PLANT)))
+    result, alike = (
+        run(system, t, effort_over(t), **options).outputs
+        for system in (axis, to_control(lugre, PLANT))
+    )
     np.testing.assert_allclose(result[0], alike[0], atol=1e-5 * np.ptp(alike[0]), rtol=0.0)
     np.testing.assert_allclose(result[2], alike[2], atol=1e-3, rtol=0.0)
 
@@ -107,7 +119,9 @@ def test_a_stuck_axis_has_the_poles_of_its_bristles():
     assert oscillating.real == pytest.approx(2 * [-0.5 * (1e4 + 200.0) / 28.0], rel=1e-3)
 
 
-ROTATING = to_control(br.friction.dahl(F_C="30 mN*m", sigma_0="90 N*m/rad"), br.plants.inertia(M="4e-4 kg*m^2"))
+ROTATING = to_control(
+    br.friction.dahl(F_C="30 mN*m", sigma_0="90 N*m/rad"), br.plants.inertia(M="4e-4 kg*m^2")
+)
 TABLE = to_control(example_of(br.friction.maxwell_slip), PLANT, dt="1 ms", name="table")
 
 
@@ -117,10 +131,32 @@ TABLE = to_control(example_of(br.friction.maxwell_slip), PLANT, dt="1 ms", name=
         (ROTATING, "input_labels", ["effort"]),
         (ROTATING, "output_labels", ["position", "velocity", "friction"]),
         (ROTATING, "state_labels", ["position", "velocity", "F"]),
-        (ROTATING, "units", {"effort": "N*m", "position": "rad", "velocity": "rad/s", "friction": "N*m", "F": "N*m"}),
+        (
+            ROTATING,
+            "units",
+            {
+                "effort": "N*m",
+                "position": "rad",
+                "velocity": "rad/s",
+                "friction": "N*m",
+                "F": "N*m",
+            },
+        ),
         (TABLE, "dt", 1e-3),
         (TABLE, "name", "table"),
-        (TABLE, "state_labels", ["position", "velocity", "memory_0", "memory_1", "memory_2", "solver_slope", "solver_acceleration"]),
+        (
+            TABLE,
+            "state_labels",
+            [
+                "position",
+                "velocity",
+                "memory_0",
+                "memory_1",
+                "memory_2",
+                "solver_slope",
+                "solver_acceleration",
+            ],
+        ),
     ],
 )
 def test_signals_have_names_and_units(system, name, expected):
@@ -152,10 +188,20 @@ ROTARY = br.friction.viscous(kind="rotational", F_v=1e-3)
 @pytest.mark.parametrize(
     ("friction", "plant", "options", "words"),
     [
-        (example_of(br.friction.lugre), br.plants.inertia(M="1 kg*m^2"), {}, "plant: is not of the kind of friction"),
+        (
+            example_of(br.friction.lugre),
+            br.plants.inertia(M="1 kg*m^2"),
+            {},
+            "plant: is not of the kind of friction",
+        ),
         (example_of(br.friction.lugre), PLANT, {"steps": 2}, "steps: needs a sampled axis"),
         (example_of(br.friction.lugre), PLANT, {"dt": 0.0}, "dt: must be positive"),
-        (ROTARY, br.plants.ball_screw(kind="rotational", J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm"), {"dt": DT}, "has a screw"),
+        (
+            ROTARY,
+            br.plants.ball_screw(kind="rotational", J=1e-4, M=28.0, k=1e8, d=1e3, lead="10 mm"),
+            {"dt": DT},
+            "has a screw",
+        ),
     ],
 )
 def test_invalid_arguments_are_refused(friction, plant, options, words):
@@ -172,7 +218,11 @@ def test_a_full_memory_is_reported():
 
 @pytest.mark.parametrize(
     ("name", "module", "library"),
-    [("to_control", "system", "control"), ("DescribingFunction", "system", "control"), ("FrictionRegressor", "regressor", "sklearn")],
+    [
+        ("to_control", "system", "control"),
+        ("DescribingFunction", "system", "control"),
+        ("FrictionRegressor", "regressor", "sklearn"),
+    ],
 )
 def test_without_its_library_a_bridge_names_the_install_command(monkeypatch, name, module, library):
     for part in [part for part in sys.modules if part.startswith(f"{library}.")]:

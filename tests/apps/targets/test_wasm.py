@@ -8,7 +8,15 @@ import subprocess
 import numpy as np
 import pytest
 from tests.contract.models import with_fast
-from tests.exports.native import ALL, COMPILER, differing, example_with, library, selected_cases, walk
+from tests.exports.native import (
+    ALL,
+    COMPILER,
+    differing,
+    example_with,
+    library,
+    selected_cases,
+    walk,
+)
 
 import bristle as br
 from bristle.apps.targets.wasm import ALONE, module_of, write
@@ -46,14 +54,19 @@ def example(name):
 
 def node(folder, script, *arguments):
     (folder / "run.mjs").write_text(script)
-    ran = subprocess.run([NODE, "run.mjs", *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    ran = subprocess.run(
+        [NODE, "run.mjs", *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
     assert ran.returncode == 0, ran.stderr
     return ran.stdout
 
 
 @pytest.fixture(scope="module")
 def forces(request, tmp_path_factory):
-    folder, names = tmp_path_factory.mktemp("wasm"), [name for (name,) in selected_cases(request, "name")]
+    folder, names = (
+        tmp_path_factory.mktemp("wasm"),
+        [name for (name,) in selected_cases(request, "name")],
+    )
     walk(20_000).tofile(folder / "x.bin")
     for name in names:
         br.export(example(name), "wasm", folder / name)
@@ -93,10 +106,19 @@ def test_it_resets_repeats_the_force_and_accepts_parameters(tmp_path):
     model = example("sided_gms")
     br.export(model, "wasm", tmp_path / "out")
     message, x = json.loads(node(tmp_path, AROUND)), [0.0, 1e-5, 3e-5, 2e-5]
-    forces, changed = (br.response(each, x, DT).tolist() for each in (model, model.with_values(k_i=[5e6, 3e6, 1e6], F_S_neg=26.0)))
+    forces, changed = (
+        br.response(each, x, DT).tolist()
+        for each in (model, model.with_values(k_i=[5e6, 3e6, 1e6], F_S_neg=26.0))
+    )
     assert message.pop("beyond").startswith("F_S_neg: -1 is not allowed; from 1e-12")
     assert sorted(message.pop("names")) == sorted(model.values)
-    told = {"first": forces, "again": forces, "held": [forces[-1], True], "cleared": False, "changed": changed}
+    told = {
+        "first": forces,
+        "again": forces,
+        "held": [forces[-1], True],
+        "cleared": False,
+        "changed": changed,
+    }
     assert message == told | {"k_i": [5e6, 3e6, 1e6]}
 
 
@@ -152,7 +174,12 @@ int size(void) { return AXIS_X_SAVED; }
 
 def saved_by_c(model, folder, x):
     """Return what the export to C saves behind some positions."""
-    br.export(model, "c", folder / "out_axis_x", rest="middle" if rest_rule(with_rest(model, "middle")) else None)
+    br.export(
+        model,
+        "c",
+        folder / "out_axis_x",
+        rest="middle" if rest_rule(with_rest(model, "middle")) else None,
+    )
     (folder / "saved.c").write_text(IN_C)
     in_c = library(folder, "-O0", "saved.c", "out_axis_x/axis_x.c")
     content = ctypes.create_string_buffer(in_c.size())
@@ -162,7 +189,9 @@ def saved_by_c(model, folder, x):
 
 @pytest.mark.slow
 @needs_node
-@pytest.mark.parametrize("saved", ["sided_coulomb", "sided_lugre", "sided_preisach_lugre", "varied_gms"])
+@pytest.mark.parametrize(
+    "saved", ["sided_coulomb", "sided_lugre", "sided_preisach_lugre", "varied_gms"]
+)
 def test_a_saved_state_continues_and_damaged_bytes_are_refused(tmp_path, saved):
     x = walk(3000, seed=9)
     x.tofile(tmp_path / "x.bin")
@@ -173,7 +202,9 @@ def test_a_saved_state_continues_and_damaged_bytes_are_refused(tmp_path, saved):
         rest = [f"{other}.bin" for other in ("sided_dahl", "sided_maxwell_slip")]
         for other in rest:
             (tmp_path / "of_another").mkdir(exist_ok=True)
-            content = saved_by_c(example(other.removesuffix(".bin")), tmp_path / "of_another", x[:10])
+            content = saved_by_c(
+                example(other.removesuffix(".bin")), tmp_path / "of_another", x[:10]
+            )
             (tmp_path / other).write_bytes(content)
             shutil.rmtree(tmp_path / "of_another")
     (tmp_path / "others.txt").write_text(" ".join(rest))
@@ -239,7 +270,13 @@ def test_counts_are_encoded_in_the_format():
     # The examples of the WebAssembly specification and of the format LEB128.
     assert leb(624485) == b"\xe5\x8e\x26"
     assert signed_leb(-123456) == b"\xc0\xbb\x78"
-    assert [signed_leb(value) for value in (0, 63, 64, -64, -65)] == [b"\x00", b"\x3f", b"\xc0\x00", b"\x40", b"\xbf\x7f"]
+    assert [signed_leb(value) for value in (0, 63, 64, -64, -65)] == [
+        b"\x00",
+        b"\x3f",
+        b"\xc0\x00",
+        b"\x40",
+        b"\xbf\x7f",
+    ]
 
 
 def test_a_model_is_a_few_kilobytes():

@@ -118,7 +118,10 @@ def drawn_plant(r: np.random.Generator, seed: int) -> Plant:
     if plant.kind == 1:
         plant.damping = 0.3 * math.sqrt(3 * coulomb / plant.reach * mass)
     if plant.kind == 2 or seed % 5 == 0:
-        plant.gravity, plant.cogging = float(r.uniform(-1, 1) * coulomb), float(coulomb * r.uniform(0.05, 0.2))
+        plant.gravity, plant.cogging = (
+            float(r.uniform(-1, 1) * coulomb),
+            float(coulomb * r.uniform(0.05, 0.2)),
+        )
         plant.pitch = float(r.choice([0.005, 0.01, 0.02]))
     late = (plant.delay + 1.5) * plant.sample_time + plant.lag
     crossover = 0.5 / late
@@ -128,16 +131,24 @@ def drawn_plant(r: np.random.Generator, seed: int) -> Plant:
         plant.spring = (2 * math.pi * first) ** 2 * reduced
         plant.damper = 0.2 * math.sqrt(plant.spring * reduced)
         crossover = min(crossover, 0.12 * 2 * math.pi * first)
-    plant.p, plant.i, plant.d = 0.4 * mass * crossover**2, 0.4 * mass * crossover**3 / 20, mass * crossover
+    plant.p, plant.i, plant.d = (
+        0.4 * mass * crossover**2,
+        0.4 * mass * crossover**3 / 20,
+        mass * crossover,
+    )
     plant.inertia, plant.limit = 0.97 * mass, coulomb * 4 + abs(plant.gravity) + 6 * mass
     return plant
 
 
-def cycle_of(amplitude: float, period: float, dwell: float, sample_time: float = 1e-3) -> np.ndarray:
+def cycle_of(
+    amplitude: float, period: float, dwell: float, sample_time: float = 1e-3
+) -> np.ndarray:
     """Return a motion to and fro with rests at its ends, of twice this amplitude."""
     half, rest = round(period / 2 / sample_time), round(dwell / sample_time)
     t = np.arange(half) / half
-    rise = (1 - np.cos(math.pi * t)) / 2 if rest == 0 else t - np.sin(2 * math.pi * t) / (2 * math.pi)
+    rise = (
+        (1 - np.cos(math.pi * t)) / 2 if rest == 0 else t - np.sin(2 * math.pi * t) / (2 * math.pi)
+    )
     return 2 * amplitude * np.concatenate([rise, np.ones(rest), 1 - rise, np.zeros(rest)])
 
 
@@ -146,8 +157,14 @@ def drawn(seed: int) -> tuple[Plant, Motion]:
     r = np.random.default_rng([20261127, seed])
     plant = drawn_plant(r, seed)
     # The motion is large beside the error of the loop, as on a machine in use.
-    amplitude, period, dwell = log_uniform(r, 0.5e-3, 8e-3), float(r.uniform(1.2, 3.0)), 0.15 * float(r.uniform() < 0.5)
-    distance = plant.coulomb / plant.p + plant.reach  # the loop breaks the axis away over this distance of the reference
+    amplitude, period, dwell = (
+        log_uniform(r, 0.5e-3, 8e-3),
+        float(r.uniform(1.2, 3.0)),
+        0.15 * float(r.uniform() < 0.5),
+    )
+    distance = (
+        plant.coulomb / plant.p + plant.reach
+    )  # the loop breaks the axis away over this distance of the reference
     amplitude = max(amplitude, 12 * plant.coulomb / plant.p)
     # Within a tenth of a second of a reversal, the reference covers twice this distance.
     period = min(period, max(2 * math.pi * math.sqrt(amplitude / (400 * distance)), 0.8))
@@ -188,7 +205,10 @@ class Bench:
                 np.exp(1.2 * (r.uniform(size=count) + r.uniform(size=count) - 1)),
             )
         else:
-            travel, limit = self.plant.reach * 60.0 ** (np.arange(count) / (count - 1) - 1.0), np.ones(count)
+            travel, limit = (
+                self.plant.reach * 60.0 ** (np.arange(count) / (count - 1) - 1.0),
+                np.ones(count),
+            )
         limit = limit * self.plant.coulomb / limit.sum()
         stiff = (1.0 if self.plant.kind == 3 else 1.35) * limit / travel
         springs = np.zeros(count)
@@ -199,10 +219,24 @@ class Bench:
         self.values, self.springs, self.limits, self.stiff = np.zeros(13), springs, limit, stiff
         self.late, self.random = np.zeros(16), np.array([np.uint32(self.seed * 2654435761 % 2**32)])
 
-    def play(self, reference: np.ndarray, feed: np.ndarray, *, feed_is_truth: bool = False) -> tuple[np.ndarray, int, int]:
+    def play(
+        self, reference: np.ndarray, feed: np.ndarray, *, feed_is_truth: bool = False
+    ) -> tuple[np.ndarray, int, int]:
         """Return rows (position, effort, true position, friction, gain), their number, and the reason of the guard: 0 for none."""
         g = self.guard
-        limits = np.array([g.following_error, g.effort, g.low, g.high, g.slew, g.gain, g.offset, g.reaches_motor, g.freezes_at])
+        limits = np.array(
+            [
+                g.following_error,
+                g.effort,
+                g.low,
+                g.high,
+                g.slew,
+                g.gain,
+                g.offset,
+                g.reaches_motor,
+                g.freezes_at,
+            ]
+        )
         out = np.zeros((reference.size, 5))
         count, why = _play(
             self.plant.values(), limits, reference, feed, feed_is_truth, self.values, self.springs, self.limits, self.stiff, self.late,
@@ -253,7 +287,12 @@ def _play(par, guard, reference, feed, feed_is_truth, x, s, limit, stiff, late, 
         x[6] += -x[6] * T / 0.5 + noise * math.sqrt(2 * T / 0.5) * 3.46 * (_uniform(random) - 0.5)
         x[10] += T
         level = 1.0 - warm * (1.0 - math.exp(-x[10] / heat))
-        out[k, 0], out[k, 1], out[k, 2], out[k, 4] = position, total, x[2] if load > 0 else x[0], x[7]
+        out[k, 0], out[k, 1], out[k, 2], out[k, 4] = (
+            position,
+            total,
+            x[2] if load > 0 else x[0],
+            x[7],
+        )
         for _ in range(50):
             v = x[1]
             dx, a = v * dt, abs(v)
@@ -264,7 +303,9 @@ def _play(par, guard, reference, feed, feed_is_truth, x, s, limit, stiff, late, 
             if kind == 0:
                 for j in range(n):
                     most = limit[j] * share
-                    s[j] = min(max(s[j] + stiff[j] * dx, -(1 - asymmetry) * most), (1 + asymmetry) * most)
+                    s[j] = min(
+                        max(s[j] + stiff[j] * dx, -(1 - asymmetry) * most), (1 + asymmetry) * most
+                    )
                     force += s[j]
             elif kind == 1:
                 stiffness, g = 3.0 * coulomb / reach, coulomb * share * side
@@ -284,7 +325,13 @@ def _play(par, guard, reference, feed, feed_is_truth, x, s, limit, stiff, late, 
                     elif s[j] < -(1 - asymmetry) * most:
                         s[j] = 0.1 * _uniform(random) * most
                     force += s[j]
-            friction = level * force + viscous * v + gravity + x[6] + cogging * math.sin(2 * math.pi * x[0] / pitch)
+            friction = (
+                level * force
+                + viscous * v
+                + gravity
+                + x[6]
+                + cogging * math.sin(2 * math.pi * x[0] / pitch)
+            )
             if load > 0:
                 link = spring * (x[0] - x[2]) + damper * (v - x[3])
                 x[3] += dt * link / load

@@ -44,9 +44,20 @@ def finished(tmp_path_factory, own_locks):
     machine = BenchMachine(bench, memory=folder / "memory.json")
     machine.shares = []
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "picture", lambda name, draw, alternative, caption, **_: page.Picture(f"figure-{name}", Markup(), caption))
+        patch.setattr(
+            page,
+            "picture",
+            lambda name, draw, alternative, caption, **_: page.Picture(
+                f"figure-{name}", Markup(), caption
+            ),
+        )
         result = tune(
-            file, folder / "out", move=True, machine=machine, options=OPTIONS, progress=lambda share, _: machine.shares.append(share)
+            file,
+            folder / "out",
+            move=True,
+            machine=machine,
+            options=OPTIONS,
+            progress=lambda share, _: machine.shares.append(share),
         )
     return machine, folder, result
 
@@ -97,7 +108,11 @@ def begun(folder: Path, target: Path, step: str = "identification"):
         (target / "out" / name).unlink(missing_ok=True)
     lines = (folder / "out" / NAME).read_text().splitlines(keepends=True)
     entries = [json.loads(line) for line in lines]
-    end = next(place for place, entry in enumerate(entries) if entry["step"] == step and entry["event"] == "done")
+    end = next(
+        place
+        for place, entry in enumerate(entries)
+        if entry["step"] == step and entry["event"] == "done"
+    )
     begin = json.dumps(str(folder / "machine.toml")), json.dumps(str(target / "machine.toml"))
     text = "".join(lines[: end + 1])
     assert begin[0] in text

@@ -52,7 +52,13 @@ def small_files(folder):
     (folder / "machine.toml").write_text(MACHINE)
     time = SAMPLE_TIME * np.arange(151)
     wave = 1e3 * (1.0 - np.cos(2.0 * np.pi * time / 0.3))
-    np.savetxt(folder / "motion.csv", np.column_stack([time, wave]), delimiter=",", header="time [s],ref [um]", comments="")
+    np.savetxt(
+        folder / "motion.csv",
+        np.column_stack([time, wave]),
+        delimiter=",",
+        header="time [s],ref [um]",
+        comments="",
+    )
     return folder / "machine.toml"
 
 
@@ -139,7 +145,13 @@ def full(number):
 
 
 FAULTS = {"reset": reset, "cut": cut, "broken": broken, "terminated": terminated, "killed": killed}
-DISK = {"ENOSPC": full(errno.ENOSPC), "EROFS": full(errno.EROFS), "EIO": full(errno.EIO), "terminated": terminated, "killed": killed}
+DISK = {
+    "ENOSPC": full(errno.ENOSPC),
+    "EROFS": full(errno.EROFS),
+    "EIO": full(errno.EIO),
+    "terminated": terminated,
+    "killed": killed,
+}
 
 
 class Faulty(Small):
@@ -172,7 +184,14 @@ def with_short_steps(patch):
     """Replace what computes for long by its facts; each write, record and gate of these steps stays."""
 
     def identified(results):
-        return {"model": "coulomb", "verdict": "Usable", "error_percent": 1.0, "lead": 0.0, "usable": True, "results": results}
+        return {
+            "model": "coulomb",
+            "verdict": "Usable",
+            "error_percent": 1.0,
+            "lead": 0.0,
+            "usable": True,
+            "results": results,
+        }
 
     def excitation(run):
         run.record("excitation", run.motion(1))
@@ -192,12 +211,24 @@ def with_short_steps(patch):
             run.set(gain=side * 1.0)
             run.record(f"side_{number}", run.motion(cycles_compared(6)))
         run.set()
-        lower = {"before": 1e-4, "after": 1e-5, "change_percent": -90.0, "interval_percent": [-91.0, -89.0]}
+        lower = {
+            "before": 1e-4,
+            "after": 1e-5,
+            "change_percent": -90.0,
+            "interval_percent": [-91.0, -89.0],
+        }
         change = lower | {"verdict": "lower", "unit": "m"}
         run.finish(changes={"following_error.rms": change}, ratios={}, helped=True, gain=1.0)
 
-    short = {"excitation": excitation, "identification": identification, "refinement": refinement, "comparison": comparison}
-    patch.setattr(tuning, "STEPS", tuple(step._replace(act=short.get(step.name, step.act)) for step in STEPS))
+    short = {
+        "excitation": excitation,
+        "identification": identification,
+        "refinement": refinement,
+        "comparison": comparison,
+    }
+    patch.setattr(
+        tuning, "STEPS", tuple(step._replace(act=short.get(step.name, step.act)) for step in STEPS)
+    )
     patch.setattr("bristle.apps.tune.steps._feedforward", lambda run, facts: FEEDFORWARD)
     patch.setattr("bristle.apps.tune.report.tune_report", lambda *_, **__: "a page")
 

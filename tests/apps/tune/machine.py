@@ -31,7 +31,9 @@ class Faults:
 class BenchMachine:
     """An axis simulated without bristle behind the interface of a machine; it persists in a file, as a real controller does."""
 
-    def __init__(self, bench: Bench, faults: Faults | None = None, memory: Path | None = None) -> None:
+    def __init__(
+        self, bench: Bench, faults: Faults | None = None, memory: Path | None = None
+    ) -> None:
         self.bench, self.faults, self.memory = bench, faults or Faults(), memory
         self.sample_time = bench.plant.sample_time
         self.feedforward: FrictionFeedforward | None = None
@@ -58,7 +60,11 @@ class BenchMachine:
 
     def arm(self, limits: Limits) -> None:
         guard = self.bench.guard
-        guard.following_error, guard.effort, (guard.low, guard.high) = limits.following_error, limits.effort, limits.travel
+        guard.following_error, guard.effort, (guard.low, guard.high) = (
+            limits.following_error,
+            limits.effort,
+            limits.travel,
+        )
         guard.gain = guard.offset = 0.0
         self._write(guard=[limits.following_error, limits.effort, *limits.travel], gain=0.0)
 
@@ -79,8 +85,14 @@ class BenchMachine:
         self.records.append(f"{reference.size}")
         feed = np.zeros(reference.size)
         if self.feedforward is not None:
-            feed = self.faults.feed_sign * self.faults.feed_scale * self.feedforward.along(reference, self.sample_time)
-        self.bench.guard.freezes_at = reference.size // 2 if self.motions == self.faults.encoder_fails_at else np.inf
+            feed = (
+                self.faults.feed_sign
+                * self.faults.feed_scale
+                * self.feedforward.along(reference, self.sample_time)
+            )
+        self.bench.guard.freezes_at = (
+            reference.size // 2 if self.motions == self.faults.encoder_fails_at else np.inf
+        )
         rows, count, why = self.bench.play(reference, feed)
         if why and not self.faults.guard_fails:
             self._write(gain=0.0)
@@ -138,12 +150,19 @@ def written(folder: Path, seed: int, cycles: int = 10) -> tuple[Path, Bench, Mot
     """Write the machine file, axis file and motion of a random axis; return the file and the axis."""
     plant, motion = drawn(seed)
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "axis.toml").write_text(AXIS.format(limit=2.0 * plant.limit, resolution=plant.resolution))
+    (folder / "axis.toml").write_text(
+        AXIS.format(limit=2.0 * plant.limit, resolution=plant.resolution)
+    )
     (folder / "machine.toml").write_text(MACHINE.format(cycles=cycles))
     time = np.arange(motion.cycle.size + 1) * plant.sample_time
     whole = np.append(motion.cycle, motion.cycle[0])
     np.savetxt(
-        folder / "motion.csv", np.column_stack([time, 1e6 * whole]), fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments=""
+        folder / "motion.csv",
+        np.column_stack([time, 1e6 * whole]),
+        fmt="%.9g",
+        delimiter=",",
+        header="time [s],ref [um]",
+        comments="",
     )
     return folder / "machine.toml", Bench(plant, seed), motion
 

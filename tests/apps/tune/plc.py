@@ -16,8 +16,15 @@ import bristle.apps.tune
 from bristle.apps.tune import Limits
 
 # The keyword of the standard, as the head of the file states it for other controllers than TwinCAT.
-TEXT = (Path(bristle.apps.tune.__file__).parent / "FB_BristleTune.st").read_text().replace("VAR PERSISTENT", "VAR RETAIN")
-PERSISTENT = re.findall(r"(\w+)(?=[\w, ]* : )", re.sub(r"\(\*.*?\*\)", "", TEXT.split("VAR RETAIN")[1].split("END_VAR")[0]))
+TEXT = (
+    (Path(bristle.apps.tune.__file__).parent / "FB_BristleTune.st")
+    .read_text()
+    .replace("VAR PERSISTENT", "VAR RETAIN")
+)
+PERSISTENT = re.findall(
+    r"(\w+)(?=[\w, ]* : )",
+    re.sub(r"\(\*.*?\*\)", "", TEXT.split("VAR RETAIN")[1].split("END_VAR")[0]),
+)
 AXIS = """
 static t_fb_bristletune tune;
 static double x, v, bristle, integral, error_before;
@@ -41,14 +48,26 @@ void cycles(int number)
     }
 }
 """
-SIZES = {"bool": ctypes.c_bool, "dint": ctypes.c_int32, "lint": ctypes.c_int64, "lreal": ctypes.c_double}
-WARNINGS = ("-Wno-unused-function", "-Wno-unused-but-set-variable", "-Wno-clobbered", "-Wno-unused-variable")
+SIZES = {
+    "bool": ctypes.c_bool,
+    "dint": ctypes.c_int32,
+    "lint": ctypes.c_int64,
+    "lreal": ctypes.c_double,
+}
+WARNINGS = (
+    "-Wno-unused-function",
+    "-Wno-unused-but-set-variable",
+    "-Wno-clobbered",
+    "-Wno-unused-variable",
+)
 WIDE = Limits(1e-3, 400.0, (-0.1, 0.1))
 
 
 def stroke(rows=600, distance=1e-3):
     """Return a motion to and fro between two rests [m]."""
-    return np.concatenate([np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)])
+    return np.concatenate(
+        [np.zeros(50), distance * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, rows))), np.zeros(50)]
+    )
 
 
 def compiled(folder: Path) -> Path:
@@ -57,7 +76,18 @@ def compiled(folder: Path) -> Path:
     unit = translator.units["fb_bristletune"]
     access = "".join(f"void *at_{name}(void) {{ return &tune.v_{name}; }}\n" for name in unit.types)
     (folder / "plc.c").write_text(HEAD + translator.text() + AXIS + access)
-    command = [COMPILER, *FLAGS, "-DROUNDED=nearbyint", *WARNINGS, "-shared", "-fPIC", "plc.c", "-o", "plc.so", "-lm"]
+    command = [
+        COMPILER,
+        *FLAGS,
+        "-DROUNDED=nearbyint",
+        *WARNINGS,
+        "-shared",
+        "-fPIC",
+        "plc.c",
+        "-o",
+        "plc.so",
+        "-lm",
+    ]
     built = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert built.returncode == 0, built.stderr[:4000]
     return folder / "plc.so"

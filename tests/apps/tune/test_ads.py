@@ -12,7 +12,14 @@ from tests.apps.tune.machine import AXIS, MACHINE
 from tests.apps.tune.plc import PERSISTENT, WIDE, Plc, Task, compiled, examples, stroke
 from tests.exports.native import COMPILER
 
-from bristle.apps.tune import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Options, tune, undo
+from bristle.apps.tune import (
+    FrictionFeedforward,
+    MachineRefusedError,
+    MachineStoppedError,
+    Options,
+    tune,
+    undo,
+)
 from bristle.apps.tune.ads import Ads
 from bristle.apps.tune.contract import check_machine
 from bristle.models.friction import coulomb
@@ -20,7 +27,9 @@ from bristle.models.plants import inertia
 
 pyads = pytest.importorskip("pyads", reason="pyads is not installed")
 testserver = pytest.importorskip("pyads.testserver", reason="pyads has no test server")
-pytestmark = pytest.mark.skipif(COMPILER is None, reason="the Structured Text runs as C, and there is no compiler")
+pytestmark = pytest.mark.skipif(
+    COMPILER is None, reason="the Structured Text runs as C, and there is no compiler"
+)
 ADDRESS = f"127.{1 + (os.getpid() >> 16 & 63)}.{os.getpid() >> 8 & 255}.{os.getpid() & 255}"  # pyads fixes the port
 PREFIX = "MAIN.tune."
 ADVANCE = 100  # cycles of the controller at each request
@@ -39,7 +48,9 @@ class Controller(testserver.AdvancedHandler):
         try:
             return super().handle_request(request)
         except KeyError:  # the server of pyads ends here; a controller answers "symbol not found"
-            return testserver.handler.AmsResponseData(struct.pack("<H", 5), request.ams_header.error_code, struct.pack("<II", 0x710, 0))
+            return testserver.handler.AmsResponseData(
+                struct.pack("<H", 5), request.ams_header.error_code, struct.pack("<II", 0x710, 0)
+            )
         finally:
             self.plc.cycles(self.advance)
 
@@ -80,19 +91,25 @@ def kind(controller):
         (controller.plc.restart if as_new else controller.plc.reboot)()
         controller.advance = ADVANCE
 
-    with examples(Ads, restart, net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix=PREFIX, patience=1e3) as example:
+    with examples(
+        Ads, restart, net_id=f"{ADDRESS}.1.1", address=ADDRESS, prefix=PREFIX, patience=1e3
+    ) as example:
         yield example
 
 
 @pytest.mark.slow
 def test_the_machine_meets_the_contract(kind):
-    assert [(check.name, check.detail) for check in check_machine(kind, move=True) if not check.passed] == []
+    assert [
+        (check.name, check.detail) for check in check_machine(kind, move=True) if not check.passed
+    ] == []
 
 
 def test_each_row_is_that_of_the_axis(armed, controller):
     recording = armed.record(stroke(6000), lambda: None)
     np.testing.assert_allclose(recording.reference, stroke(6000), atol=1e-15)
-    assert recording.position[-1] == pytest.approx(1e-3 * controller.plc.value("position"), abs=2e-6)
+    assert recording.position[-1] == pytest.approx(
+        1e-3 * controller.plc.value("position"), abs=2e-6
+    )
     assert np.max(np.abs(recording.error)) < 5e-4
 
 
@@ -157,7 +174,9 @@ def kept_one(kind):
     return machine, before
 
 
-def test_a_guard_that_tripped_while_the_program_computed_is_cleared_or_named_when_it_keeps(kind, controller):
+def test_a_guard_that_tripped_while_the_program_computed_is_cleared_or_named_when_it_keeps(
+    kind, controller
+):
     machine, _ = kept_one(kind)
     controller.plc.put("keep", b"\0")
     controller.plc.put("patience", (100).to_bytes(4, "little"))
@@ -218,7 +237,9 @@ def test_a_program_that_stores_nothing_is_refused(kind, controller, monkeypatch)
     monkeypatch.setattr("bristle.apps.tune.function_block.STORING", 0.2)
     machine, _ = kept_one(kind)
     controller.plc.stores = False
-    with pytest.raises(MachineRefusedError, match=r"not report .* stored\. Connect store and stored"):
+    with pytest.raises(
+        MachineRefusedError, match=r"not report .* stored\. Connect store and stored"
+    ):
         machine.save(Path())
     assert (controller.plc.value("save"), controller.plc.value("saved")) == (False, False)
 
@@ -272,9 +293,18 @@ def test_a_run_keeps_a_feedforward_and_undo_restores_the_controller(kind, contro
     (tmp_path / "machine.toml").write_text(MACHINE.format(cycles=6))
     cycle = 1e3 * (1.0 - np.cos(np.linspace(0.0, 2.0 * np.pi, 1501)))
     table = np.column_stack([1e-3 * np.arange(cycle.size), cycle])
-    np.savetxt(tmp_path / "motion.csv", table, fmt="%.9g", delimiter=",", header="time [s],ref [um]", comments="")
+    np.savetxt(
+        tmp_path / "motion.csv",
+        table,
+        fmt="%.9g",
+        delimiter=",",
+        header="time [s],ref [um]",
+        comments="",
+    )
     options = Options(models="dahl", duration=20.0)
-    result = tune(tmp_path / "machine.toml", tmp_path / "out", move=True, machine=machine, options=options)
+    result = tune(
+        tmp_path / "machine.toml", tmp_path / "out", move=True, machine=machine, options=options
+    )
     assert result.outcome == "kept", result.reason
     with pytest.raises(MachineRefusedError, match="closed"):
         machine.state()

@@ -55,7 +55,11 @@ class Saving(Example):
 
 @pytest.mark.parametrize("machine", [Rig, Saving])
 def test_a_machine_meets_the_contract(machine):
-    assert [(check.name, check.detail) for check in check_machine(machine, move=True) if not check.passed] == []
+    assert [
+        (check.name, check.detail)
+        for check in check_machine(machine, move=True)
+        if not check.passed
+    ] == []
 
 
 class NoGuard(Example):
@@ -121,21 +125,30 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize("machine", [SavesNothing, SavesWithoutGain, NamesAnother, KeepsSaved, KeepsGuard])
+@pytest.mark.parametrize(
+    "machine", [SavesNothing, SavesWithoutGain, NamesAnother, KeepsSaved, KeepsGuard]
+)
 def test_a_faulty_memory_is_noticed(machine):
-    assert [check.name for check in check_machine(machine, move=True) if not check.passed] == ["saves"]
+    assert [check.name for check in check_machine(machine, move=True) if not check.passed] == [
+        "saves"
+    ]
 
 
 def test_a_machine_that_saves_has_all_methods_of_saving():
     class NoRemoval(Saving):
         unsave = None
 
-    assert next(check.detail for check in check_machine(NoRemoval, move=True) if not check.passed) == "methods are missing: unsave"
+    assert (
+        next(check.detail for check in check_machine(NoRemoval, move=True) if not check.passed)
+        == "methods are missing: unsave"
+    )
 
 
 @pytest.mark.parametrize("demand", FAULTS)
 def test_each_fault_is_noticed(demand):
-    assert [check.name for check in check_machine(FAULTS[demand], move=True) if not check.passed] == [demand]
+    assert [
+        check.name for check in check_machine(FAULTS[demand], move=True) if not check.passed
+    ] == [demand]
 
 
 OPCUA = 'url = "opc.tcp://x"\nprefix = "ns=2;s="\n[settings.names]\nspeed = "i=1"'
@@ -143,17 +156,27 @@ OPCUA = 'url = "opc.tcp://x"\nprefix = "ns=2;s="\n[settings.names]\nspeed = "i=1
 
 @pytest.mark.parametrize(
     ("machine", "settings", "words"),
-    [("ads", 'net_id = "1.2.3.4.1.1"', r"settings\.prefix"), ("opcua", "", r"settings\.url"), ("opcua", OPCUA, "speed")],
+    [
+        ("ads", 'net_id = "1.2.3.4.1.1"', r"settings\.prefix"),
+        ("opcua", "", r"settings\.url"),
+        ("opcua", OPCUA, "speed"),
+    ],
 )
 def test_a_machine_file_states_the_address_of_the_controller(tmp_path, machine, settings, words):
     file = written(tmp_path, 4)[0]
-    file.write_text(file.read_text().replace('"bench.py"', f'"{machine}"') + f"[settings]\n{settings}\n")
+    file.write_text(
+        file.read_text().replace('"bench.py"', f'"{machine}"') + f"[settings]\n{settings}\n"
+    )
     with pytest.raises(InputError, match=words):
         connected(read_machine(file))
 
 
 @pytest.mark.parametrize(
-    ("machine", "library", "settings"), [(Ads, "pyads", {"net_id": "1.2.3.4.1.1"}), (OpcUa, "asyncua", {"url": "opc.tcp://127.0.0.1:1"})]
+    ("machine", "library", "settings"),
+    [
+        (Ads, "pyads", {"net_id": "1.2.3.4.1.1"}),
+        (OpcUa, "asyncua", {"url": "opc.tcp://127.0.0.1:1"}),
+    ],
 )
 def test_without_the_library_the_extra_is_named(monkeypatch, machine, library, settings):
     monkeypatch.setitem(sys.modules, library, None)

@@ -21,7 +21,14 @@ from bristle.prediction import first_gain
 class Scripted(BenchMachine):
     """A machine whose error, effort and noise at rest are functions of the gain."""
 
-    def __init__(self, bench, *, error=lambda gain: 1e-4 * (1.0 - 0.9 * gain), effort=lambda _: 10.0, noise=lambda _: 0.01):
+    def __init__(
+        self,
+        bench,
+        *,
+        error=lambda gain: 1e-4 * (1.0 - 0.9 * gain),
+        effort=lambda _: 10.0,
+        noise=lambda _: 0.01,
+    ):
         super().__init__(bench)
         self.of, self.now = {"error": error, "effort": effort, "noise": noise}, 0.0
 
@@ -34,7 +41,11 @@ class Scripted(BenchMachine):
     def record(self, reference, alive):
         moves = np.gradient(reference)
         wave = moves / max(np.max(np.abs(moves)), 1e-12)
-        swing = self.of["noise"](self.now) * np.random.default_rng(1).standard_normal(reference.size) * (moves == 0.0)
+        swing = (
+            self.of["noise"](self.now)
+            * np.random.default_rng(1).standard_normal(reference.size)
+            * (moves == 0.0)
+        )
         error, effort = self.of["error"](self.now), self.of["effort"](self.now)
         return Recording(reference, reference - error * wave, np.sqrt(2.0) * effort * wave + swing)
 
@@ -47,14 +58,25 @@ def prepared(tmp_path, monkeypatch):
 
 
 def preparing(tmp_path, monkeypatch, folders):
-    monkeypatch.setattr(steps, "_feedforward", lambda _, identified: SimpleNamespace(name=identified["results"], lead=0.0))
+    monkeypatch.setattr(
+        steps,
+        "_feedforward",
+        lambda _, identified: SimpleNamespace(name=identified["results"], lead=0.0),
+    )
 
     def run(**script):
         file, bench, _ = written(tmp_path, 4, 6)
-        grown, _ = folders.enter_context(growing_folder(tmp_path / f"run-{len(list(tmp_path.iterdir()))}", "run"))
-        made = Run(read_machine(file), Scripted(bench, **script), grown, Journal(grown.path), Options())
+        grown, _ = folders.enter_context(
+            growing_folder(tmp_path / f"run-{len(list(tmp_path.iterdir()))}", "run")
+        )
+        made = Run(
+            read_machine(file), Scripted(bench, **script), grown, Journal(grown.path), Options()
+        )
         made.step = "stages"
-        made.facts |= {"before": {"error": 1e-4}, "identification": {"results": "results", "usable": True}}
+        made.facts |= {
+            "before": {"error": 1e-4},
+            "identification": {"results": "results", "usable": True},
+        }
         return made
 
     return run
@@ -80,7 +102,11 @@ def test_the_best_harmless_gain_is_taken(prepared, script, gain):
     ("script", "code", "words"),
     [
         ({"effort": lambda gain: 10.0 * (1.0 + 0.4 * gain)}, "no_gain", "without a larger effort"),
-        ({"error": lambda gain: 1e-4 * (1.0 + 0.4 * gain)}, "worse", r"at gain 0\.25 the following error is 110%"),
+        (
+            {"error": lambda gain: 1e-4 * (1.0 + 0.4 * gain)},
+            "worse",
+            r"at gain 0\.25 the following error is 110%",
+        ),
         ({"noise": lambda gain: 0.01 if gain < 0.4 else 1.0}, "hunts_with_feedforward", "."),
     ],
     ids=lambda item: item if isinstance(item, str) else "",
@@ -116,18 +142,29 @@ def test_a_single_slip_at_rest_is_not_hunting(prepared):
 @pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(
     ("usable", "refined", "noise", "used"),
-    [(True, 0.5, 0.01, "refined"), (True, 1.5, 0.01, "results"), (False, 0.5, 0.01, "results"), (True, 0.5, 1.0, "results")],
+    [
+        (True, 0.5, 0.01, "refined"),
+        (True, 1.5, 0.01, "results"),
+        (False, 0.5, 0.01, "results"),
+        (True, 0.5, 1.0, "results"),
+    ],
 )
-def test_the_better_of_both_feedforwards_goes_on(prepared, monkeypatch, usable, refined, noise, used):
+def test_the_better_of_both_feedforwards_goes_on(
+    prepared, monkeypatch, usable, refined, noise, used
+):
     """The second feedforward is used if it is usable, does not make the axis hunt, and leaves a smaller error."""
     loaded = ["results"]
     run = prepared(
-        error=lambda gain: 1e-4 * (1.0 - 0.5 * gain * (2.0 - refined if loaded[-1] == "refined" else 1.0)),
+        error=lambda gain: (
+            1e-4 * (1.0 - 0.5 * gain * (2.0 - refined if loaded[-1] == "refined" else 1.0))
+        ),
         noise=lambda gain: noise if gain > 0.9 and loaded[-1] == "refined" else 0.01,
     )
     monkeypatch.setattr(run.machine, "load", lambda feedforward: loaded.append(feedforward.name))
     monkeypatch.setattr(steps, "_to_refine", lambda run: run.motion(1))
-    monkeypatch.setattr(steps, "_identified", lambda run, record, folder: {"usable": usable, "results": folder})
+    monkeypatch.setattr(
+        steps, "_identified", lambda run, record, folder: {"usable": usable, "results": folder}
+    )
     steps.stages(run)
     run.step = "refinement"
     steps.refinement(run)
@@ -146,12 +183,19 @@ def compared(run):
 def test_records_alternate_so_that_a_drift_cancels(prepared):
     run, gains = prepared(), []
     record = run.machine.record
-    run.machine.record = lambda reference, alive: gains.append(run.machine.now) or record(reference, alive)
+    run.machine.record = lambda reference, alive: (
+        gains.append(run.machine.now) or record(reference, alive)
+    )
     facts = compared(run)
-    places = {gain: np.array([place for place, own in enumerate(gains) if own == gain]) for gain in (0.0, 1.0)}
+    places = {
+        gain: np.array([place for place, own in enumerate(gains) if own == gain])
+        for gain in (0.0, 1.0)
+    }
     for power in (0, 1, 2):
         assert np.sum(places[0.0] ** power) == np.sum(places[1.0] ** power)
-    assert facts["changes"]["following_error.rms"]["change_percent"] == pytest.approx(-90.0, abs=0.5)
+    assert facts["changes"]["following_error.rms"]["change_percent"] == pytest.approx(
+        -90.0, abs=0.5
+    )
     times = [log.time.values for log in (*run.compared.logs_before, *run.compared.logs_after)]
     spans = sorted((time[0], time[-1]) for time in times)
     assert all(end < begin for (_, end), (begin, _) in pairwise(spans))
@@ -160,7 +204,9 @@ def test_records_alternate_so_that_a_drift_cancels(prepared):
 @pytest.fixture
 def uncompared(monkeypatch):
     """The logs of both sides are not compared: for what follows from their records."""
-    monkeypatch.setattr(steps, "compare", lambda *logs, axis: SimpleNamespace(changes={}, helped=True))
+    monkeypatch.setattr(
+        steps, "compare", lambda *logs, axis: SimpleNamespace(changes={}, helped=True)
+    )
     monkeypatch.setattr(Run, "log", lambda self, name: name)
 
 
@@ -172,7 +218,9 @@ def uncompared(monkeypatch):
         (lambda gain: 0.05 + 0.2 * gain, 1.0),  # less than a twentieth of the effort in motion
     ],
 )
-def test_the_noise_at_rest_of_both_sides_is_compared_above_a_share_of_the_effort(prepared, noise, expected):
+def test_the_noise_at_rest_of_both_sides_is_compared_above_a_share_of_the_effort(
+    prepared, noise, expected
+):
     found = compared(prepared(noise=noise))["ratios"]["noise at rest"]
     assert found["value"] == pytest.approx(expected, rel=1e-6)
     assert found["interval"] == pytest.approx([expected, expected], rel=1e-3)
@@ -213,7 +261,9 @@ def test_the_settling_time_is_that_of_all_stops(prepared):
     # The error enters its band of a quarter of 1e-4 after 100 ms and 400 ms.
     away = np.zeros(reference.size)
     away[: 700 + 100] = away[900 + 300 : 1400 + 400] = 1e-4
-    assert steps._settling(run, Recording(reference, reference - away, away)) == pytest.approx(np.sqrt(0.1 * 0.4), rel=0.02)
+    assert steps._settling(run, Recording(reference, reference - away, away)) == pytest.approx(
+        np.sqrt(0.1 * 0.4), rel=0.02
+    )
     assert steps._settling(run, Recording(reference, reference, away)) == pytest.approx(0.05)
     assert step == 1e-3
 
@@ -242,17 +292,38 @@ BETTER = {
         ({"ratios": {"settling time": ratio(1.04, 1.01, 1.4)}}, "", ""),
         ({"ratios": {"settling time": ratio(1.2, 0.99, 1.4)}}, "", ""),
         ({"ratios": {"noise at rest": ratio(1.6, 0.5, 8.0)}}, "something_worse", "noise at rest"),
-        ({"changes": BETTER | {"effort.rms": change(1.0, 1.06, "higher")}}, "something_worse", "effort.rms"),
-        ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "higher")}}, "something_worse", "reversals"),
-        ({"changes": BETTER | {"reversals.forward_to_backward": change(0.2, 0.9, "higher")}}, "", ""),
-        ({"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "no_change")}}, "", ""),
+        (
+            {"changes": BETTER | {"effort.rms": change(1.0, 1.06, "higher")}},
+            "something_worse",
+            "effort.rms",
+        ),
+        (
+            {"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "higher")}},
+            "something_worse",
+            "reversals",
+        ),
+        (
+            {"changes": BETTER | {"reversals.forward_to_backward": change(0.2, 0.9, "higher")}},
+            "",
+            "",
+        ),
+        (
+            {"changes": BETTER | {"reversals.forward_to_backward": change(1.0, 1.2, "no_change")}},
+            "",
+            "",
+        ),
     ],
 )
 def test_a_feedforward_stays_only_if_nothing_else_is_worse(prepared, changed, code, word):
     run = prepared()
     run.step = "verdict"
     run.facts["refinement"] = {"results": "results"}
-    run.facts["comparison"] = {"helped": True, "gain": 0.5, "ratios": {"settling time": ratio(1.0, 1.0, 1.0)}, "changes": BETTER} | changed
+    run.facts["comparison"] = {
+        "helped": True,
+        "gain": 0.5,
+        "ratios": {"settling time": ratio(1.0, 1.0, 1.0)},
+        "changes": BETTER,
+    } | changed
     if code:
         with pytest.raises(MachineRefusedError, match=word) as refused:
             steps.verdict(run)
@@ -266,7 +337,9 @@ def test_the_effort_precedes_the_motion_by_delay_and_lag(finished):
     machine, _, result = finished
     plant = machine.bench.plant
     # a sampled loop holds its effort: half a sample more
-    assert result.facts["identification"]["lead"] == pytest.approx((plant.delay + 0.5) * plant.sample_time + plant.lag, abs=2e-4)
+    assert result.facts["identification"]["lead"] == pytest.approx(
+        (plant.delay + 0.5) * plant.sample_time + plant.lag, abs=2e-4
+    )
 
 
 def test_a_model_that_explains_too_little_stops_the_run(prepared, monkeypatch):
@@ -279,15 +352,27 @@ def test_a_model_that_explains_too_little_stops_the_run(prepared, monkeypatch):
 
 def test_an_interrupted_identification_ends_the_run(identified, monkeypatch):
     make, folder = identified
-    run = Run(read_machine(folder / "machine.toml"), make(), folder / "out", Journal(folder / "out"), Options(models="coulomb", draws=0))
+    run = Run(
+        read_machine(folder / "machine.toml"),
+        make(),
+        folder / "out",
+        Journal(folder / "out"),
+        Options(models="coulomb", draws=0),
+    )
     run.step = "identification"
-    monkeypatch.setattr(steps, "identify", lambda log, *_, **__: Identification((), log, unfinished="interrupted"))
+    monkeypatch.setattr(
+        steps, "identify", lambda log, *_, **__: Identification((), log, unfinished="interrupted")
+    )
     with pytest.raises(KeyboardInterrupt):
         steps.identification(run)
 
 
 def fit(*diagnostics, error=10.0):
-    return SimpleNamespace(diagnostics=diagnostics, friction_alone_error_percent=error, plant=SimpleNamespace(values={"k": 1.0}))
+    return SimpleNamespace(
+        diagnostics=diagnostics,
+        friction_alone_error_percent=error,
+        plant=SimpleNamespace(values={"k": 1.0}),
+    )
 
 
 @pytest.mark.parametrize(("error", "gain"), [(49.0, 0.25), (51.0, 0.0)])
@@ -296,7 +381,9 @@ def test_the_first_gain_needs_a_model_that_explains_half_of_the_friction(error, 
     assert first_gain(fit(Diagnostic("one_speed"), error=error)) == gain
 
 
-@pytest.mark.parametrize("fault", [Diagnostic("sign_reversed", severity="error"), Diagnostic("one_direction")])
+@pytest.mark.parametrize(
+    "fault", [Diagnostic("sign_reversed", severity="error"), Diagnostic("one_direction")]
+)
 def test_a_faulty_log_has_no_first_gain(fault):
     assert first_gain(fit(fault, error=1.0)) == 0.0
 
@@ -304,7 +391,18 @@ def test_a_faulty_log_has_no_first_gain(fault):
 class Pushed(Scripted):
     """A machine at rest that answers test efforts: along the effort, by its integral action, or with motions of its own."""
 
-    def __init__(self, bench, *, stiffness=np.inf, integral=0.0, wander=0.0, overshoots=0.0, net=-1.0, against=0.0, growth=1.0):
+    def __init__(
+        self,
+        bench,
+        *,
+        stiffness=np.inf,
+        integral=0.0,
+        wander=0.0,
+        overshoots=0.0,
+        net=-1.0,
+        against=0.0,
+        growth=1.0,
+    ):
         super().__init__(bench)
         self.growth, self.count = growth, -1
         self.overshoots, self.net, self.against = overshoots, net, against
@@ -321,7 +419,10 @@ class Pushed(Scripted):
         side = -1.0 if abs(self.offset) < self.against else 1.0
         self.count += 1
         stretch = self.growth ** (self.count % 6)
-        position = side * np.sign(net) * stretch * self.offset / self.stiffness + self.wander * self.random.standard_normal()
+        position = (
+            side * np.sign(net) * stretch * self.offset / self.stiffness
+            + self.wander * self.random.standard_normal()
+        )
         return Recording(reference, position * still, net * self.offset * still)
 
 
@@ -344,7 +445,9 @@ class Pushed(Scripted):
 def test_an_answer_to_a_test_effort_is_that_of_the_axis(tmp_path, answer, code):
     file, bench, _ = written(tmp_path, 4, 6)
     with growing_folder(tmp_path / "out", "run") as (grown, _):
-        run = Run(read_machine(file), Pushed(bench, **answer), grown, Journal(grown.path), Options())
+        run = Run(
+            read_machine(file), Pushed(bench, **answer), grown, Journal(grown.path), Options()
+        )
         if not code:
             found = steps._answer(run)
             assert found["test_effort"] <= 0.04 * run.limits.effort

@@ -9,7 +9,17 @@ from tests.apps.tune.faults import INITIAL, Faulty, Small, small_files, with_sho
 from bristle.apps.tune.journal import NAME
 from bristle.cli.main import main
 
-PLACES = (NAME, "records", "records/rest.csv", "results", "results/model.toml", "refined", "report.html", "summary.json", "notes.txt")
+PLACES = (
+    NAME,
+    "records",
+    "records/rest.csv",
+    "results",
+    "results/model.toml",
+    "refined",
+    "report.html",
+    "summary.json",
+    "notes.txt",
+)
 PERSONAL = "of a person\n"
 
 
@@ -42,7 +52,15 @@ def made_pipe(place, outside):
     os.mkfifo(place)
 
 
-MAKERS = (made_file, made_link, made_broken_link, made_link_to_folder, made_hard_link, made_folder, made_pipe)
+MAKERS = (
+    made_file,
+    made_link,
+    made_broken_link,
+    made_link_to_folder,
+    made_hard_link,
+    made_folder,
+    made_pipe,
+)
 
 
 def contents(folder):
@@ -110,7 +128,7 @@ def test_a_run_that_goes_on_changes_nothing_of_a_person(axis, monkeypatch, capsy
     name = str(place.relative_to(axis / "out"))
     assert run(axis, monkeypatch) in (0, 1, 2)
     assert contents(axis / "outside") == outside
-    assert {key: value for key, value in contents(axis / "out").items() if key.startswith(name)} == {
-        key: value for key, value in own.items() if key.startswith(name)
-    }
+    assert {
+        key: value for key, value in contents(axis / "out").items() if key.startswith(name)
+    } == {key: value for key, value in own.items() if key.startswith(name)}
     assert Small(axis / "memory.json").state()["gain"] in (0.0, 1.0)

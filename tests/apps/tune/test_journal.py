@@ -56,7 +56,8 @@ def test_a_removed_entry_is_refused(journal, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("events", "expected"), [(("write",), True), (("write", "restored"), False), (("write", "kept"), False), ((), False)]
+    ("events", "expected"),
+    [(("write",), True), (("write", "restored"), False), (("write", "kept"), False), ((), False)],
 )
 def test_a_machine_may_differ_from_its_backup_after_a_write(tmp_path, events, expected):
     journal = Journal(tmp_path)

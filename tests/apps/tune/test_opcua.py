@@ -16,7 +16,9 @@ from bristle.apps.tune.contract import check_machine, saves
 from bristle.apps.tune.opcua import OpcUa
 
 asyncua = pytest.importorskip("asyncua", reason="asyncua is not installed")
-pytestmark = pytest.mark.skipif(COMPILER is None, reason="the Structured Text runs as C, and there is no compiler")
+pytestmark = pytest.mark.skipif(
+    COMPILER is None, reason="the Structured Text runs as C, and there is no compiler"
+)
 PREFIX = "ns=2;s=MAIN.tune."
 WRITTEN = (
     "armed keep clear start save saved max_error max_effort low high gain offset ramp patience alive model rows "
@@ -65,7 +67,9 @@ class Server:
         for name in self.plc.variables:
             if name not in ("motion", "ring"):
                 node = asyncua.ua.NodeId.from_string(f"{PREFIX}{name}")
-                variable = await server.nodes.objects.add_variable(node, name, self.plc.value(name), self._type(name))
+                variable = await server.nodes.objects.add_variable(
+                    node, name, self.plc.value(name), self._type(name)
+                )
                 await variable.set_writable()
                 self._nodes[name] = node
         async with server:
@@ -96,7 +100,9 @@ class Server:
         values = {name: read(node, value).Value.Value for name, node in self._nodes.items()}
         for name in WRITTEN.split():
             place = self.plc.variables[name]
-            self.plc.put(name, bytes(place(*values[name]) if name == "block" else place(values[name])))
+            self.plc.put(
+                name, bytes(place(*values[name]) if name == "block" else place(values[name]))
+            )
         for _ in range(cycles):
             self.plc.cycles(1)
             row = self.plc.value("row")
@@ -105,14 +111,18 @@ class Server:
             values["row"] = row
             if 50 <= row[0] % 100 < 50 + self.lost:
                 continue
-            await self._set("row", row, BEGIN + datetime.timedelta(seconds=self.step * row[0] / self.clock))
+            await self._set(
+                "row", row, BEGIN + datetime.timedelta(seconds=self.step * row[0] / self.clock)
+            )
         for name in self._nodes:
             now = self.plc.value(name)
             if name != "row" and now != values[name]:
                 await self._set(name, now)
 
     async def _set(self, name, value, stamp=None) -> None:
-        data = asyncua.ua.DataValue(asyncua.ua.Variant(value, self._type(name)), SourceTimestamp=stamp)
+        data = asyncua.ua.DataValue(
+            asyncua.ua.Variant(value, self._type(name)), SourceTimestamp=stamp
+        )
         await self._server.write_attribute_value(self._nodes[name], data)
 
 
@@ -125,13 +135,23 @@ def server(tmp_path_factory):
 @pytest.fixture
 def kind(server):
     """Return the class of machines on the server, whose controller starts anew."""
-    with examples(OpcUa, server.restart, url=server.url, prefix=PREFIX, patience=100.0, clock=5.0, publish=0.05) as example:
+    with examples(
+        OpcUa,
+        server.restart,
+        url=server.url,
+        prefix=PREFIX,
+        patience=100.0,
+        clock=5.0,
+        publish=0.05,
+    ) as example:
         yield example
 
 
 @pytest.mark.slow
 def test_the_machine_meets_the_contract(kind):
-    assert [(check.name, check.detail) for check in check_machine(kind, move=True) if not check.passed] == []
+    assert [
+        (check.name, check.detail) for check in check_machine(kind, move=True) if not check.passed
+    ] == []
 
 
 @pytest.mark.slow
@@ -161,12 +181,16 @@ def test_a_short_queue_is_refused_before_the_axis_moves(armed, server):
 
 def test_other_time_stamps_than_the_sample_time_are_refused(armed, server):
     server.step = 2e-3
-    with pytest.raises(MachineRefusedError, match=r"0\.002 s apart, and the sample time is 0\.001 s"):
+    with pytest.raises(
+        MachineRefusedError, match=r"0\.002 s apart, and the sample time is 0\.001 s"
+    ):
         armed.record(stroke(), lambda: None)
 
 
 def test_a_wrong_node_is_refused_by_name(server):
-    machine = OpcUa(url=server.url, prefix=PREFIX, names={"armed": "ns=2;s=absent"}, sample_time=1e-3)
+    machine = OpcUa(
+        url=server.url, prefix=PREFIX, names={"armed": "ns=2;s=absent"}, sample_time=1e-3
+    )
     with pytest.raises(MachineRefusedError, match="ns=2;s=absent"):
         machine.state()
     machine.close()

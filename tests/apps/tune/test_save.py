@@ -41,7 +41,9 @@ class SavingBench(BenchMachine):
 
     def restarted(self):
         """Return the machine behind a restart of its controller."""
-        self.memory.write_text(self.stored.read_text() if self.stored.exists() else json.dumps(EMPTY))
+        self.memory.write_text(
+            self.stored.read_text() if self.stored.exists() else json.dumps(EMPTY)
+        )
         return SavingBench(self.folder)
 
 
@@ -61,9 +63,18 @@ def test_a_kept_feedforward_is_saved_and_removed_by_undo(kept):
     assert result.outcome == "saved"
     assert result.facts["save"]["places"] == {"stored": machine.stored.read_text()}
     entries = Journal(kept / "out").entries
-    assert [(entry["event"], entry["places"]) for entry in entries[-2:]] == [("saving", {"stored": ""}), ("saved", machine.saved())]
-    assert sentences_of(result)[:2] == ["Saved, and read back: stored.", "The controller reads stored.json."]
-    assert sentences_of(result)[-1] == f"The machine has the feedforward. Undo: bristle tune --undo {kept / 'out'}"
+    assert [(entry["event"], entry["places"]) for entry in entries[-2:]] == [
+        ("saving", {"stored": ""}),
+        ("saved", machine.saved()),
+    ]
+    assert sentences_of(result)[:2] == [
+        "Saved, and read back: stored.",
+        "The controller reads stored.json.",
+    ]
+    assert (
+        sentences_of(result)[-1]
+        == f"The machine has the feedforward. Undo: bristle tune --undo {kept / 'out'}"
+    )
     again = machine.restarted()
     assert again.state() == state
     assert undo(kept / "out", machine=again).outcome == "undone"
@@ -75,7 +86,9 @@ def test_a_kept_feedforward_is_saved_and_removed_by_undo(kept):
 def test_a_run_of_an_earlier_version_has_one_model(kept):
     machine, folders = SavingBench(kept), []
     Journal(kept / "out").write("verdict", "kept", state=dict(machine.state()))
-    machine.save = lambda folder: folders.append(folder) or (machine.stored.write_text("{}") and machine.saved())
+    machine.save = lambda folder: (
+        folders.append(folder) or (machine.stored.write_text("{}") and machine.saved())
+    )
     assert save(kept / "out", machine=machine).outcome == "saved"
     assert folders == [kept / "out/results"]
 
@@ -100,7 +113,11 @@ def with_another_model(kept):
             "state_changed",
         ),
         (another, "not as the run left it: identity: bench", "state_changed"),
-        (with_another_model, r"refined/model\.toml differs from its hash in the journal", "file_changed"),
+        (
+            with_another_model,
+            r"refined/model\.toml differs from its hash in the journal",
+            "file_changed",
+        ),
         (
             lambda kept: BenchMachine(Bench(drawn(SEED)[0], SEED), memory=kept / "memory.json"),
             r"bench\.py has no non-volatile memory\. .*run bristle tune again",
@@ -135,7 +152,9 @@ def test_a_memory_that_reads_back_otherwise_is_refused_and_removed_by_undo(kept,
         def saved(self):
             return {"stored": content if self.stored.exists() else ""}
 
-    with pytest.raises(MachineRefusedError, match="memory differs from what was written: stored") as refused:
+    with pytest.raises(
+        MachineRefusedError, match="memory differs from what was written: stored"
+    ) as refused:
         save(kept / "out", machine=Faulty(kept))
     assert refused.value.code == "not_saved"
     machine = SavingBench(kept)
@@ -168,7 +187,9 @@ def test_a_memory_that_keeps_the_feedforward_is_named_and_blocks_the_next_run(ke
 
     save(kept / "out", machine=SavingBench(kept))
     machine = Stuck(kept)
-    with pytest.raises(MachineRefusedError, match="memory still contains the feedforward: stored") as refused:
+    with pytest.raises(
+        MachineRefusedError, match="memory still contains the feedforward: stored"
+    ) as refused:
         undo(kept / "out", machine=machine)
     assert (refused.value.code, machine.state()) == ("not_removed", EMPTY)
     file = Journal(kept / "out").last("begun")["file"]
@@ -185,7 +206,11 @@ def changed_byte(path: Path) -> None:
     path.write_bytes(bytes(content))
 
 
-FILES = {"before": "records/before.csv", "excitation": "records/excitation.csv", "identification": "results/model.toml"}
+FILES = {
+    "before": "records/before.csv",
+    "excitation": "records/excitation.csv",
+    "identification": "results/model.toml",
+}
 
 
 def test_a_record_that_was_changed_is_refused_before_anything_moves(finished, tmp_path):
@@ -198,19 +223,27 @@ def test_a_record_that_was_changed_is_refused_before_anything_moves(finished, tm
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("step", "change"), [("excitation", Path.unlink), ("identification", changed_byte)])
-def test_a_file_that_was_changed_is_not_used_by_a_run_that_goes_on(finished, tmp_path, step, change):
+@pytest.mark.parametrize(
+    ("step", "change"), [("excitation", Path.unlink), ("identification", changed_byte)]
+)
+def test_a_file_that_was_changed_is_not_used_by_a_run_that_goes_on(
+    finished, tmp_path, step, change
+):
     make, folder = begun(finished[1], tmp_path, step)
     change(folder / "out" / FILES[step])
     machine = make()
-    result = tune(folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS)
+    result = tune(
+        folder / "machine.toml", folder / "out", move=True, machine=machine, options=OPTIONS
+    )
     assert (result.outcome, result.code, result.restored) == ("restored", "file_changed", True)
     assert result.reason.startswith(f"{FILES[step]} differs from its hash in the journal")
     assert machine.state() == EMPTY
 
 
 def test_each_record_has_its_hash_in_the_journal(finished):
-    names = {entry["name"] for entry in Journal(finished[1] / "out").entries if entry["event"] == "file"}
+    names = {
+        entry["name"] for entry in Journal(finished[1] / "out").entries if entry["event"] == "file"
+    }
     records = {f"records/{path.name}" for path in (finished[1] / "out/records").iterdir()}
     assert names == records | {"results/model.toml", "refined/model.toml"}
 

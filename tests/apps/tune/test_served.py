@@ -57,7 +57,9 @@ def client(identified, tmp_path, monkeypatch):
     monkeypatch.chdir(identified[1])
     app = application(tmp_path / "lab", TOKEN, PORT, Limits())
     (tmp_path / "lab").mkdir()
-    with TestClient(app, base_url=f"http://127.0.0.1:{PORT}", headers={"x-bristle-token": TOKEN}) as client:
+    with TestClient(
+        app, base_url=f"http://127.0.0.1:{PORT}", headers={"x-bristle-token": TOKEN}
+    ) as client:
         client.cases = app.state.cases
         yield client
 
@@ -82,7 +84,9 @@ def test_a_kept_run_shows_each_step_with_its_fact_and_the_change(finished):
     assert status["outcome"] == "kept"
     assert states(folder / "out") == ["passed"] * 11
     change = result.facts["comparison"]["changes"]["following_error.rms"]
-    assert [in_metres(text) for text in status["change"]] == pytest.approx([change["before"], change["after"]], rel=5e-3)
+    assert [in_metres(text) for text in status["change"]] == pytest.approx(
+        [change["before"], change["after"]], rel=5e-3
+    )
     assert status["steps"][6]["text"].startswith("dahl")
     assert status["undo"].endswith(str(folder / "out"))
     assert any("95 % interval" in sentence for sentence in status["sentences"])
@@ -114,7 +118,14 @@ def test_a_refused_step_states_its_reason_and_a_later_run_begins_again(identifie
     result = tune(file, out, move=True, machine=make(Faults(ignores_effort=True)), options=OPTIONS)
     status = run_status(out, "translational")
     assert (status["outcome"], status["undo"]) == ("restored", "")
-    assert states(out) == ["passed", "passed", "refused", "waiting", *3 * ["passed"], *4 * ["waiting"]]
+    assert states(out) == [
+        "passed",
+        "passed",
+        "refused",
+        "waiting",
+        *3 * ["passed"],
+        *4 * ["waiting"],
+    ]
     assert status["steps"][2]["text"] == result.reason
     Journal(out).write("identity", "begun", file=str(file))
     assert states(out)[:4] == ["running", "waiting", "waiting", "waiting"]
@@ -126,7 +137,11 @@ def test_a_machine_refused_before_the_first_write_is_not_running(tmp_path):
     journal.write("identity", "begun", file="machine.toml")
     journal.write("identity", "stopped", code="identity_changed", reason="the machine differs")
     status = run_status(tmp_path, "translational")
-    assert (status["outcome"], status["steps"][0]["text"], status["undo"]) == ("restored", "the machine differs", "")
+    assert (status["outcome"], status["steps"][0]["text"], status["undo"]) == (
+        "restored",
+        "the machine differs",
+        "",
+    )
 
 
 def test_an_interrupted_and_restored_run_is_not_running(identified):
@@ -139,14 +154,20 @@ def test_an_interrupted_and_restored_run_is_not_running(identified):
     undo(out, machine=make())
     Journal(out).write("save", "removed")  # later entries do not change the outcome
     status = run_status(out, "translational")
-    assert (status["outcome"], status["undo"], status["steps"][7]["state"]) == ("undone", "", "refused")
+    assert (status["outcome"], status["undo"], status["steps"][7]["state"]) == (
+        "undone",
+        "",
+        "refused",
+    )
 
 
 def test_a_machine_that_could_not_be_restored_is_named_and_can_be_undone(identified):
     out = identified[1] / "out"
     journal = Journal(out)
     journal.write("stages", "stopped", code="worse", reason="the error rises")
-    journal.write("stages", "restored", cause="worse", identical=False, different={"gain": [0.0, 0.5]})
+    journal.write(
+        "stages", "restored", cause="worse", identical=False, different={"gain": [0.0, 0.5]}
+    )
     status = run_status(out, "translational")
     assert status["outcome"] == "not_restored"
     assert "NOT RESTORED" in status["sentences"][0]
@@ -172,7 +193,12 @@ def test_the_plan_moves_and_writes_nothing(machine, monkeypatch):
 @pytest.mark.parametrize("gain", [0.5, 0.0, 1.0])
 def test_a_stop_of_the_operator_restores_the_machine(machine, gain):
     bench, folder = machine
-    facts, _ = served.tune(errand(folder, is_cancelled=lambda: bench.feedforward is not None and bench.state()["gain"] >= gain))
+    facts, _ = served.tune(
+        errand(
+            folder,
+            is_cancelled=lambda: bench.feedforward is not None and bench.state()["gain"] >= gain,
+        )
+    )
     assert facts == {"outcome": "restored", "code": "operator"}
     assert bench.state() == INITIAL
     assert bench.bench.guard.gain == 0.0
@@ -185,15 +211,22 @@ def test_a_stop_of_the_operator_restores_the_machine(machine, gain):
 def test_two_runs_on_a_machine_are_refused_wherever_they_were_started(machine, monkeypatch):
     _, folder = machine
     monkeypatch.chdir(folder)
-    with _only_run(read_machine("machine.toml"), folder / "out", notes=True), pytest.raises(InputError, match="used by another run"):
+    with (
+        _only_run(read_machine("machine.toml"), folder / "out", notes=True),
+        pytest.raises(InputError, match="used by another run"),
+    ):
         served.plan(errand(folder))
 
 
 @pytest.mark.slow
-def test_a_run_from_a_terminal_can_be_undone_in_another_folder(identified, tmp_path_factory, monkeypatch):
+def test_a_run_from_a_terminal_can_be_undone_in_another_folder(
+    identified, tmp_path_factory, monkeypatch
+):
     make, folder = identified
     monkeypatch.chdir(folder)
-    tune("machine.toml", "out", move=True, machine=make(Faults(ignores_effort=True)), options=OPTIONS)
+    tune(
+        "machine.toml", "out", move=True, machine=make(Faults(ignores_effort=True)), options=OPTIONS
+    )
     monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
     assert undo(folder / "out", machine=make()).outcome == "undone"
 
@@ -213,8 +246,12 @@ def test_a_journal_of_another_process_is_shown_as_it_grows(client, identified):
 
 
 def test_the_folder_alone_shows_its_run(client, identified):
-    assert chosen(client, file="")[1].status_code == 403  # its journal names the machine file of another folder
-    Journal(identified[1] / "out").write("stages", "begun", file=str(identified[1] / "machine.toml"))
+    assert (
+        chosen(client, file="")[1].status_code == 403
+    )  # its journal names the machine file of another folder
+    Journal(identified[1] / "out").write(
+        "stages", "begun", file=str(identified[1] / "machine.toml")
+    )
     case, answer = chosen(client, file="")
     assert answer.status_code == 200, answer.text
     assert client.get(f"{case}/machine").json()["run"]
@@ -229,8 +266,12 @@ def test_the_latest_complete_record_of_a_motion_is_drawn(client, identified, mon
     record = client.get(f"{case}/machine").json()["record"]
     assert record["name"] == "excitation"
     motion, error, effort = client.get(f"{case}/machine/records/excitation").json()
-    table = np.loadtxt(records / "excitation.csv", delimiter=",", skiprows=1)  # time, position, effort, reference; [um]
-    assert max(error["curves"][1]) == pytest.approx(1e-6 * np.max(table[:, 3] - table[:, 1]), rel=1e-5)
+    table = np.loadtxt(
+        records / "excitation.csv", delimiter=",", skiprows=1
+    )  # time, position, effort, reference; [um]
+    assert max(error["curves"][1]) == pytest.approx(
+        1e-6 * np.max(table[:, 3] - table[:, 1]), rel=1e-5
+    )
     assert (motion["keys"], error["unit"], effort["unit"]) == (["measured", "reference"], "m", "N")
     monkeypatch.setattr(served, "COMPLETE", 3600.0)
     assert client.get(f"{case}/machine").json()["record"] is None
@@ -241,7 +282,9 @@ def test_the_latest_complete_record_of_a_motion_is_drawn(client, identified, mon
 def test_the_comparison_is_drawn_without_and_with_the_feedforward(finished):
     folder = finished[1]
     axis = read_machine(folder / "machine.toml").axis
-    _, error, _ = served.TunedMachine(folder / "machine.toml", folder / "out", {}, axis).record("after_2")
+    _, error, _ = served.TunedMachine(folder / "machine.toml", folder / "out", {}, axis).record(
+        "after_2"
+    )
     without, fed = (np.std(curve) for curve in error["curves"][1:])
     assert error["keys"] == ["without", "with"]
     assert fed < 0.5 * without
@@ -271,7 +314,9 @@ def test_a_record_of_an_earlier_comparison_is_not_compared(client, identified):
         ("loop.toml", "out", 400, "machine file: cannot be read"),
     ],
 )
-def test_a_wrong_path_is_refused_with_its_reason(client, identified, tmp_path_factory, file, folder, status, words):
+def test_a_wrong_path_is_refused_with_its_reason(
+    client, identified, tmp_path_factory, file, folder, status, words
+):
     target = tmp_path_factory.mktemp("elsewhere") / "machine.toml"
     target.write_text("schema = 1\n")
     (identified[1] / "link.toml").symlink_to(target)
@@ -293,12 +338,21 @@ def test_the_axis_moves_only_after_its_plan(client, case, identified):
     opened = client.cases[case.rpartition("/")[2]]
     for paths in (None, {"file": "machine.toml", "folder": "other"}):
         answer = client.post(f"{case}/jobs", json={"task": "tune"})
-        assert (answer.status_code, answer.json()["message"]) == (409, "run: needs its plan. Show the plan first")
-        opened.keep("planned", Part(1, Path(opened.folder) / "job-1", {}, opened.inputs_of("planned")))
+        assert (answer.status_code, answer.json()["message"]) == (
+            409,
+            "run: needs its plan. Show the plan first",
+        )
+        opened.keep(
+            "planned", Part(1, Path(opened.folder) / "job-1", {}, opened.inputs_of("planned"))
+        )
         if paths is None:
             client.post(f"{case}/machine", json={"file": "machine.toml", "folder": "other"})
     bare = begun(client)
-    assert client.post(f"{bare}/jobs", json={"task": "plan"}).json()["message"].startswith("machine file: is missing")
+    assert (
+        client.post(f"{bare}/jobs", json={"task": "plan"})
+        .json()["message"]
+        .startswith("machine file: is missing")
+    )
 
 
 def test_a_page_does_not_choose_the_paths_of_a_job(client, case, identified, monkeypatch):
@@ -310,15 +364,25 @@ def test_a_page_does_not_choose_the_paths_of_a_job(client, case, identified, mon
         return False
 
     monkeypatch.setattr("bristle.apps.lab.server.cases.Job.run", run)
-    client.post(f"{case}/jobs", json={"task": "plan", "options": {"file": "/etc/hostname", "folder": "/tmp"}})
+    client.post(
+        f"{case}/jobs",
+        json={"task": "plan", "options": {"file": "/etc/hostname", "folder": "/tmp"}},
+    )
     settled(client, case)
-    assert requests == [{"file": str(identified[1] / "machine.toml"), "folder": str(identified[1] / "out")}]
+    assert requests == [
+        {"file": str(identified[1] / "machine.toml"), "folder": str(identified[1] / "out")}
+    ]
 
 
 def test_the_machine_of_a_running_job_stays(client, case, identified):
-    client.cases[case.rpartition("/")[2]].job = Some(runs=True, restores=True, task="tune", as_data=dict, kill=lambda: None)
+    client.cases[case.rpartition("/")[2]].job = Some(
+        runs=True, restores=True, task="tune", as_data=dict, kill=lambda: None
+    )
     answer = client.post(f"{case}/machine", json={"file": "machine.toml", "folder": "other"})
-    assert (answer.status_code, "in use by the running job" in answer.json()["message"]) == (409, True)
+    assert (answer.status_code, "in use by the running job" in answer.json()["message"]) == (
+        409,
+        True,
+    )
 
 
 def test_the_report_of_a_run_is_shown_once(client, case, identified):

@@ -3,7 +3,16 @@
 import os
 
 import pytest
-from tests.apps.tune.faults import DISK, FAULTS, INITIAL, Faulty, Small, small_files, with_faulty_journal, with_short_steps
+from tests.apps.tune.faults import (
+    DISK,
+    FAULTS,
+    INITIAL,
+    Faulty,
+    Small,
+    small_files,
+    with_faulty_journal,
+    with_short_steps,
+)
 
 from bristle.apps.tune.journal import NAME, Journal
 from bristle.apps.tune.restoring import restored
@@ -42,7 +51,9 @@ def calls_of_a_run(folder, patch, capsys):
     machine, writes = Faulty(axis.memory), with_faulty_journal(patch, None, -2)
     code, line = axis.runs(capsys, machine, *RUN)
     assert code == 0
-    assert line.endswith(f"The machine has the feedforward. Undo: bristle tune --undo {folder / 'out'}")
+    assert line.endswith(
+        f"The machine has the feedforward. Undo: bristle tune --undo {folder / 'out'}"
+    )
     assert axis.state()["gain"] == 1.0
     return machine.count, writes.count
 
@@ -53,11 +64,17 @@ def failing(axis, capsys, machine):
     state, undo = axis.state(), f"bristle tune --undo {axis.folder / 'out'}"
     if code not in ENDS:
         return f"exit {code}: {line}"
-    if code == 0 and state["gain"] == 1.0 and line.endswith(f"The machine has the feedforward. Undo: {undo}"):
+    if (
+        code == 0
+        and state["gain"] == 1.0
+        and line.endswith(f"The machine has the feedforward. Undo: {undo}")
+    ):
         return ""
     again = f"bristle tune machine.toml --out {axis.folder / 'out'} --move"
     states = ("The machine reads back as before the run.", "The run wrote nothing on the machine.")
-    if state == INITIAL and (line.endswith(tuple(f"{state} Run again: {again}" for state in states)) or code == 2):
+    if state == INITIAL and (
+        line.endswith(tuple(f"{state} Run again: {again}" for state in states)) or code == 2
+    ):
         return ""
     if "NOT RESTORED" in line and line.endswith(undo):
         after, told = axis.runs(capsys, Small(axis.memory), "--undo", "out")
@@ -80,8 +97,15 @@ def dying(axis, capsys, machine):
     code, line = axis.runs(capsys, Small(axis.memory), "--undo", "out")
     if axis.state() != INITIAL or code not in ENDS:
         return f"undo: exit {code}, {axis.state()}: {line}"
-    has_backup = any(entry["step"] == "backup" and entry["event"] == "done" for entry in Journal(axis.folder / "out").entries)
-    return "" if ("reads back as before" in line) == has_backup else f"undo with backup {has_backup}: {line}"
+    has_backup = any(
+        entry["step"] == "backup" and entry["event"] == "done"
+        for entry in Journal(axis.folder / "out").entries
+    )
+    return (
+        ""
+        if ("reads back as before" in line) == has_backup
+        else f"undo with backup {has_backup}: {line}"
+    )
 
 
 def wrong(folder, capsys, name, make):
@@ -122,10 +146,19 @@ def counted(tmp_path, capsys, size):
 
 
 @pytest.mark.parametrize(("failures", "identical"), [(2, True), (3, False)])
-def test_a_restoration_has_three_attempts_and_a_signal_ends_one(tmp_path, monkeypatch, failures, identical):
-    machine, faults = Small(tmp_path / "memory.json"), [ConnectionResetError("gone"), KeyboardInterrupt(), ValueError()][:failures]
+def test_a_restoration_has_three_attempts_and_a_signal_ends_one(
+    tmp_path, monkeypatch, failures, identical
+):
+    machine, faults = (
+        Small(tmp_path / "memory.json"),
+        [ConnectionResetError("gone"), KeyboardInterrupt(), ValueError()][:failures],
+    )
     machine.set(gain=0.5)
-    monkeypatch.setattr(machine, "state", lambda: Small.state(machine) if not faults else (_ for _ in ()).throw(faults.pop()))
+    monkeypatch.setattr(
+        machine,
+        "state",
+        lambda: Small.state(machine) if not faults else (_ for _ in ()).throw(faults.pop()),
+    )
     found = restored(machine, INITIAL)
     assert (found.is_identical, Small.state(machine)) == (identical, INITIAL)
 
@@ -147,14 +180,21 @@ def test_no_fault_at_any_call_of_the_machine_leaves_it_armed(name, counted, tmp_
     """The fault is in front of every second call, and behind the others."""
     found = {}
     for number in range(counted["calls"]):
-        found[number] = wrong(tmp_path / f"{number}", capsys, name, at_a_call(name, number, behind=number % 2 == 1))
+        found[number] = wrong(
+            tmp_path / f"{number}", capsys, name, at_a_call(name, number, behind=number % 2 == 1)
+        )
     assert {number: text for number, text in found.items() if text} == {}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DISK)
-def test_no_fault_at_any_write_of_the_journal_leaves_the_machine_armed(name, counted, tmp_path, capsys):
+def test_no_fault_at_any_write_of_the_journal_leaves_the_machine_armed(
+    name, counted, tmp_path, capsys
+):
     """Half of its line is on the disk at every second write, and all of it at the others."""
     numbers = [2 * number + number % 2 for number in range(counted["writes"])]
-    found = {number: wrong(tmp_path / f"{number}", capsys, name, at_a_write(name, number)) for number in numbers}
+    found = {
+        number: wrong(tmp_path / f"{number}", capsys, name, at_a_write(name, number))
+        for number in numbers
+    }
     assert {number: text for number, text in found.items() if text} == {}

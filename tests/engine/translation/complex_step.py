@@ -47,7 +47,9 @@ class Complex:
 
     def __mul__(self, other):
         if isinstance(other, Complex):
-            return Complex(self.real * other.real, self.imaginary * other.real + other.imaginary * self.real)
+            return Complex(
+                self.real * other.real, self.imaginary * other.real + other.imaginary * self.real
+            )
         return Complex(self.real * other, self.imaginary * other)
 
     __rmul__ = __mul__
@@ -149,7 +151,9 @@ def _seeded(value, rows):
             fields.append(_seeded(field, rows))
         elif isinstance(field, np.ndarray):
             next(rows)
-            fields.append(np.array([number(x, next(rows)) for x in field] + [None], dtype=object)[:-1])
+            fields.append(
+                np.array([number(x, next(rows)) for x in field] + [None], dtype=object)[:-1]
+            )
         else:
             fields.append(number(field, next(rows)))
     return type(value)(*fields)
@@ -168,7 +172,9 @@ def slopes_of(function, *arguments):
     return real_of(value), imaginary_of(value) / STEP + np.zeros(len(arguments))
 
 
-def force_by_complex_steps(model, tangents, v, dt, x, *, state=None, state_tangents=None, motion_tangents=None, around=None):
+def force_by_complex_steps(
+    model, tangents, v, dt, x, *, state=None, state_tangents=None, motion_tangents=None, around=None
+):
     """Return what `bristle.engine.derivatives.force_with_derivatives` does, from the plain kernels."""
     p, count = model.parameters, tangents.shape[1]
     state = model.component.initial_state(p) if state is None else state
@@ -183,8 +189,15 @@ def force_by_complex_steps(model, tangents, v, dt, x, *, state=None, state_tange
         for k in range(len(v)):
             velocity, position = float(v[k]), float(x[k])
             if motion_tangents is not None:
-                velocity, position = (number(*pair) for pair in zip((velocity, position), (d[k] for d in motion_tangents), strict=True))
-            moved = motion(velocity, position, **{name: float(signal[k]) for name, signal in signals.items()})
+                velocity, position = (
+                    number(*pair)
+                    for pair in zip(
+                        (velocity, position), (d[k] for d in motion_tangents), strict=True
+                    )
+                )
+            moved = motion(
+                velocity, position, **{name: float(signal[k]) for name, signal in signals.items()}
+            )
             effort, move = friction_trial(state, memory, moved, dt, p)
             state = friction_commit(state, memory, move, p)
             force[k], derivatives[k] = real_of(effort), imaginary_of(effort) / STEP

@@ -18,7 +18,14 @@ from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, t
 from bristle.exports import targets
 from bristle.exports.settled import fact_of, settled
 
-EXACT = {"sqrt": math.sqrt, "copysign": math.copysign, "abs": abs, "floor": math.floor, "isinf": math.isinf, "isnan": math.isnan}
+EXACT = {
+    "sqrt": math.sqrt,
+    "copysign": math.copysign,
+    "abs": abs,
+    "floor": math.floor,
+    "isinf": math.isinf,
+    "isnan": math.isnan,
+}
 EXACT |= {"min": min, "max": max}
 
 
@@ -28,7 +35,10 @@ class Ended(Exception):  # noqa: N818
 
 def computed(function, arguments) -> Any:
     """Return what a function of the tree gives for some arguments, whose arrays it writes."""
-    names = {parameter.name: value for parameter, value in zip(function.parameters, arguments, strict=True)}
+    names = {
+        parameter.name: value
+        for parameter, value in zip(function.parameters, arguments, strict=True)
+    }
     try:
         run(function.body, names)
     except Ended as end:
@@ -104,7 +114,9 @@ def value(e, names) -> Any:
             result = tuple(value(part, names) for part in e.parts)
         case _:
             raise AssertionError(e)
-    assert not isinstance(e.type, tree.Scalar) or e.type == VOID or type(result) in NUMBERS[e.type], (e, result)
+    assert (
+        not isinstance(e.type, tree.Scalar) or e.type == VOID or type(result) in NUMBERS[e.type]
+    ), (e, result)
     return result
 
 
@@ -159,10 +171,28 @@ def questions(x, n, memory, p):
 @kernel
 def numbers_of_mathematics(x, n, memory, p):
     low, high = min(x, 1, n), max(x, n, -2.0)
-    whole = abs(n - 2) + min(n, 2) + max(n, 1, 2) + int(x * 10.0) + math.floor(x) + len(memory) + p.table.size
+    whole = (
+        abs(n - 2)
+        + min(n, 2)
+        + max(n, 1, 2)
+        + int(x * 10.0)
+        + math.floor(x)
+        + len(memory)
+        + p.table.size
+    )
     if math.isnan(x) or math.isinf(math.inf * (x + 9.0)):
         whole += 5
-    return low + 10.0 * high + abs(x) + math.sqrt(abs(x)) + math.copysign(2.0, x) + math.fabs(x - 1.0) + whole + float(n) + math.pi
+    return (
+        low
+        + 10.0 * high
+        + abs(x)
+        + math.sqrt(abs(x))
+        + math.copysign(2.0, x)
+        + math.fabs(x - 1.0)
+        + whole
+        + float(n)
+        + math.pi
+    )
 
 
 @kernel
@@ -231,7 +261,10 @@ HEAD = "def refused(x, n, memory, p):\n    "
 def python_and_tree(function, entry, x, n, p, of_entry):
     """Return what Python and the tree give for the same arguments, and what both leave in the memory."""
     memories = [np.array([0.5, -1.5, 2.5]) for _ in range(2)]
-    return (function(x, n, memories[0], p), memories[0].tolist()), (computed(entry, of_entry(x, n, memories[1], p)), memories[1].tolist())
+    return (function(x, n, memories[0], p), memories[0].tolist()), (
+        computed(entry, of_entry(x, n, memories[1], p)),
+        memories[1].tolist(),
+    )
 
 
 @pytest.mark.parametrize("function", KERNELS, ids=lambda function: function.__name__)
@@ -240,7 +273,9 @@ def test_a_tree_gives_the_results_of_the_kernel(function):
     for x in (-3.25, -1.0, -0.5, 0.0, 0.3, 1.0, 2.0, 2.75, 9.5):
         for n in range(7):
             for p in (P, P._replace(kind=9, is_even=False)):
-                expected, outcome = python_and_tree(function, entry, x, n, p, lambda *passed: passed)
+                expected, outcome = python_and_tree(
+                    function, entry, x, n, p, lambda *passed: passed
+                )
                 assert outcome == expected
 
 
@@ -253,7 +288,9 @@ def test_a_tree_with_folded_parameters_gives_the_results_of_the_kernel(function,
     kept = [["x", "n", "memory", "p"].index(parameter.name) for parameter in left.parameters]
     for x in (-3.25, -1.0, 0.0, 0.3, 2.0, 9.5):
         for n in (0, 2, 3, 5):
-            expected, outcome = python_and_tree(function, left, x, n, p, lambda *passed: [passed[place] for place in kept])
+            expected, outcome = python_and_tree(
+                function, left, x, n, p, lambda *passed: [passed[place] for place in kept]
+            )
             assert outcome == expected
 
 
@@ -283,12 +320,19 @@ def test_called_functions_precede_their_callers_with_descriptions():
 )
 def test_values_are_copied_if_another_value_reads_a_written_element(line, held):
     scope = {"__name__": __name__}
-    entry = Builder().function(defined("refused", f"{HEAD}a = 1.0\n    {line}\n    return x\n", scope), TYPES)
-    assert sum(isinstance(s, tree.Assign) and s.variable.name.startswith("held") for s in entry.body) == held
+    entry = Builder().function(
+        defined("refused", f"{HEAD}a = 1.0\n    {line}\n    return x\n", scope), TYPES
+    )
+    assert (
+        sum(isinstance(s, tree.Assign) and s.variable.name.startswith("held") for s in entry.body)
+        == held
+    )
 
 
 def test_a_constant_of_single_precision_is_replaced_by_name_and_value():
-    entry = Builder(constants={("SHARE", 0.25): 0.75, ("SHARE", 0.5): 9.0}).function(pair, [REAL, INTEGER])
+    entry = Builder(constants={("SHARE", 0.25): 0.75, ("SHARE", 0.5): 9.0}).function(
+        pair, [REAL, INTEGER]
+    )
     assert computed(entry, [1.0, 2]) == (1.75, 2)
 
 
@@ -302,7 +346,10 @@ def test_a_constant_of_single_precision_is_replaced_by_name_and_value():
         ("return x + p", "arithmetic with a Values"),
         ("return memory < x", "Lt of an array of 3 numbers and a number"),
         ("return x and n > 2", "the operands of and, or must be true or false"),
-        ("return 0.0 < x * 2.0 < 1.0", "assign the middle of a chained comparison to a variable first"),
+        (
+            "return 0.0 < x * 2.0 < 1.0",
+            "assign the middle of a chained comparison to a variable first",
+        ),
         ("return x is n", "Is of a number and a whole number"),
         ("return memory[0:2]", "slices of an array are outside the subset"),
         ("return memory[x]", "an index needs an array and a whole number"),
@@ -320,23 +367,44 @@ def test_a_constant_of_single_precision_is_replaced_by_name_and_value():
         ("return Part(x, x, x).low", "a value is a number, but must be a whole number"),
         ("return Part(x, n, x, x).low", "Part needs values for 3 fields: low, turns, high"),
         ("return Part().low", "Part needs values for 3 fields"),
-        ("return p if x > 0.0 else x", "two values must have the same type, but are a Values and a number"),
+        (
+            "return p if x > 0.0 else x",
+            "two values must have the same type, but are a Values and a number",
+        ),
         ("return 1.0 if p else x", "a Values is neither true nor false"),
         ("x", "this expression has no effect"),
         ("for i in memory:\n        pass\n    return x", r"must run over range\(...\)"),
         ("for i in range(0, n, 2):\n        pass\n    return x", "a start and a stop, and no else"),
-        ("for i in range(x):\n        pass\n    return x", "the arguments of range must be whole numbers"),
-        ("for i in range(n):\n        x += i\n    return i", "the loop variable i is read outside its loop"),
-        ("while n > 2:\n        n -= 1\n    else:\n        n = 0\n    return n", "a loop must not have else"),
+        (
+            "for i in range(x):\n        pass\n    return x",
+            "the arguments of range must be whole numbers",
+        ),
+        (
+            "for i in range(n):\n        x += i\n    return i",
+            "the loop variable i is read outside its loop",
+        ),
+        (
+            "while n > 2:\n        n -= 1\n    else:\n        n = 0\n    return n",
+            "a loop must not have else",
+        ),
         ("a = b = x\n    return a", "an assignment must have one target"),
-        ("a, b, c = pair(x, n)\n    return a", "an assignment to 3 names needs a tuple of the same length"),
+        (
+            "a, b, c = pair(x, n)\n    return a",
+            "an assignment to 3 names needs a tuple of the same length",
+        ),
         ("p.gain = x\n    return x", "cannot assign to Attribute"),
-        ("memory[x] = 1.0\n    return x", "an indexed assignment needs an array and a whole number"),
+        (
+            "memory[x] = 1.0\n    return x",
+            "an indexed assignment needs an array and a whole number",
+        ),
         ("p.table[0] = x\n    return x", "writes to a read-only array"),
         ("a = written(memory, x)\n    return x", "the call assigned to a has no result"),
         ("if x > 0.0:\n        return x", "does not return a value on every path"),
         ("while n > 2:\n        return x", "does not return a value on every path"),
-        ("while True:\n        break\n    return_ = pair(x, n)[0]\n    if x > 0.0:\n        return x", "on every path"),
+        (
+            "while True:\n        break\n    return_ = pair(x, n)[0]\n    if x > 0.0:\n        return x",
+            "on every path",
+        ),
         ("return pair(x)", "takes 2 arguments, not 1"),
         ("assert x > 0.0\n    return x", "Assert is outside the exportable subset"),
         ("return [x]", "List is outside the exportable subset"),
@@ -352,10 +420,15 @@ def test_python_beyond_the_subset_is_refused_with_the_reason(lines, reason):
 
 @pytest.mark.parametrize(
     "lines",
-    ["while True:\n        n += 1\n        if n > 3:\n            return x", "if x > 0.0:\n        return x\n    else:\n        return -x"],
+    [
+        "while True:\n        n += 1\n        if n > 3:\n            return x",
+        "if x > 0.0:\n        return x\n    else:\n        return -x",
+    ],
 )
 def test_a_function_may_end_in_an_infinite_loop_or_in_both_branches(lines):
-    entry = Builder().function(defined("refused", HEAD + lines + "\n", {"__name__": __name__}), TYPES)
+    entry = Builder().function(
+        defined("refused", HEAD + lines + "\n", {"__name__": __name__}), TYPES
+    )
     assert computed(replace(entry), [2.0, 1, np.zeros(3), P]) == 2.0
 
 
@@ -374,7 +447,12 @@ def test_the_length_of_an_array_is_a_constant_if_known(size, is_known):
 def test_no_kernel_has_the_name_of_a_function_of_an_export():
     templates = Path(targets.__file__).parent / "templates"
     texts = [
-        path.read_text() for folder in ("c", "shared", "hal", "ros2", "fmu") for path in (templates / folder).rglob("*") if path.is_file()
+        path.read_text()
+        for folder in ("c", "shared", "hal", "ros2", "fmu")
+        for path in (templates / folder).rglob("*")
+        if path.is_file()
     ]
-    suffixes = {suffix for text in texts for suffix in re.findall(r"\{\{ ?name ?\}\}_([a-z_]+)\(", text)}
+    suffixes = {
+        suffix for text in texts for suffix in re.findall(r"\{\{ ?name ?\}\}_([a-z_]+)\(", text)
+    }
     assert {"force", "command", "feed"} <= suffixes <= FACE

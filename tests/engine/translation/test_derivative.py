@@ -6,7 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from tests.engine.translation.complex_step import Complex, complex_mathematics, imaginary_of, real_of, seeded, slopes_of
+from tests.engine.translation.complex_step import (
+    Complex,
+    complex_mathematics,
+    imaginary_of,
+    real_of,
+    seeded,
+    slopes_of,
+)
 
 from bristle.core import mathematics
 from bristle.core.exponent import exponent, mantissa, power_of_two
@@ -53,7 +60,14 @@ def arithmetic(x, y, n, memory, p):
 
 @kernel
 def functions(x, y, n, memory, p):
-    plain = abs(x) + abs(-0.0 * y) + math.fabs(y - 9.0) + math.copysign(x, y) + math.copysign(3.0, x) - math.copysign(y, -2.0)
+    plain = (
+        abs(x)
+        + abs(-0.0 * y)
+        + math.fabs(y - 9.0)
+        + math.copysign(x, y)
+        + math.copysign(3.0, x)
+        - math.copysign(y, -2.0)
+    )
     roots = math.sqrt(abs(x) + 1.0) * exp(-y) + power(abs(x) + 0.5, abs(y) + 1.27)
     parts = mantissa(abs(y) + 3.0) * power_of_two(exponent(abs(x) + 5.0))
     return plain + roots + parts + power(2.0, x) + power(abs(x) + 0.1, 2.5) + exp(2.0) * x
@@ -62,7 +76,13 @@ def functions(x, y, n, memory, p):
 @kernel
 def limits(x, y, n, memory, p):
     one_sided = min(x, 0.25) + 2.0 * min(0.5, y) + 4.0 * max(x, -0.25) + 8.0 * max(-0.5, y)
-    return one_sided + 16.0 * min(x, y) + 32.0 * max(x, y) + 64.0 * max(min(x, y, 0.1), -y, -0.3) + min(1.0, 2.0) * x
+    return (
+        one_sided
+        + 16.0 * min(x, y)
+        + 32.0 * max(x, y)
+        + 64.0 * max(min(x, y, 0.1), -y, -0.3)
+        + min(1.0, 2.0) * x
+    )
 
 
 @kernel
@@ -77,7 +97,12 @@ def choices(x, y, n, memory, p):
         near = far * far
     else:
         near = -2.0
-    return near + (x if y > 0.5 else 2.0) + (y if n == 2 else (x * x if x < 0.0 else y * x)) + (1.0 if x > 0.0 else 2.0) * y
+    return (
+        near
+        + (x if y > 0.5 else 2.0)
+        + (y if n == 2 else (x * x if x < 0.0 else y * x))
+        + (1.0 if x > 0.0 else 2.0) * y
+    )
 
 
 @kernel
@@ -130,7 +155,12 @@ def tuples(x, y, n, memory, p):
     whole = parts_of(y, n)
     part, shifted, steady, turns = parts_of(x, n)
     _ = parts_of(steady, turns)
-    return Outer(Part(part.high, part.turns, whole[0].high), shifted + whole[2], p.table), steady, whole[1] * p.inner.high, part.low
+    return (
+        Outer(Part(part.high, part.turns, whole[0].high), shifted + whole[2], p.table),
+        steady,
+        whole[1] * p.inner.high,
+        part.low,
+    )
 
 
 @kernel
@@ -166,13 +196,27 @@ def before_itself(x, y, n, memory, p):
     return d + 0.0 * y
 
 
-KERNELS = (arithmetic, functions, limits, choices, loops, stores, tuples, uneven, rests, before_itself)
+KERNELS = (
+    arithmetic,
+    functions,
+    limits,
+    choices,
+    loops,
+    stores,
+    tuples,
+    uneven,
+    rests,
+    before_itself,
+)
 OUTER = Outer(Part(0.75, 2, -1.5), 0.1, np.array([1.5, -2.0]))
 TYPES = [REAL, REAL, INTEGER, Array(3, writable=True), type_of(OUTER)]
 RANDOM = np.random.default_rng(5)
 MEMORY = np.array([0.5, -1.5, 2.5])
 DX, DY = RANDOM.uniform(-1.0, 1.0, (2, DIRECTIONS))
-D_MEMORY, D_OUTER = RANDOM.uniform(-1.0, 1.0, (3, DIRECTIONS)), RANDOM.uniform(-1.0, 1.0, (7, DIRECTIONS))
+D_MEMORY, D_OUTER = (
+    RANDOM.uniform(-1.0, 1.0, (3, DIRECTIONS)),
+    RANDOM.uniform(-1.0, 1.0, (7, DIRECTIONS)),
+)
 TANGENTS_OF_OUTER = ((D_OUTER[0], D_OUTER[2]), D_OUTER[3], D_OUTER[5:].ravel())
 
 
@@ -182,15 +226,29 @@ def agrees(value, tangent, activity, expected):
         rest = iter(tangent)
         for field, active, complex_field in zip(value, activity, expected, strict=True):
             does = active is True or (isinstance(active, tuple) and joined_all(active))
-            agrees(field, next(rest) if does else (), active if does else still_of(active), complex_field)
+            agrees(
+                field,
+                next(rest) if does else (),
+                active if does else still_of(active),
+                complex_field,
+            )
         assert not list(rest)
     elif isinstance(value, np.ndarray):
-        moved = np.array([imaginary_of(number) / STEP + np.zeros(DIRECTIONS) for number in expected])
-        np.testing.assert_allclose(np.reshape(tangent, (-1, DIRECTIONS)) if activity else 0.0 * moved, moved, rtol=1e-13, atol=1e-13)
+        moved = np.array(
+            [imaginary_of(number) / STEP + np.zeros(DIRECTIONS) for number in expected]
+        )
+        np.testing.assert_allclose(
+            np.reshape(tangent, (-1, DIRECTIONS)) if activity else 0.0 * moved,
+            moved,
+            rtol=1e-13,
+            atol=1e-13,
+        )
     else:
         assert value == real_of(expected)
         moved = imaginary_of(expected) / STEP + np.zeros(DIRECTIONS)
-        np.testing.assert_allclose(tangent if activity else np.zeros(DIRECTIONS), moved, rtol=1e-12, atol=1e-13)
+        np.testing.assert_allclose(
+            tangent if activity else np.zeros(DIRECTIONS), moved, rtol=1e-12, atol=1e-13
+        )
 
 
 def joined_all(activity):
@@ -205,14 +263,25 @@ def still_of(activity):
 @pytest.mark.parametrize("moving", ["all", "x", "memory"])
 def test_a_derived_kernel_agrees_with_the_complex_step(function, moving):
     of_p = activity_of(TYPES[4])
-    activities = [moving != "memory", moving == "all", False, True, of_p if moving == "all" else still_of(of_p)]
+    activities = [
+        moving != "memory",
+        moving == "all",
+        False,
+        True,
+        of_p if moving == "all" else still_of(of_p),
+    ]
     derivatives = Derivatives()
     derived = derivatives.of(Builder().function(function, TYPES), activities)
     for x in (-1.25, -0.3, 0.0, 0.3, 2.75):
         for y in (-0.75, 0.2, 0.7, 1.5):
             for n in (1, 2, 3, 5):
                 memory, d_memory = MEMORY.copy(), D_MEMORY.ravel().copy()
-                tangents = [DX] * activities[0] + [DY] * activities[1] + [d_memory] + [TANGENTS_OF_OUTER] * (moving == "all")
+                tangents = (
+                    [DX] * activities[0]
+                    + [DY] * activities[1]
+                    + [d_memory]
+                    + [TANGENTS_OF_OUTER] * (moving == "all")
+                )
                 outcome = (
                     derivatives.scope[derived.name](x, y, n, memory, OUTER, *tangents)
                     if derived.is_needed
@@ -240,7 +309,9 @@ def complex_number(real, tangent):
 def derived_of(text, kinds, activities, **names):
     scope = {"math": math, "Part": Part, "parts_of": parts_of, "__name__": __name__} | names
     derivatives = Derivatives()
-    return derivatives, derivatives.of(Builder().function(kernel(defined("tried", text, scope)), kinds), activities)
+    return derivatives, derivatives.of(
+        Builder().function(kernel(defined("tried", text, scope)), kinds), activities
+    )
 
 
 @kernel
@@ -255,7 +326,10 @@ def rests_of_two(x, y, n):
 )
 def test_values_without_tangents_are_not_derived(value, active):
     derivatives, derived = derived_of(
-        f"def tried(x, n):\n    return {value}\n", [REAL, INTEGER], [active, False], rests_of_two=rests_of_two
+        f"def tried(x, n):\n    return {value}\n",
+        [REAL, INTEGER],
+        [active, False],
+        rests_of_two=rests_of_two,
     )
     assert not derived.is_needed
     assert not [name for name in derivatives.scope if name.startswith("with_tangent")]
@@ -269,14 +343,20 @@ def test_values_without_tangents_are_not_derived(value, active):
     ],
 )
 def test_only_active_fields_have_tangents(value, result):
-    assert derived_of(f"def tried(x, n):\n    return {value}\n", [REAL, INTEGER], [True, False])[1].result == result
+    assert (
+        derived_of(f"def tried(x, n):\n    return {value}\n", [REAL, INTEGER], [True, False])[
+            1
+        ].result
+        == result
+    )
 
 
 def test_a_kernel_is_derived_once_for_each_pattern_of_active_arguments():
     derivatives, builder = Derivatives(), Builder()
     function = builder.function(arithmetic, TYPES)
     patterns = [
-        [first, second, False, False, still_of(activity_of(TYPES[4]))] for first, second in ((True, True), (True, False), (True, True))
+        [first, second, False, False, still_of(activity_of(TYPES[4]))]
+        for first, second in ((True, True), (True, False), (True, True))
     ]
     names = [derivatives.of(function, pattern).name for pattern in patterns]
     assert names[0] == names[2] != names[1]
@@ -295,7 +375,10 @@ def test_two_activities_join_field_by_field(first, second, both):
     assert joined(first, second) == both
 
 
-@pytest.mark.parametrize(("kind", "activity"), [(type_of(Part(1.0)), (True, False, True)), (TRUTH, False), (Array(3), True)])
+@pytest.mark.parametrize(
+    ("kind", "activity"),
+    [(type_of(Part(1.0)), (True, False, True)), (TRUTH, False), (Array(3), True)],
+)
 def test_real_numbers_are_active(kind, activity):
     assert activity_of(kind) == activity
 
@@ -313,8 +396,18 @@ def scaled_anew(step, rate):
 @pytest.mark.parametrize(
     ("body", "at", "value", "slope"),
     [
-        ("return min(a, math.inf) + max(a, -math.inf) + (math.nan if a > 2.0 else 1.0)", 1.5, 4.0, 2.0),
-        ("return min(a, math.inf) + max(a, -math.inf) + (math.nan if a > 2.0 else 1.0)", 2.5, math.nan, 2.0),
+        (
+            "return min(a, math.inf) + max(a, -math.inf) + (math.nan if a > 2.0 else 1.0)",
+            1.5,
+            4.0,
+            2.0,
+        ),
+        (
+            "return min(a, math.inf) + max(a, -math.inf) + (math.nan if a > 2.0 else 1.0)",
+            2.5,
+            math.nan,
+            2.0,
+        ),
         # A search of Newton has the derivative of the implicit function.
         (SEARCH, 5.0, 5.0 ** (1.0 / 3.0), 1.0 / (3.0 * 5.0 ** (2.0 / 3.0))),
         # An argument that is assigned an active value has a tangent.
@@ -324,7 +417,9 @@ def scaled_anew(step, rate):
     ],
 )
 def test_a_derived_function_has_the_slope_of_its_formula(body, at, value, slope):
-    derivatives, derived = derived_of(f"def tried(a):\n    {body}\n", [REAL], [True], scaled_anew=scaled_anew)
+    derivatives, derived = derived_of(
+        f"def tried(a):\n    {body}\n", [REAL], [True], scaled_anew=scaled_anew
+    )
     found, tangent = derivatives.scope[derived.name](at, DX)
     assert found == pytest.approx(value, nan_ok=True)
     assert tangent == pytest.approx(slope * DX, rel=1e-14)
@@ -360,7 +455,20 @@ def test_storing_a_tangent_does_not_change_a_tangent_read_before():
 # --- slopes of elementary functions -----------------------------------------------------------------------------
 
 PLACES = {
-    mathematics.exp: (-1e4, -709.0, EXP_MIN, -700.0, -1.0, 0.0, 0.3, 1.0, 700.0, EXP_MAX, 710.0, 1e4),
+    mathematics.exp: (
+        -1e4,
+        -709.0,
+        EXP_MIN,
+        -700.0,
+        -1.0,
+        0.0,
+        0.3,
+        1.0,
+        700.0,
+        EXP_MAX,
+        710.0,
+        1e4,
+    ),
     mathematics.decay: (0.0, 1e-9, 0.5, 30.0, 707.0, 709.0),
     mathematics.expm1: (-1e4, -709.0, -40.0, -1.0, -1e-9, 0.0, 1e-9, 2.0, 700.0, 710.0),
     mathematics.tanh: (-25.0, -3.0, -1e-9, -0.0, 0.0, 1e-9, 0.5, 3.0, 25.0),
@@ -378,7 +486,9 @@ def test_a_slope_is_that_of_the_complex_step(function):
     for x in PLACES[function]:
         value, (expected,) = slopes_of(function, x)
         tolerance = 1e-12 if function is mathematics.relaxation and x < 0.1 else 4e-15
-        assert SLOPES[function](x, value) == pytest.approx(expected, rel=tolerance * (100.0 if abs(x) > 100.0 else 1.0), abs=tolerance)
+        assert SLOPES[function](x, value) == pytest.approx(
+            expected, rel=tolerance * (100.0 if abs(x) > 100.0 else 1.0), abs=tolerance
+        )
 
 
 @pytest.mark.parametrize("rate", [0.0, 1e-12, 1e-3, 0.01, 0.0299, 0.0301, 0.2])
@@ -387,7 +497,9 @@ def test_the_slope_of_a_relaxation_is_its_series(rate):
     for k in range(1, 25):
         total += term * k
         term *= -exact / (k + 2)
-    assert SLOPES[mathematics.relaxation](rate, mathematics.relaxation(rate)) == pytest.approx(float(total), rel=5e-13)
+    assert SLOPES[mathematics.relaxation](rate, mathematics.relaxation(rate)) == pytest.approx(
+        float(total), rel=5e-13
+    )
 
 
 @pytest.mark.parametrize("x", [1e-6, 0.3, 1.0, 2.0, 7.5])
@@ -395,20 +507,36 @@ def test_the_slope_of_a_relaxation_is_its_series(rate):
 def test_slopes_of_a_power_agree_with_differences_also_in_its_shortcuts(x, n):
     value, step = mathematics.power(x, n), 1e-5
     to_base, to_exponent = SLOPES[mathematics.power](x, n, value)
-    assert to_base == pytest.approx(((x * (1.0 + step)) ** n - (x * (1.0 - step)) ** n) / (2.0 * step * x), rel=1e-8)
-    assert to_exponent == pytest.approx((x ** (n + step) - x ** (n - step)) / (2.0 * step), rel=1e-8, abs=1e-10)
+    assert to_base == pytest.approx(
+        ((x * (1.0 + step)) ** n - (x * (1.0 - step)) ** n) / (2.0 * step * x), rel=1e-8
+    )
+    assert to_exponent == pytest.approx(
+        (x ** (n + step) - x ** (n - step)) / (2.0 * step), rel=1e-8, abs=1e-10
+    )
     if n not in (0.5, 1.0, 2.0, 3.0):
-        assert (to_base, to_exponent) == pytest.approx(tuple(slopes_of(mathematics.power, x, n)[1]), rel=1e-13, abs=1e-15)
+        assert (to_base, to_exponent) == pytest.approx(
+            tuple(slopes_of(mathematics.power, x, n)[1]), rel=1e-13, abs=1e-15
+        )
 
 
 @pytest.mark.parametrize(
-    ("x", "n", "slope"), [(0.0, 1.0, 1.0), (0.0, 2.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.0), (-1.0, 1.0, 0.0), (-1.0, 2.0, 0.0)]
+    ("x", "n", "slope"),
+    [
+        (0.0, 1.0, 1.0),
+        (0.0, 2.0, 0.0),
+        (0.0, 0.5, 0.0),
+        (0.0, 0.0, 0.0),
+        (-1.0, 1.0, 0.0),
+        (-1.0, 2.0, 0.0),
+    ],
 )
 def test_slopes_of_a_power_are_one_sided_at_zero_and_zero_below(x, n, slope):
     assert SLOPES[mathematics.power](x, n, mathematics.power(x, n)) == (slope, 0.0)
 
 
-@pytest.mark.parametrize(("x", "n"), [(5e-324, 0.01), (NORMAL_MIN, 1e-3), (1e-300, 0.5), (1e300, 1.0), (1e200, 1.5)])
+@pytest.mark.parametrize(
+    ("x", "n"), [(5e-324, 0.01), (NORMAL_MIN, 1e-3), (1e-300, 0.5), (1e300, 1.0), (1e200, 1.5)]
+)
 def test_slopes_of_a_power_stay_finite_on_overflow(x, n):
     assert all(map(math.isfinite, SLOPES[mathematics.power](x, n, mathematics.power(x, n))))
 
@@ -418,5 +546,7 @@ def test_slopes_of_root_and_mantissa_agree_with_their_inverse_functions(x):
     root = math.sqrt(x)
     assert 2.0 * root * SLOPES[math.sqrt](x, root) == pytest.approx(1.0 if x else 0.0, rel=1e-15)
     if x:
-        assert SLOPES[mantissa](x, mantissa(x)) == pytest.approx(power_of_two(-exponent(x)), rel=1e-15)
+        assert SLOPES[mantissa](x, mantissa(x)) == pytest.approx(
+            power_of_two(-exponent(x)), rel=1e-15
+        )
     assert SLOPES[mantissa](0.0, 0.0) == 0.0

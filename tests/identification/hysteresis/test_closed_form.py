@@ -38,7 +38,9 @@ def test_the_kernel_and_both_numbers_are_recovered(kernel):
 
 
 def test_the_exponent_is_recovered():
-    result = fit_closed_form(loops("dahl_masing", np.random.default_rng(8), exponent=1.5), kernels=("dahl_masing",))
+    result = fit_closed_form(
+        loops("dahl_masing", np.random.default_rng(8), exponent=1.5), kernels=("dahl_masing",)
+    )
     assert result.operator.values["exponent"] == pytest.approx(1.5, abs=0.1)
 
 

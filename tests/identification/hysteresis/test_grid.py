@@ -16,7 +16,11 @@ FEW_LARGE = {"turns": 14, "amplitude": 4.0}
 def error_on_unseen(operator, truth, rng, offset=0.0, paths=10, **path):
     """Root mean square error on other paths."""
     unseen = [to_and_fro(rng, **path) for _ in range(paths)]
-    return float(np.sqrt(np.mean([(response(operator, u) + offset - response(truth, u)) ** 2 for u in unseen])))
+    return float(
+        np.sqrt(
+            np.mean([(response(operator, u) + offset - response(truth, u)) ** 2 for u in unseen])
+        )
+    )
 
 
 @pytest.mark.parametrize("seed", range(3))

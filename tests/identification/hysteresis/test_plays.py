@@ -24,7 +24,10 @@ def travel(voltage):
 def curves(tmp_path):
     t = np.linspace(0.0, 1.0, 3000)
     voltage = 60.0 * (1.0 - np.cos(8.0 * np.pi * t)) * (1.0 - 0.8 * t)
-    rows = [f"{volt:.6f};{1e6 * metre:.9f}" for volt, metre in zip(voltage, travel(voltage), strict=True)]
+    rows = [
+        f"{volt:.6f};{1e6 * metre:.9f}"
+        for volt, metre in zip(voltage, travel(voltage), strict=True)
+    ]
     (tmp_path / "stack.csv").write_text("\n".join(["U [V];s [um]", *rows]) + "\n")
     described = {"schema": 1, "kind": "piezo", "columns": {"input": "U", "output": "s"}}
     return read_curves(tmp_path / "stack.csv", described)
@@ -42,4 +45,6 @@ def test_plays_are_found_for_a_lagging_output(curves):
 def test_other_kinds_are_fitted_with_stops_only(curves):
     from dataclasses import replace
 
-    assert np.all(fit_stops(replace(curves, kind="translational")).operator.parameters.weights >= 0.0)
+    assert np.all(
+        fit_stops(replace(curves, kind="translational")).operator.parameters.weights >= 0.0
+    )

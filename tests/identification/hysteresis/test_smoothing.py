@@ -12,15 +12,26 @@ from bristle.models.hysteresis import preisach
 
 @pytest.fixture(scope="module")
 def clean():
-    return reversal_curves(preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), count=61, samples=91)
+    return reversal_curves(
+        preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), count=61, samples=91
+    )
 
 
 def with_noise(curves, rng):
-    return Curves(tuple(Curve(curve.u, curve.f + NOISE * rng.standard_normal(curve.u.size)) for curve in curves), "saturated")
+    return Curves(
+        tuple(
+            Curve(curve.u, curve.f + NOISE * rng.standard_normal(curve.u.size)) for curve in curves
+        ),
+        "saturated",
+    )
 
 
 def off(curves, truth):
-    return float(np.sqrt(np.mean(np.concatenate([a.f - b.f for a, b in zip(curves, truth, strict=True)]) ** 2)))
+    return float(
+        np.sqrt(
+            np.mean(np.concatenate([a.f - b.f for a, b in zip(curves, truth, strict=True)]) ** 2)
+        )
+    )
 
 
 def test_noise_that_neighbours_do_not_share_is_removed(clean):

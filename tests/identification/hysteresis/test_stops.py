@@ -33,10 +33,17 @@ def test_the_virgin_curve_is_that_of_the_truth():
 
 
 def test_weights_on_the_true_thresholds_are_recovered():
-    truth = hysteresis.prandtl_ishlinskii(thresholds=[0.2, 0.7, 1.6], weights=[2.0, 0.5, 1.0], spring=0.3)
-    fit = fit_stops(recorded(truth, to_and_fro(np.random.default_rng(0))), thresholds=np.array([0.2, 0.4, 0.7, 1.6]))
+    truth = hysteresis.prandtl_ishlinskii(
+        thresholds=[0.2, 0.7, 1.6], weights=[2.0, 0.5, 1.0], spring=0.3
+    )
+    fit = fit_stops(
+        recorded(truth, to_and_fro(np.random.default_rng(0))),
+        thresholds=np.array([0.2, 0.4, 0.7, 1.6]),
+    )
     found = fit.operator.values
-    assert [*found["thresholds"], *found["weights"], found["spring"]] == pytest.approx([0.2, 0.7, 1.6, 2.0, 0.5, 1.0, 0.3], abs=1e-5)
+    assert [*found["thresholds"], *found["weights"], found["spring"]] == pytest.approx(
+        [0.2, 0.7, 1.6, 2.0, 0.5, 1.0, 0.3], abs=1e-5
+    )
 
 
 def test_weights_are_never_negative():

@@ -19,7 +19,9 @@ def stops(alpha, beta):
 @settings(max_examples=60, deadline=None)
 @given(path=turns, history=st.lists(st.floats(-3.0, 3.0), max_size=3))
 def test_the_regressor_of_stops_is_their_response(path, history):
-    u = np.interp(np.linspace(0.0, len(path), 40 * len(path)), np.arange(len(path) + 1), [0.0, *path])
+    u = np.interp(
+        np.linspace(0.0, len(path), 40 * len(path)), np.arange(len(path) + 1), [0.0, *path]
+    )
     operator = hysteresis.prandtl_ishlinskii(thresholds=R, weights=W)
     expected = response(operator, u, history=history)
     assert np.max(np.abs(design(trace_of(u, history), stops) @ W - expected)) < 1e-12

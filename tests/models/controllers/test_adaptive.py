@@ -21,7 +21,9 @@ NUMBERS, WEIGHTS = np.array([1.0, 3.0, 5.0, 6.0]), np.array([4.0, 9.0, 5.0, 12.0
 
 def sliders(level=1.0):
     total = level * np.sum(WEIGHTS)
-    return friction.maxwell_slip(F_C=total, k_i=level * WEIGHTS * 6.0 / (NUMBERS * REACH), nu_i=level * WEIGHTS / total)
+    return friction.maxwell_slip(
+        F_C=total, k_i=level * WEIGHTS * 6.0 / (NUMBERS * REACH), nu_i=level * WEIGHTS / total
+    )
 
 
 def motion(duration):
@@ -35,7 +37,9 @@ def motion(duration):
 
 
 def follow(law, desired, level=1.0, sensor=None):
-    return run_closed_loop(inertia(M=M), sliders(level), law, sensor or sensors.encoder(), desired, DT, steps=4)
+    return run_closed_loop(
+        inertia(M=M), sliders(level), law, sensor or sensors.encoder(), desired, DT, steps=4
+    )
 
 
 def error_of(trace, desired, first=0.0, last=math.inf):
@@ -68,16 +72,27 @@ def test_a_level_that_changes_is_learned_again_and_weights_carry_to_another_moti
     # At first try the law follows a motion of other amplitudes and frequencies.
     other = motion(8.0)[:, ::2] * np.array([[0.7], [1.4], [2.8], [0.0]])
     assert again.controller.values["w_6"] > 5.0
-    assert error_of(follow(again.controller, other, 1.6), other) < 0.7 * error_of(follow(LAW, other, 1.6), other)
+    assert error_of(follow(again.controller, other, 1.6), other) < 0.7 * error_of(
+        follow(LAW, other, 1.6), other
+    )
     frozen, empty = (law.with_values(Gamma=0.0) for law in (again.controller, LAW))
-    assert error_of(follow(frozen, other, 1.6), other) < 0.15 * error_of(follow(empty, other, 1.6), other)
+    assert error_of(follow(frozen, other, 1.6), other) < 0.15 * error_of(
+        follow(empty, other, 1.6), other
+    )
     begun = frozen.component.start(0.0, 0.0, 0.0, DT, frozen.parameters)
-    assert [getattr(begun, f"w_{i}") for i in range(7)] == [frozen.values[f"w_{i}"] for i in range(7)]
+    assert [getattr(begun, f"w_{i}") for i in range(7)] == [
+        frozen.values[f"w_{i}"] for i in range(7)
+    ]
 
 
 def test_elements_close_their_loops_and_end_at_their_thresholds():
     p, state = LAW.parameters, LAW.component.start(0.0, 0.0, 0.0, DT, LAW.parameters)
-    positions = np.concatenate([np.linspace(0.0, 2.0, 40), np.linspace(2.0, 1.0, 20), np.linspace(1.0, 2.0, 20)]) * 1e-6
+    positions = (
+        np.concatenate(
+            [np.linspace(0.0, 2.0, 40), np.linspace(2.0, 1.0, 20), np.linspace(1.0, 2.0, 20)]
+        )
+        * 1e-6
+    )
     turned = []
     for r in positions:
         _, state = LAW.component.step(state, Reference(float(r), 0.0, 0.0, 0.0), float(r), DT, p)
@@ -119,7 +134,9 @@ def test_at_a_steady_speed_the_observer_has_the_friction_of_the_model():
     v, law = 1.5e-3, controllers.lugre_observer(**GAINS, **BRISTLES)
     p, state = law.parameters, law.component.start(0.0, v, 0.0, DT, law.parameters)
     for k in range(2000):
-        effort, state = law.component.step(state, Reference(k * v * DT, v, 0.0, 0.0), k * v * DT, DT, p)
+        effort, state = law.component.step(
+            state, Reference(k * v * DT, v, 0.0, 0.0), k * v * DT, DT, p
+        )
     G = 20.0 + 6.0 * math.exp(-((v / 2e-3) ** 2))
     assert effort == pytest.approx(G + 30.0 * v, rel=1e-9)
 
@@ -130,7 +147,15 @@ def test_the_error_corrects_the_bristles_to_the_friction():
     def left(k):
         law = controllers.lugre_observer(**GAINS, **BRISTLES, k=k)
         rest = np.zeros((4, 6000))
-        trace = run_closed_loop(inertia(M=M), friction.viscous(F_v=0.0), law, sensors.encoder(), rest, DT, disturbance=np.full(6000, 5.0))
+        trace = run_closed_loop(
+            inertia(M=M),
+            friction.viscous(F_v=0.0),
+            law,
+            sensors.encoder(),
+            rest,
+            DT,
+            disturbance=np.full(6000, 5.0),
+        )
         return abs(trace.position[-1])
 
     assert left(0.2) < 1e-3 * left(0.0)

@@ -24,7 +24,9 @@ def force_error(law, axis):
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("axis", [sliders(7), lugre(), dahl(F_C=36.0)], ids=["sliders", "lugre", "dahl"])
+@pytest.mark.parametrize(
+    "axis", [sliders(7), lugre(), dahl(F_C=36.0)], ids=["sliders", "lugre", "dahl"]
+)
 def test_the_observed_force_is_that_of_an_independent_axis(axis):
     off, run = force_error(LAW, axis)
     assert off < 0.08
@@ -36,11 +38,19 @@ def test_the_observed_force_is_that_of_an_independent_axis(axis):
 
 def test_an_observer_makes_a_pid_follow_more_accurately():
     # With an endless Coulomb force, no stiffness and a pole near zero, nothing is observed.
-    bare = controllers.asymptotic_observer(**GAINS, g_1=1e-9, g_2=1e9, F_C=1e9, sigma_0=0.0, K_I=20.0)
-    assert follow(LAW.with_values(K_I=20.0), sliders(7), MOTION, 7).peak() < 0.5 * follow(bare, sliders(7), MOTION, 7).peak()
+    bare = controllers.asymptotic_observer(
+        **GAINS, g_1=1e-9, g_2=1e9, F_C=1e9, sigma_0=0.0, K_I=20.0
+    )
+    assert (
+        follow(LAW.with_values(K_I=20.0), sliders(7), MOTION, 7).peak()
+        < 0.5 * follow(bare, sliders(7), MOTION, 7).peak()
+    )
 
 
-@pytest.mark.parametrize(("changes", "bound"), [({"g_2": 530.0}, "537.5"), ({"sigma_0": 36e6}, "735.2"), ({"g_1": 130.0}, "607.5")])
+@pytest.mark.parametrize(
+    ("changes", "bound"),
+    [({"g_2": 530.0}, "537.5"), ({"sigma_0": 36e6}, "735.2"), ({"g_1": 130.0}, "607.5")],
+)
 def test_gains_with_complex_eigenvalues_are_refused_with_the_range(changes, bound):
     with pytest.raises(InputError, match=r"needs g_2 >= g_1 \+ 2\*sqrt\(2\*sigma_0/J\).*" + bound):
         LAW.with_values(**changes)
@@ -61,7 +71,9 @@ def poles(law, a):
 
 
 def test_the_poles_in_sliding_are_those_of_the_design():
-    assert sorted(poles(LAW, 0.0)) == pytest.approx(sorted((1.0 / (1.0 + 60.0 * DT), 1.0 / (1.0 + 600.0 * DT))))
+    assert sorted(poles(LAW, 0.0)) == pytest.approx(
+        sorted((1.0 / (1.0 + 60.0 * DT), 1.0 / (1.0 + 600.0 * DT)))
+    )
 
 
 def test_the_slowest_pole_is_the_dominant_pole_at_every_stiffness():
@@ -89,7 +101,9 @@ def test_no_change_of_the_stiffness_makes_the_errors_grow():
 def stepped(positions, law=LAW):
     state, sides = law.component.start(positions[0], 0.0, 0.0, DT, law.parameters), []
     for place in positions:
-        _, state = law.component.step(state, Reference(place, 0.0, 0.0, 0.0), place, DT, law.parameters)
+        _, state = law.component.step(
+            state, Reference(place, 0.0, 0.0, 0.0), place, DT, law.parameters
+        )
         sides.append(state.side)
     return sides
 
@@ -98,7 +112,11 @@ def test_counts_of_an_encoder_are_no_reversals():
     # One count back and forth while the axis moves on: the direction stays.
     forward = 1e-6 * np.array([0.0, 0.125, 0.25, 0.375, 0.25, 0.375, 0.5, 0.375, 0.5, 0.625])
     assert stepped(forward)[2:] == [1] * 8
-    assert stepped(np.concatenate((forward, 1e-6 * np.array([0.5, 0.375, 0.25]))))[-3:] == [1, -1, -1]
+    assert stepped(np.concatenate((forward, 1e-6 * np.array([0.5, 0.375, 0.25]))))[-3:] == [
+        1,
+        -1,
+        -1,
+    ]
 
 
 def test_a_law_that_takes_over_continues_its_effort():
@@ -115,7 +133,11 @@ def test_a_law_that_takes_over_continues_its_effort():
 
 def test_an_integral_stops_at_the_limit():
     law = controllers.asymptotic_observer(**GAINS, **OBSERVER, K_I=20.0, limit=1.0)
-    _, limited = law.component.step(law.component.State(), Reference(1e-5, 0.0, 0.0, 0.0), 0.0, DT, law.parameters)
+    _, limited = law.component.step(
+        law.component.State(), Reference(1e-5, 0.0, 0.0, 0.0), 0.0, DT, law.parameters
+    )
     free = law.with_values(limit=math.inf)
-    _, moved = free.component.step(free.component.State(), Reference(1e-5, 0.0, 0.0, 0.0), 0.0, DT, free.parameters)
+    _, moved = free.component.step(
+        free.component.State(), Reference(1e-5, 0.0, 0.0, 0.0), 0.0, DT, free.parameters
+    )
     assert (limited.integral, moved.integral) == (0.0, pytest.approx(DT * 150.0 * 1e-5))

@@ -15,7 +15,13 @@ from bristle.models.controllers import (
     super_twisting,
 )
 from bristle.models.controllers.limits import within_drive
-from bristle.models.controllers.velocity import FILTERED_DIFFERENCE, TRACKING_OBSERVER, motion_before, observed, samples_before
+from bristle.models.controllers.velocity import (
+    FILTERED_DIFFERENCE,
+    TRACKING_OBSERVER,
+    motion_before,
+    observed,
+    samples_before,
+)
 
 DT = 0.1
 # 0.02 m behind, at 0.5 m/s where 0.7 m/s are asked for: with a slope of 10 the surface is 0.2 + 0.2 = 0.4 m/s.
@@ -81,18 +87,58 @@ STRONG = {f"w_{i}": 1.0 for i in range(1, 7)}
             )
         ),
         *(
-            pytest.param(SWITCHING.with_values(phi=phi), ASKED, {"q": 0.0}, PULL + 12.0 * share, {"q": 0.05, "v": 0.5}, id=f"phi {phi}")
+            pytest.param(
+                SWITCHING.with_values(phi=phi),
+                ASKED,
+                {"q": 0.0},
+                PULL + 12.0 * share,
+                {"q": 0.05, "v": 0.5},
+                id=f"phi {phi}",
+            )
             for phi, share in ((0.0, 1.0), (0.8, 0.5), (0.4, 1.0), (0.1, 1.0))
         ),
-        pytest.param(SWITCHING, BEHIND, {"q": 0.0}, 2.0 * (3.0 - 2.0 - 1.6) + 5.0 - 12.0, {}, id="switching on the other side"),
+        pytest.param(
+            SWITCHING,
+            BEHIND,
+            {"q": 0.0},
+            2.0 * (3.0 - 2.0 - 1.6) + 5.0 - 12.0,
+            {},
+            id="switching on the other side",
+        ),
         pytest.param(SWITCHING, ON_SURFACE, {"q": 0.0}, 11.0, {}, id="no switching on the surface"),
         pytest.param(SWITCHING.with_values(limit=9.0), ASKED, {"q": 0.0}, 9.0, {}, id="a limit"),
         pytest.param(
-            TWISTING, ASKED, {"q": 0.0, "w": 1.0}, PULL + 2.0 * (3.0 * math.sqrt(0.4) + 3.0), {"w": 3.0}, id="the root and its sign"
+            TWISTING,
+            ASKED,
+            {"q": 0.0, "w": 1.0},
+            PULL + 2.0 * (3.0 * math.sqrt(0.4) + 3.0),
+            {"w": 3.0},
+            id="the root and its sign",
         ),
-        pytest.param(TWISTING, ON_SURFACE, {"q": 0.0, "w": 1.0}, 13.0, {"w": 1.0}, id="no sign on the surface"),
-        pytest.param(TWISTING.with_values(limit=10.0), ASKED, {"q": 0.0, "w": 1.0}, 10.0, {"w": 1.0}, id="no integration at a limit"),
-        pytest.param(TWISTING.with_values(limit=10.0), ASKED, {"q": 0.0, "w": -90.0}, -10.0, {"w": -88.0}, id="but away from it"),
+        pytest.param(
+            TWISTING,
+            ON_SURFACE,
+            {"q": 0.0, "w": 1.0},
+            13.0,
+            {"w": 1.0},
+            id="no sign on the surface",
+        ),
+        pytest.param(
+            TWISTING.with_values(limit=10.0),
+            ASKED,
+            {"q": 0.0, "w": 1.0},
+            10.0,
+            {"w": 1.0},
+            id="no integration at a limit",
+        ),
+        pytest.param(
+            TWISTING.with_values(limit=10.0),
+            ASKED,
+            {"q": 0.0, "w": -90.0},
+            -10.0,
+            {"w": -88.0},
+            id="but away from it",
+        ),
         pytest.param(
             OBSERVER,
             ASKED,
@@ -101,7 +147,14 @@ STRONG = {f"w_{i}": 1.0 for i in range(1, 7)}
             {"q": 0.05, "v": 0.5, "z": Z},
             id="motion and error move the bristles of an observer",
         ),
-        pytest.param(OBSERVER.with_values(limit=5.0), ASKED, {"q": 0.0, "z": 0.02}, 5.0, {"z": 0.02}, id="none at a limit"),
+        pytest.param(
+            OBSERVER.with_values(limit=5.0),
+            ASKED,
+            {"q": 0.0, "z": 0.02},
+            5.0,
+            {"z": 0.02},
+            id="none at a limit",
+        ),
         pytest.param(
             LEARNING,
             ASKED,
@@ -113,12 +166,44 @@ STRONG = {f"w_{i}": 1.0 for i in range(1, 7)}
             | {"w_0": 3.5, "q": 0.05, "v": 0.5, "r": 0.07},
             id="stops compensate and are learned",
         ),
-        pytest.param(LEARNING.with_values(delta=0.5), ASKED, {"q": 0.0, "r": 0.05}, PULL, {"w_0": 0.0, "w_1": 0.0}, id="not near 0"),
-        pytest.param(EAGER.with_values(limit=1.0), ASKED, {"q": 0.0, "r": 0.05, "w_0": 2.0}, 1.0, {"w_0": 2.0}, id="nor at a limit"),
-        pytest.param(EAGER, ASKED, {"q": 0.0, "r": -1.0}, PULL, {"E_1": 1.0, "E_6": 1.0, "w_0": 8.0, "w_1": 8.0, "w_6": 8.0}, id="bounds"),
-        pytest.param(EAGER, BEHIND, {"q": 0.0, "r": -1.0}, 3.8, {"w_0": -8.0, "w_1": 0.0, "w_6": 0.0}, id="on either side"),
-        pytest.param(EAGER, ASKED, {"q": 0.0, "r": 1.0}, PULL, {"E_1": -1.0, "E_6": -1.0}, id="and stops"),
-        pytest.param(open_loop(), ASKED, {}, 5.0, {}, id="the command of an open loop is the feedforward"),
+        pytest.param(
+            LEARNING.with_values(delta=0.5),
+            ASKED,
+            {"q": 0.0, "r": 0.05},
+            PULL,
+            {"w_0": 0.0, "w_1": 0.0},
+            id="not near 0",
+        ),
+        pytest.param(
+            EAGER.with_values(limit=1.0),
+            ASKED,
+            {"q": 0.0, "r": 0.05, "w_0": 2.0},
+            1.0,
+            {"w_0": 2.0},
+            id="nor at a limit",
+        ),
+        pytest.param(
+            EAGER,
+            ASKED,
+            {"q": 0.0, "r": -1.0},
+            PULL,
+            {"E_1": 1.0, "E_6": 1.0, "w_0": 8.0, "w_1": 8.0, "w_6": 8.0},
+            id="bounds",
+        ),
+        pytest.param(
+            EAGER,
+            BEHIND,
+            {"q": 0.0, "r": -1.0},
+            3.8,
+            {"w_0": -8.0, "w_1": 0.0, "w_6": 0.0},
+            id="on either side",
+        ),
+        pytest.param(
+            EAGER, ASKED, {"q": 0.0, "r": 1.0}, PULL, {"E_1": -1.0, "E_6": -1.0}, id="and stops"
+        ),
+        pytest.param(
+            open_loop(), ASKED, {}, 5.0, {}, id="the command of an open loop is the feedforward"
+        ),
     ],
 )
 def test_a_sample_of_each_law(law, reference, before, effort, after):
@@ -148,11 +233,24 @@ def test_a_law_begins_with_the_motion_so_far(law, begun):
     ("law", "effort", "after"),
     [
         # Without an integral the law asks for 100 (0.2 + 0.55 - 0.4) + 5 N.
-        (CASCADE, 30.0, {"r_1": 0.07 - 0.07 + 0.015, "r_2": 0.07 - 0.14 + 0.06, "integral": 30.0 - 40.0}),
+        (
+            CASCADE,
+            30.0,
+            {"r_1": 0.07 - 0.07 + 0.015, "r_2": 0.07 - 0.14 + 0.06, "integral": 30.0 - 40.0},
+        ),
         (CASCADE, math.nan, {"integral": 0.0}),
         (CASCADE.with_values(k_i=0.0), 30.0, {"integral": 0.0}),
         # From rest, the surface is 0.2 + 0.7 m/s.
-        (TWISTING, 60.0, {"w": (60.0 - 2.0 * (3.0 + 10.0 * 0.2 + 4.0 * 0.4) - 5.0 - 2.0 * 3.0 * math.sqrt(0.4)) / 2.0}),
+        (
+            TWISTING,
+            60.0,
+            {
+                "w": (
+                    60.0 - 2.0 * (3.0 + 10.0 * 0.2 + 4.0 * 0.4) - 5.0 - 2.0 * 3.0 * math.sqrt(0.4)
+                )
+                / 2.0
+            },
+        ),
         (TWISTING, math.nan, {"w": 0.0}),
         (TWISTING.with_values(k_2=0.0), 60.0, {"w": 0.0}),
         (TWISTING.with_values(J=0.0), 60.0, {"w": 0.0}),
@@ -183,7 +281,11 @@ POLE = math.exp(-2.0 * math.pi * 0.5)
         (FILTERED_DIFFERENCE, 5.0, (0.05, 0.3 + (1.0 - POLE) * 0.2)),
         (FILTERED_DIFFERENCE, math.inf, (0.05, 0.5)),
         # 0.03 m ahead, and surprised by 0.02 m.
-        (TRACKING_OBSERVER, 5.0, (0.03 + (1.0 - POLE**2) * 0.02, 0.3 + (1.0 - POLE) ** 2 * 0.02 / DT)),
+        (
+            TRACKING_OBSERVER,
+            5.0,
+            (0.03 + (1.0 - POLE**2) * 0.02, 0.3 + (1.0 - POLE) ** 2 * 0.02 / DT),
+        ),
     ],
 )
 def test_a_velocity_is_a_filtered_difference_or_that_of_an_observer(estimator, cutoff, expected):
@@ -196,8 +298,16 @@ def test_samples_before_lie_on_the_parabola_of_the_motion():
 
 
 @pytest.mark.parametrize(
-    ("law", "injected", "limit"), [(20.0, (), 20.0), (math.inf, (), 30.0), (math.inf, ([4.0, -7.0],), 37.0), (math.inf, ([],), 30.0)]
+    ("law", "injected", "limit"),
+    [
+        (20.0, (), 20.0),
+        (math.inf, (), 30.0),
+        (math.inf, ([4.0, -7.0],), 37.0),
+        (math.inf, ([],), 30.0),
+    ],
 )
 def test_a_law_respects_the_limit_of_its_drive_and_injected_inputs(law, injected, limit):
-    assert within_drive(cascade(k_p=1.0, k_v=1.0, limit=law), 30.0, *injected).values["limit"] == limit
+    assert (
+        within_drive(cascade(k_p=1.0, k_v=1.0, limit=law), 30.0, *injected).values["limit"] == limit
+    )
     assert within_drive(open_loop(), 30.0) == open_loop()

@@ -32,7 +32,10 @@ def test_a_cascade_that_takes_over_continues_like_one_from_the_start(averaging):
     for k in range(-5, 0):
         _, state = c.component.step(state, Reference(0.0, 0.0, 0.0), position(k), DT, c.parameters)
     fresh = c.component.start(position(0), 0.05, 3.0, DT, c.parameters)
-    efforts = [c.component.step(item, Reference(0.31, 0.0, 0.0), position(0), DT, c.parameters)[0] for item in (state, fresh)]
+    efforts = [
+        c.component.step(item, Reference(0.31, 0.0, 0.0), position(0), DT, c.parameters)[0]
+        for item in (state, fresh)
+    ]
     assert efforts[1] == pytest.approx(efforts[0], rel=1e-9)
 
 
@@ -43,9 +46,13 @@ def test_exact_feedforward_leaves_no_error(k_p, averaging):
     t = DT * np.arange(4000)
     acceleration = 0.16 * np.cos(4.0 * t)
     ahead = 0.5 * (acceleration + np.append(acceleration[1:], acceleration[-1]))
-    desired = np.stack((0.01 * (1.0 - np.cos(4.0 * t)), 0.04 * np.sin(4.0 * t), acceleration, 20.0 * ahead))
+    desired = np.stack(
+        (0.01 * (1.0 - np.cos(4.0 * t)), 0.04 * np.sin(4.0 * t), acceleration, 20.0 * ahead)
+    )
     c = controllers.cascade(k_p=k_p, k_v=4000.0, k_ff=1.0, averaging=averaging)
-    trace = run_closed_loop(inertia(M=20.0), FREE, c, sensors.encoder(), desired, DT, acceleration=acceleration[0])
+    trace = run_closed_loop(
+        inertia(M=20.0), FREE, c, sensors.encoder(), desired, DT, acceleration=acceleration[0]
+    )
     assert np.ptp(desired[0] - trace.measured) < 1e-9  # one of them alone would leave 4 µm
 
 
@@ -61,7 +68,15 @@ def test_an_integrating_law_takes_over_the_effort_of_a_motion(law, ripple, misse
     v, effort = 0.05, 9.0
     reference = 0.1 + v * DT * np.arange(800)
     with interpreted():
-        trace = drive(law, reference, x=0.1, v=v, model=FILM, resumed_effort=effort, disturbance=np.full(800, effort - 20.0 * v))
+        trace = drive(
+            law,
+            reference,
+            x=0.1,
+            v=v,
+            model=FILM,
+            resumed_effort=effort,
+            disturbance=np.full(800, effort - 20.0 * v),
+        )
     assert np.ptp(trace.command) < ripple
     assert np.ptp(reference - trace.position) < missed
 

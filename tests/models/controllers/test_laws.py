@@ -20,8 +20,12 @@ LAWS = {
     "sliding_mode": controllers.sliding_mode(**GAINS, K_2=2.0, phi=0.01, cutoff=200.0),
     "super_twisting": controllers.super_twisting(**GAINS, k_1=0.5, k_2=5.0, cutoff=200.0),
     "disturbance_observer": controllers.disturbance_observer(**GAINS, g=60.0, cutoff=200.0),
-    "lugre_observer": controllers.lugre_observer(**GAINS, F_C=1.0, F_S=1.2, v_S=1e-3, sigma_0=1e3, k=0.5, cutoff=200.0),
-    "adaptive_hysteresis": controllers.adaptive_hysteresis(**GAINS, reach=1e-3, Gamma=500.0, w_max=2.0, delta=1e-5, cutoff=200.0),
+    "lugre_observer": controllers.lugre_observer(
+        **GAINS, F_C=1.0, F_S=1.2, v_S=1e-3, sigma_0=1e3, k=0.5, cutoff=200.0
+    ),
+    "adaptive_hysteresis": controllers.adaptive_hysteresis(
+        **GAINS, reach=1e-3, Gamma=500.0, w_max=2.0, delta=1e-5, cutoff=200.0
+    ),
 }
 
 
@@ -43,7 +47,12 @@ def drive(law, reference, *, model=None, disturbance=None, sensor=None, **option
 
 
 @pytest.mark.parametrize(
-    ("name", "left"), [("sliding_mode", 1e-6), ("disturbance_observer", 1e-6), ("super_twisting", 20.0 * 2.0 * 5.0 * DT)]
+    ("name", "left"),
+    [
+        ("sliding_mode", 1e-6),
+        ("disturbance_observer", 1e-6),
+        ("super_twisting", 20.0 * 2.0 * 5.0 * DT),
+    ],
 )
 def test_a_law_that_takes_over_a_motion_causes_no_jolt(name, left):
     # Super-twisting chatters around its surface by a few steps of its integral, J k_2 T_s.
@@ -63,7 +72,9 @@ def test_the_root_term_stops_a_velocity_in_torricellis_time():
     dt, v, k_1 = 2.5e-4, 0.09, 0.5
     law = controllers.super_twisting(J=2.0, lambda_=0.0, K_1=0.0, k_1=k_1, k_2=0.0)
     reference = np.zeros((4, 6400))
-    trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), reference, dt, v=v)
+    trace = run_closed_loop(
+        inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), reference, dt, v=v
+    )
     end = 2.0 * math.sqrt(v) / k_1
     assert trace.time[np.argmax(trace.velocity < 1e-5 * v)] == pytest.approx(end, rel=1e-2)
     assert trace.velocity[round(0.5 * end / dt)] == pytest.approx(0.25 * v, rel=1e-3)
@@ -72,12 +83,19 @@ def test_the_root_term_stops_a_velocity_in_torricellis_time():
 
 def test_the_observer_removes_the_error_of_a_constant_force():
     steps = np.zeros(1000)
-    left = {g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[-1] for g in (0.0, 60.0)}
+    left = {
+        g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[
+            -1
+        ]
+        for g in (0.0, 60.0)
+    }
     assert left[0.0] == pytest.approx(-3.0 / (2.0 * 30.0 * 40.0), rel=1e-3)
     assert abs(left[60.0]) < 1e-6 * abs(left[0.0])
 
 
-@pytest.mark.parametrize(("name", "part"), [("disturbance_observer", {"g": 60.0}), ("super_twisting", {"k_2": 50.0})])
+@pytest.mark.parametrize(
+    ("name", "part"), [("disturbance_observer", {"g": 60.0}), ("super_twisting", {"k_2": 50.0})]
+)
 def test_a_limit_winds_up_neither_the_observer_nor_the_integrated_switching(name, part):
     # Wound up, 0.1 s at the limit are as much as the limit itself.
     reference = np.concatenate((np.zeros(20), np.full(1480, 0.2)))
@@ -106,7 +124,12 @@ def test_the_tracking_observer_fits_a_line_to_the_past_that_fades():
 def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
     reference = 5e-3 * np.sin(15.0 * DT * np.arange(450))
-    trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, Shape(gain=0.8)))
+    trace = drive(
+        LAWS["sliding_mode"],
+        reference,
+        model=model,
+        compensator=Compensator(model, Shape(gain=0.8)),
+    )
     assert trace.compensation == pytest.approx(0.8 * response(model, trace.measured, DT), abs=1e-9)
     # One mass: its motor is where it is itself.
     assert np.array_equal(trace.motor_position, trace.position)
@@ -118,7 +141,13 @@ def test_desired_and_measured_motion_with_dwells_have_equal_feedforward(name):
     model = friction.MODELS[name](**friction.MODELS[name].example)
     reference = 3e-2 * np.sin(40.0 * DT * np.arange(900))
     coarse = sensors.encoder(resolution=1e-3)
-    trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, Shape()), sensor=coarse)
+    trace = drive(
+        LAWS["sliding_mode"],
+        reference,
+        model=model,
+        compensator=Compensator(model, Shape()),
+        sensor=coarse,
+    )
     v = np.diff(trace.measured, prepend=trace.measured[0]) / DT
     assert 100 < np.sum(v == 0.0) < 850
     along = compensation_along(model, Shape(), v, DT, trace.measured)

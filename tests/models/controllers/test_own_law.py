@@ -36,7 +36,14 @@ def start(measured, velocity, acceleration, dt, p):
     return State()
 
 
-PID = Controller(name="pid", description="a law of one's own", Parameters=Gains, State=State, step=step, start=start)
+PID = Controller(
+    name="pid",
+    description="a law of one's own",
+    Parameters=Gains,
+    State=State,
+    step=step,
+    start=start,
+)
 
 
 def test_the_gains_have_units_on_either_kind_of_axis():
@@ -63,7 +70,10 @@ def test_the_integral_gain_of_another_quantity_is_refused(kind, text, words):
 
 
 def test_the_integral_gain_is_shown_in_the_units_of_a_drive():
-    columns = {"effort": Column("u", "V", "V", 35.0), "position": Column("q", "count", "count", -1e-6)}
+    columns = {
+        "effort": Column("u", "V", "V", 35.0),
+        "position": Column("q", "count", "count", -1e-6),
+    }
     axis = Axis(kind="translational", columns=columns)
     quantity = PID.variables["K_I"].quantity
     for text, value in (("3 V/(m*s)", 105.0), ("3 V/(count*s)", 105e6), ("3 N/(count*s)", 3e6)):
@@ -77,6 +87,13 @@ def test_the_integral_removes_the_error_of_a_constant_force(gain, left):
     law = PID(K_P="2 N/mm", K_I=gain, K_D="80 N*s/m")
     with interpreted():
         trace = run_closed_loop(
-            inertia(M=2.0), friction.viscous(F_v=1.0), law, sensors.encoder(), desired, DT, disturbance=np.full(1500, 5.0), steps=1
+            inertia(M=2.0),
+            friction.viscous(F_v=1.0),
+            law,
+            sensors.encoder(),
+            desired,
+            DT,
+            disturbance=np.full(1500, 5.0),
+            steps=1,
         )
     assert abs(desired[0, -1] - trace.position[-1]) == pytest.approx(left, rel=1e-3, abs=1e-5)

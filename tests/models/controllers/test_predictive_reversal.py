@@ -17,7 +17,9 @@ def fed(law, t, x, v, a):
     state, forces = law.component.start(x[0], v[0], a[0], DT, law.parameters), []
     for sample in zip(t, x, v, a, strict=True):
         _, place, speed, acceleration = map(float, sample)
-        effort, state = law.component.step(state, Reference(place, speed, acceleration, 0.0), place, DT, law.parameters)
+        effort, state = law.component.step(
+            state, Reference(place, speed, acceleration, 0.0), place, DT, law.parameters
+        )
         effort -= law.values["J"] * acceleration
         forces.append(effort)
     return np.array(forces)
@@ -58,18 +60,26 @@ def test_the_force_reverses_over_the_distance():
     assert force[-1] == pytest.approx(-40.0, rel=1e-3)
     # A motion that stops and continues in the same direction has no reversal.
     stop = np.where(t < 0.2, v, -v)
-    assert np.min(fed(still_law(x_0=2e-6), t, DT * np.cumsum(stop), stop, np.where(t < 0.2, a, -a))) > 39.0
+    assert (
+        np.min(fed(still_law(x_0=2e-6), t, DT * np.cumsum(stop), stop, np.where(t < 0.2, a, -a)))
+        > 39.0
+    )
 
 
 def test_the_distance_reduces_the_error_of_a_reversal_and_a_lead_alone_increases_it():
     axis = sliders(7)
-    level, offset = float(np.sum(axis.limit)), axis.numbers[4] + axis.numbers[5] * float(np.sum(axis.limit))
+    level, offset = (
+        float(np.sum(axis.limit)),
+        axis.numbers[4] + axis.numbers[5] * float(np.sum(axis.limit)),
+    )
     t, x, v, a = turning(duration=1.0)
     desired = np.array([x, v, a, np.full(t.size, offset)])
     own = {"F_C": level, "F_S": 1.18 * level, "v_S": 4e-4, "F_v": axis.numbers[3]}
 
     def glitch(**further):
-        return follow(controllers.predictive_reversal(**GAINS, **own, **further), axis, desired, 7).peak(0.4, 0.8)
+        return follow(
+            controllers.predictive_reversal(**GAINS, **own, **further), axis, desired, 7
+        ).peak(0.4, 0.8)
 
     at_once = glitch()
     assert glitch(x_0=2e-6, lead=2e-3) < 0.5 * at_once
@@ -86,4 +96,8 @@ def test_the_force_of_a_start_from_rest_rises_from_zero():
 
 @pytest.mark.parametrize(("velocity", "side"), [(0.5, 1), (-0.5, -1), (0.0, 0)])
 def test_a_law_that_takes_over_knows_the_side_of_the_motion(velocity, side):
-    assert still_law().component.start(0.2, velocity, 0.0, DT, still_law().parameters)[2:] == (0.2, side, side)
+    assert still_law().component.start(0.2, velocity, 0.0, DT, still_law().parameters)[2:] == (
+        0.2,
+        side,
+        side,
+    )

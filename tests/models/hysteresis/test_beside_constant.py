@@ -19,7 +19,9 @@ PATH = np.cumsum(np.random.default_rng(3).normal(0.0, 1e-6, 400))
 def test_its_loops_are_higher_by_the_constant(operator):
     raised = with_constant(operator, 1.5)
     with br.engine.interpreted():
-        np.testing.assert_allclose(br.response(raised, PATH) - br.response(operator, PATH), 1.5, rtol=1e-12)
+        np.testing.assert_allclose(
+            br.response(raised, PATH) - br.response(operator, PATH), 1.5, rtol=1e-12
+        )
     assert raised.values["offset"] == 1.5
     assert with_constant(operator, 0.0) is operator
     assert pickle.loads(pickle.dumps(raised)) == raised
@@ -27,7 +29,9 @@ def test_its_loops_are_higher_by_the_constant(operator):
 
 
 def test_an_operator_with_an_offset_takes_the_constant_there():
-    grid = br.hysteresis.preisach_grid(low=-1e-5, high=1e-5, E=[0.0, 1.0, 2.0, 0.0, 1.0, 0.0], offset=1.0)
+    grid = br.hysteresis.preisach_grid(
+        low=-1e-5, high=1e-5, E=[0.0, 1.0, 2.0, 0.0, 1.0, 0.0], offset=1.0
+    )
     raised = with_constant(grid, 0.5)
     assert raised.component is grid.component
     assert raised.values["offset"] == 1.5

@@ -19,7 +19,11 @@ def measure(operator):
 MEASURES = {kernel: measure(of(kernel)) for kernel in KERNELS} | {
     "exponent 1.5": measure(of("dahl_masing", exponent=1.5)),
     "exponent 0.5": measure(of("dahl_masing", exponent=0.5)),
-    "table": measure(hysteresis.tabulated(lambda a, b: (a - b) * (1.0 + 0.02 * (a + b)), 25.0, rows=11, columns=11)),
+    "table": measure(
+        hysteresis.tabulated(
+            lambda a, b: (a - b) * (1.0 + 0.02 * (a + b)), 25.0, rows=11, columns=11
+        )
+    ),
 }
 every_measure = pytest.mark.parametrize("q", MEASURES.values(), ids=MEASURES)
 
@@ -55,27 +59,35 @@ def test_slopes_are_derivatives(q):
 @given(z=st.floats(0.0, 20.0))
 def test_the_virgin_curve_and_the_branch_from_its_mirror_meet(q, z):
     # Only so can a branch merge with the virgin curve on the other side.
-    assert abs(virgin_curve(z, q) - virgin_curve(-z, q) - 2.0 * everett(z, -z, q)) <= 1e-14 * (1.0 + z)
+    assert abs(virgin_curve(z, q) - virgin_curve(-z, q) - 2.0 * everett(z, -z, q)) <= 1e-14 * (
+        1.0 + z
+    )
 
 
 @pytest.mark.parametrize("exponent", [0.5, 0.9, 1.0, 1.2, 2.0, 3.0])
 @pytest.mark.parametrize("shape", [0, 1, 3])
 def test_the_inverse_curve_undoes_the_loading_curve(shape, exponent):
     for x in np.geomspace(1e-12, 1.9, 60).tolist():
-        assert abs(loading_inverse(loading_curve(x, shape, exponent), shape, exponent) - x) <= 1e-14 * (1.0 + x)
+        assert abs(
+            loading_inverse(loading_curve(x, shape, exponent), shape, exponent) - x
+        ) <= 1e-14 * (1.0 + x)
     assert np.isnan(loading_inverse(1.0, shape, exponent))
 
 
 # --- tables -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("kernel", "error"), [("dahl_masing", 3e-4), ("reformed_dahl_exact", 6e-4)])
+@pytest.mark.parametrize(
+    ("kernel", "error"), [("dahl_masing", 3e-4), ("reformed_dahl_exact", 6e-4)]
+)
 def test_a_table_of_a_hundred_nodes_is_accurate_to_second_order(kernel, error):
     exact = of(kernel)
     q, path = measure(exact), walk(4, 2000)
     errors = []
     for nodes in (51, 101, 201):
-        table = hysteresis.tabulated(lambda a, b, q=q: everett(a, b, q), 4.0, rows=nodes, columns=nodes)
+        table = hysteresis.tabulated(
+            lambda a, b, q=q: everett(a, b, q), 4.0, rows=nodes, columns=nodes
+        )
         errors.append(np.max(np.abs(response(table, path) - response(exact, path))))
     assert errors[1] <= error
     assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
@@ -91,7 +103,12 @@ def test_a_measure_without_symmetry_is_that_of_its_relays():
     table = hysteresis.tabulated(lambda a, b: lopsided(q, a, b), 3.0, rows=201, columns=201)
     levels = np.linspace(-3.0, 3.0, 121)
     path = levels[np.random.default_rng(5).integers(0, 121, 100)]
-    assert np.max(np.abs(response(hysteresis.relays_of(table, 3.0, 120), path) - response(table, path))) < 1e-4
+    assert (
+        np.max(
+            np.abs(response(hysteresis.relays_of(table, 3.0, 120), path) - response(table, path))
+        )
+        < 1e-4
+    )
     assert abs(response(table, [3.0])[0] + response(table, [-3.0])[0]) < 1e-12
 
 
@@ -125,4 +142,9 @@ def test_outside_its_table_the_output_stays():
     assert f[5] == f[6] == -2.0
     assert f[4] < f[3]
     q = measure(table)
-    assert virgin_slope(2.0, q) == everett_slope(2.0, 0.0, 1.0, q) == everett_slope(0.0, -2.0, -1.0, q) == 0.0
+    assert (
+        virgin_slope(2.0, q)
+        == everett_slope(2.0, 0.0, 1.0, q)
+        == everett_slope(0.0, -2.0, -1.0, q)
+        == 0.0
+    )

@@ -9,7 +9,9 @@ from bristle import hysteresis, response
 from bristle.models.hysteresis.everett import KERNELS
 
 THIRTEEN = [0.0, 3.0, -2.0, 2.4, -1.0, 1.1, 0.3, 0.9, -0.5, 2.0, -3.5, 1.0, -3.0, 0.5, 3.9]
-STOPS = hysteresis.prandtl_ishlinskii(thresholds=[0.2, 0.5, 0.5, 1.0, 2.5], weights=[2.0, 1.0, 0.5, 0.7, 0.3], spring=0.05)
+STOPS = hysteresis.prandtl_ishlinskii(
+    thresholds=[0.2, 0.5, 0.5, 1.0, 2.5], weights=[2.0, 1.0, 0.5, 0.7, 0.3], spring=0.05
+)
 
 
 def test_stops_and_their_inverse_over_thirteen_reversals():
@@ -28,7 +30,9 @@ def test_stops_and_their_inverse_over_thirteen_reversals():
 )
 def test_any_stops_whose_virgin_curve_rises_have_an_inverse(elements, path):
     thresholds, weights = zip(*elements, strict=True)
-    stops = hysteresis.prandtl_ishlinskii(thresholds=list(thresholds), weights=list(weights), spring=3.0)
+    stops = hysteresis.prandtl_ishlinskii(
+        thresholds=list(thresholds), weights=list(weights), spring=3.0
+    )
     force = response(stops, path)
     assert np.max(np.abs(response(hysteresis.inverse_of(stops), force) - path)) <= 1e-12
 
@@ -45,9 +49,14 @@ def test_preisach_and_its_inverse_over_thirteen_reversals(kernel):
 @pytest.mark.parametrize("exponent", [1.0, 1.3, 3.0])
 def test_every_exponent_has_its_inverse(exponent):
     path, operator = along(THIRTEEN, 30), of("dahl_masing", exponent=exponent)
-    assert np.max(np.abs(response(hysteresis.inverse_of(operator), response(operator, path)) - path)) <= 1e-12
+    assert (
+        np.max(np.abs(response(hysteresis.inverse_of(operator), response(operator, path)) - path))
+        <= 1e-12
+    )
 
 
 def test_an_inverse_has_the_units_of_an_inverse():
-    stops = hysteresis.prandtl_ishlinskii(thresholds=[1e-3], weights=[100.0], spring=1.0, kind="rotational")
+    stops = hysteresis.prandtl_ishlinskii(
+        thresholds=[1e-3], weights=[100.0], spring=1.0, kind="rotational"
+    )
     assert "rad/(N*m)" in repr(hysteresis.inverse_of(stops))

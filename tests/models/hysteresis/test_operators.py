@@ -45,7 +45,9 @@ def test_the_output_does_not_depend_on_the_density_of_inputs(operator, path, sha
     between = turned[:-1] + share * np.diff(turned)
     dense = np.column_stack([between, turned[1:]]).ravel()
     sparse = response(operator, turned[1:])
-    assert_close(response(operator, dense)[1::2], sparse, [sparse, np.ones_like(sparse) * np.ptp(sparse)])
+    assert_close(
+        response(operator, dense)[1::2], sparse, [sparse, np.ones_like(sparse) * np.ptp(sparse)]
+    )
 
 
 @every_operator
@@ -77,7 +79,9 @@ def test_a_history_is_the_path_before(operator):
     whole = response(operator, path)
     assert np.array_equal(response(operator, path[120:], history=path[:120]), whole[120:])
     state, memory = after(operator, path[:120])
-    assert np.array_equal(output_along(operator, path[120:], state=state, memory=memory), whole[120:])
+    assert np.array_equal(
+        output_along(operator, path[120:], state=state, memory=memory), whole[120:]
+    )
 
 
 @every_operator

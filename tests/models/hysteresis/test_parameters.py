@@ -63,7 +63,9 @@ def test_examples_go_through_a_loop_by_hand(operator, inputs, outputs):
 
 
 def test_the_inverse_of_the_example_of_stops_has_kinks_at_its_forces():
-    inverse = inverse_of(prandtl_ishlinskii(thresholds=[1e-6, 2e-6], weights=[6e6, 3e6], spring=1e6))
+    inverse = inverse_of(
+        prandtl_ishlinskii(thresholds=[1e-6, 2e-6], weights=[6e6, 3e6], spring=1e6)
+    )
     assert inverse.values["thresholds"].tolist() == pytest.approx([10.0, 14.0])
     assert inverse.values["weights"].tolist() == pytest.approx([0.25e-6 - 0.1e-6, 1e-6 - 0.25e-6])
     assert inverse.values["compliance"] == pytest.approx(1e-7)
@@ -97,7 +99,9 @@ def test_a_loop_tip_is_where_a_loop_of_the_reformed_model_closes(k):
     # From -f_r with a slope of 1 toward 1: -f_r + p d / (p + d) = f_r, p = 1 + f_r, d = 2 k.
     tip = loop_tip(k)
     assert -tip + (1.0 + tip) * 2.0 * k / (1.0 + tip + 2.0 * k) == pytest.approx(tip)
-    assert loop_tip_slope(k) == pytest.approx((loop_tip(k + 1e-6) - loop_tip(k - 1e-6)) / 2e-6, rel=1e-6)
+    assert loop_tip_slope(k) == pytest.approx(
+        (loop_tip(k + 1e-6) - loop_tip(k - 1e-6)) / 2e-6, rel=1e-6
+    )
     assert loop_tip(math.inf) == loop_tip(1e200) == pytest.approx(1.0)
     assert loop_tip_slope(1e200) == pytest.approx(0.0, abs=1e-100)
 
@@ -114,8 +118,12 @@ def test_everett_functions_begin_with_half_of_the_stiffness_and_end_at_saturatio
         h = 1e-12
         for alpha, beta in ((3e-6, -1e-6), (1e-6, -3e-6)):
             moved = value(alpha + h, beta, q) if side > 0.0 else value(alpha, beta - h, q)
-            assert slope(alpha, beta, side, q) == pytest.approx((moved - value(alpha, beta, q)) / h, rel=1e-3)
-    assert virgin_slope(2e-6, q) == pytest.approx((virgin(2e-6 + h, q) - virgin(2e-6 - h, q)) / (2.0 * h), rel=1e-3)
+            assert slope(alpha, beta, side, q) == pytest.approx(
+                (moved - value(alpha, beta, q)) / h, rel=1e-3
+            )
+    assert virgin_slope(2e-6, q) == pytest.approx(
+        (virgin(2e-6 + h, q) - virgin(2e-6 - h, q)) / (2.0 * h), rel=1e-3
+    )
 
 
 def test_the_exact_kernel_gives_the_loop_of_the_reformed_model():
@@ -128,8 +136,22 @@ def test_the_exact_kernel_gives_the_loop_of_the_reformed_model():
 def test_virgin_relays_are_up_below_the_line_of_demagnetisation():
     made = relay_grid(levels=[-2.0, -1.0, 0.0, 1.0, 2.0], weights=np.ones(10))
     # Of (alpha, beta) in the middles of the cells those with a sum below zero are up, on the line half of each.
-    assert made.component.new_memory(made.parameters).tolist() == [1.0, 1.0, 1.0, 1.0, 0.0, -1.0, 0.0, -1.0, -1.0, -1.0]
+    assert made.component.new_memory(made.parameters).tolist() == [
+        1.0,
+        1.0,
+        1.0,
+        1.0,
+        0.0,
+        -1.0,
+        0.0,
+        -1.0,
+        -1.0,
+        -1.0,
+    ]
 
 
 def test_a_table_has_three_rows_and_columns_at_least():
-    assert tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=3, columns=3).values["upper"].size == 3
+    assert (
+        tabulated(lambda alpha, beta: alpha - beta, 1.0, rows=3, columns=3).values["upper"].size
+        == 3
+    )

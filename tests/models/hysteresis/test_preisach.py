@@ -24,14 +24,19 @@ def test_turning_points_are_the_relays_at_extremes_on_their_grid(kernel, count):
 def maxwell(kernel, count):
     """Elements of equal stiffness whose thresholds follow the published stiffness density of the kernel."""
     share = (np.arange(count) + 0.5) / count
-    thresholds = {"dahl_masing": (1.0 - share) ** -0.5 - 1.0, "exp_masing": -np.log1p(-share)}[kernel]
+    thresholds = {"dahl_masing": (1.0 - share) ** -0.5 - 1.0, "exp_masing": -np.log1p(-share)}[
+        kernel
+    ]
     return hysteresis.prandtl_ishlinskii(thresholds=thresholds, weights=np.full(count, 1.0 / count))
 
 
 @pytest.mark.parametrize("kernel", ["dahl_masing", "exp_masing"])
 def test_turning_points_are_thousands_of_maxwell_elements(kernel):
     path = walk(8, 1000)
-    errors = [np.max(np.abs(response(of(kernel), path) - response(maxwell(kernel, n), path))) for n in (30, 300, 3000)]
+    errors = [
+        np.max(np.abs(response(of(kernel), path) - response(maxwell(kernel, n), path)))
+        for n in (30, 300, 3000)
+    ]
     assert errors[-1] <= 1e-5
     assert errors[0] > 30.0 * errors[1] > 900.0 * errors[2]
 
@@ -67,7 +72,9 @@ def test_masing_kernels_are_congruent_everywhere(kernel, bias):
 
 def test_the_exact_kernel_has_an_origin():
     loop = along([-0.4, 0.4, -0.4], 5)
-    here, present = (response(of("reformed_dahl_exact"), loop + bias, history=[-9.0])[5:] for bias in (0.0, 4.0))
+    here, present = (
+        response(of("reformed_dahl_exact"), loop + bias, history=[-9.0])[5:] for bias in (0.0, 4.0)
+    )
     assert np.max(np.abs((here - here[0]) - (present - present[0]))) > 1e-2
 
 
@@ -76,7 +83,9 @@ def test_no_closed_cycle_returns_energy(kernel):
     generator = np.random.default_rng(9)
     pieces, ends = [np.array([0.0])], []
     for _ in range(500):
-        cycle = generator.uniform(-1.0, 1.0, generator.integers(2, 7)) * 10 ** generator.uniform(-2.0, 1.0)
+        cycle = generator.uniform(-1.0, 1.0, generator.integers(2, 7)) * 10 ** generator.uniform(
+            -2.0, 1.0
+        )
         # Twice: after the first time round it is closed, whatever came before.
         pieces.append(along([pieces[-1][-1], *cycle, cycle[0], *cycle[1:], cycle[0]], 40)[1:])
         ends.append((40 * cycle.size, int(sum(map(len, pieces)))))
@@ -98,7 +107,11 @@ def test_off_the_diagonal_the_measure_is_negative(kernel):
     for _ in range(500):
         beta, alpha = np.sort(generator.uniform(-5.0, 5.0, 2))
         if alpha - beta > 3.0 * h:
-            cell = everett(alpha + h, beta, q) - everett(alpha, beta, q) - everett(alpha + h, beta + h, q)
+            cell = (
+                everett(alpha + h, beta, q)
+                - everett(alpha, beta, q)
+                - everett(alpha + h, beta + h, q)
+            )
             assert cell + everett(alpha, beta + h, q) <= 1e-16
 
 
@@ -115,7 +128,9 @@ def test_the_exponent_of_dahl_goes_over_into_the_exponential(exponent):
     path = walk(11, 300)
     near = response(of("dahl_masing", exponent=exponent), path)
     assert np.max(np.abs(near - response(of("exp_masing"), path))) <= 1e-7
-    assert np.array_equal(response(of("dahl_masing", exponent=1.0), path), response(of("exp_masing"), path))
+    assert np.array_equal(
+        response(of("dahl_masing", exponent=1.0), path), response(of("exp_masing"), path)
+    )
 
 
 @every_kernel

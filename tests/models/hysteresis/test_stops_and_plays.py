@@ -7,7 +7,9 @@ from tests.models.hysteresis.paths import along, walk
 from bristle import friction, hysteresis, response
 
 inputs = st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=20)
-STOPS = hysteresis.prandtl_ishlinskii(thresholds=[0.3, 1.0, 2.0], weights=[2.0, 1.0, 0.5], spring=0.1)
+STOPS = hysteresis.prandtl_ishlinskii(
+    thresholds=[0.3, 1.0, 2.0], weights=[2.0, 1.0, 0.5], spring=0.1
+)
 
 
 @settings(max_examples=50, deadline=None)
@@ -28,13 +30,17 @@ def test_a_gap_is_crossed_before_the_output_moves():
 @given(path=inputs)
 def test_stops_in_parallel_are_the_sum_of_stops(path):
     parts = [0.1 * np.array(path)]
-    parts += [w * response(hysteresis.stop(r=r), path) for r, w in ((0.3, 2.0), (1.0, 1.0), (2.0, 0.5))]
+    parts += [
+        w * response(hysteresis.stop(r=r), path) for r, w in ((0.3, 2.0), (1.0, 1.0), (2.0, 0.5))
+    ]
     assert np.max(np.abs(response(STOPS, path) - sum(parts))) <= 1e-14
 
 
 def test_stops_are_the_maxwell_slip_model():
     path = walk(2, 500, 5.0)
-    slip = friction.maxwell_slip(F_C=2.6, k_i=[2.0, 1.0, 0.5], nu_i=[0.6 / 2.6, 1.0 / 2.6, 1.0 / 2.6])
+    slip = friction.maxwell_slip(
+        F_C=2.6, k_i=[2.0, 1.0, 0.5], nu_i=[0.6 / 2.6, 1.0 / 2.6, 1.0 / 2.6]
+    )
     force = response(STOPS, path) - 0.1 * path
     # Its force is the mean of a step: a step of no length tells the force at its end.
     ends = response(slip, np.concatenate([[0.0], np.repeat(path, 2)]), 1.0)[2::2]

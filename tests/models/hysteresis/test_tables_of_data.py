@@ -35,7 +35,9 @@ def test_a_table_along_curves_is_the_operator_of_these_curves(side):
 def test_a_constant_part_of_the_output_stays_in_a_table_along_curves(side):
     truth, u = of("reformed_dahl_exact"), walk(1, 300)
     table = table_of_curves([(u, f + 3.0) for u, f in curves_of(truth, side=side)])
-    assert response(table, u, history=[4.0]) == pytest.approx(response(truth, u, history=[4.0]) + 3.0, abs=0.01)
+    assert response(table, u, history=[4.0]) == pytest.approx(
+        response(truth, u, history=[4.0]) + 3.0, abs=0.01
+    )
 
 
 def test_a_table_reproduces_its_curves_and_is_constant_beyond():
@@ -53,12 +55,22 @@ REVERSAL = hysteresis.reversal_table(**hysteresis.reversal_table.example)
 
 @pytest.mark.parametrize("operator", [REVERSAL, GRID, MIRRORED], ids=lambda item: item.name)
 def test_slopes_are_those_of_the_surface(operator):
-    q, h, allowed = operator.component.measure(operator.parameters), 1e-11, {"rel": 1e-3, "abs": 1e3}
-    for alpha, beta in np.sort(np.random.default_rng(0).uniform(-0.95e-5, 0.95e-5, (60, 2)))[:, ::-1].tolist():
+    q, h, allowed = (
+        operator.component.measure(operator.parameters),
+        1e-11,
+        {"rel": 1e-3, "abs": 1e3},
+    )
+    for alpha, beta in np.sort(np.random.default_rng(0).uniform(-0.95e-5, 0.95e-5, (60, 2)))[
+        :, ::-1
+    ].tolist():
         up = (everett(alpha + h, beta, q) - everett(alpha - h, beta, q)) / (2.0 * h)
         down = (everett(alpha, beta - h, q) - everett(alpha, beta + h, q)) / (2.0 * h)
         both = (virgin_curve(alpha + h, q) - virgin_curve(alpha - h, q)) / (2.0 * h)
-        slopes = [everett_slope(alpha, beta, 1.0, q), everett_slope(alpha, beta, -1.0, q), virgin_slope(alpha, q)]
+        slopes = [
+            everett_slope(alpha, beta, 1.0, q),
+            everett_slope(alpha, beta, -1.0, q),
+            virgin_slope(alpha, q),
+        ]
         assert slopes == pytest.approx([up, down, both], **allowed)
     assert everett_slope(2e-5, 0.0, 1.0, q) == everett_slope(0.0, -2e-5, -1.0, q) == 0.0
 
@@ -67,4 +79,6 @@ def test_cells_agree_with_their_relays_where_both_are_exact():
     relays = relays_of(GRID, 1e-5, 3)
     levels = np.linspace(-1e-5, 1e-5, 4)
     path = levels[np.random.default_rng(2).integers(0, 4, 200)]
-    assert np.allclose(response(GRID, path, history=[1e-5]), response(relays, path, history=[1e-5]), atol=1e-12)
+    assert np.allclose(
+        response(GRID, path, history=[1e-5]), response(relays, path, history=[1e-5]), atol=1e-12
+    )

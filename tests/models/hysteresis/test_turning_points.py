@@ -9,7 +9,13 @@ from bristle.core.errors import InputWarning
 from bristle.core.status import Status
 from bristle.engine import run_open_loop
 from bristle.engine.path import after
-from bristle.models.hysteresis.turning_points import Stack, branch_at, branch_output, branch_point, branch_slope
+from bristle.models.hysteresis.turning_points import (
+    Stack,
+    branch_at,
+    branch_output,
+    branch_point,
+    branch_slope,
+)
 
 
 class Watched(np.ndarray):
@@ -46,7 +52,9 @@ def test_turning_points_are_nested_and_closed_loops_remove_theirs(path, points):
     assert stored(of("dahl_masing"), path)[0] == points
 
 
-@pytest.mark.parametrize(("back", "points", "z"), [(0.9e-3, [], 1.0), (1.1e-3, [1.0], 1.0 - 1.1e-3)])
+@pytest.mark.parametrize(
+    ("back", "points", "z"), [(0.9e-3, [], 1.0), (1.1e-3, [1.0], 1.0 - 1.1e-3)]
+)
 def test_only_a_reversal_beyond_the_tolerance_is_stored(back, points, z):
     found, state = stored(of("dahl_masing", tolerance=1e-3), [1.0, 1.0 - back])
     assert (found, state.z) == (points, z)
@@ -107,9 +115,14 @@ def test_a_branch_is_valid_from_its_beginning_to_its_end(kernel):
         assert branch_at(state, memory, u)[:4] == branch[:4]
         step = 1e-6 * branch.side
         if min(abs(u - branch.begin), abs(u - branch.end), abs(u)) > 3e-6:
-            rise = (branch_output(branch, u + step, q) - branch_output(branch, u - step, q)) / (2.0 * step)
+            rise = (branch_output(branch, u + step, q) - branch_output(branch, u - step, q)) / (
+                2.0 * step
+            )
             assert abs(branch_slope(branch, u, q) - rise) < 1e-8
-            assert branch_point(branch, u, q) == (branch_output(branch, u, q), branch_slope(branch, u, q))
+            assert branch_point(branch, u, q) == (
+                branch_output(branch, u, q),
+                branch_slope(branch, u, q),
+            )
 
 
 def test_the_next_branch_continues_at_the_end_of_a_branch():
@@ -123,13 +136,18 @@ def test_the_next_branch_continues_at_the_end_of_a_branch():
         ends.append(branch.end)
         if np.isfinite(branch.end):
             following = branch_at(state, memory, branch.end)
-            assert abs(branch_output(branch, branch.end, q) - branch_output(following, branch.end, q)) <= 1e-15
+            assert (
+                abs(branch_output(branch, branch.end, q) - branch_output(following, branch.end, q))
+                <= 1e-15
+            )
         u = branch.end
     assert ends == [2.0, 3.0, np.inf]
 
 
 def composite(capacity):
-    return friction.preisach_lugre(kernel="dahl_masing", s=1e6, f_p=150.0, F_C=100.0, F_S=120.0, v_S=1e-3, capacity=capacity)
+    return friction.preisach_lugre(
+        kernel="dahl_masing", s=1e6, f_p=150.0, F_C=100.0, F_S=120.0, v_S=1e-3, capacity=capacity
+    )
 
 
 @pytest.mark.slow

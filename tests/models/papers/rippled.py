@@ -15,7 +15,9 @@ def steps_per_cycle(model, low, high, top, cycles=6):
     t = DT * np.arange(round(cycles * PERIOD / DT) + 1)
     wave = low + (high - low) * np.abs(2.0 * ((t / PERIOD) % 1.0) - 1.0)
     effort = np.concatenate((np.linspace(0.0, top, 2500), np.linspace(top, high, 2500), wave))
-    trace = run_open_loop(plants.inertia(kind="rotational", M=1e-4), model, effort, DT, steps=4, hold="linear")
+    trace = run_open_loop(
+        plants.inertia(kind="rotational", M=1e-4), model, effort, DT, steps=4, hold="linear"
+    )
     marks = effort.size - wave.size + np.arange(cycles + 1) * round(PERIOD / DT)
     return np.diff(trace.position[marks])
 

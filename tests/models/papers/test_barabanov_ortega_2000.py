@@ -33,7 +33,10 @@ def work_of(model, cycle=CYCLE, steps=400):
 
 @pytest.mark.parametrize("model", [lugre, composite])
 def test_below_the_condition_a_cycle_creates_energy(model):
-    works = {share: work_of(model(sigma_1=SIGMA_1, sigma_2=share * SIGMA_1 * RATIO)) for share in (0.0, 0.5, 1.0)}
+    works = {
+        share: work_of(model(sigma_1=SIGMA_1, sigma_2=share * SIGMA_1 * RATIO))
+        for share in (0.0, 0.5, 1.0)
+    }
     assert works[0.0] < works[0.5] < 0.0 < works[1.0]
 
 

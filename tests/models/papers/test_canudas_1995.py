@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from tests.models.papers.rippled import drift_of, steps_per_cycle
-from tests.simulation.certificates.ballscrew import F_S, RIPPLE, STIFFNESS, UM, composite, lugre, maxwell_slip
+from tests.simulation.certificates.ballscrew import (
+    F_S,
+    RIPPLE,
+    STIFFNESS,
+    UM,
+    composite,
+    lugre,
+    maxwell_slip,
+)
 
 from bristle import friction
 from bristle.core.contracts import Motion
@@ -15,7 +23,14 @@ from bristle.engine import force_along, run_open_loop, settled
 from bristle.models.plants import inertia
 
 # The parameters of the paper's Table I.
-PAPER = friction.lugre(F_C="1 N", F_S="1.5 N", v_S="0.001 m/s", sigma_0="1e5 N/m", sigma_1="316.2277660168 N*s/m", sigma_2="0.4 N*s/m")
+PAPER = friction.lugre(
+    F_C="1 N",
+    F_S="1.5 N",
+    v_S="0.001 m/s",
+    sigma_0="1e5 N/m",
+    sigma_1="316.2277660168 N*s/m",
+    sigma_2="0.4 N*s/m",
+)
 
 
 def steady(model, v):
@@ -52,8 +67,12 @@ def test_micro_damping_is_not_viscous_friction():
     # It damps the bristles while they stretch, and vanishes in steady sliding.
     stiff = PAPER.with_values(sigma_1=10.0 * PAPER.values["sigma_1"])
     assert steady(stiff, 5e-3) == pytest.approx(steady(PAPER, 5e-3), rel=1e-9)
-    first, _ = PAPER.component.trial(PAPER.component.State(), (), Motion(1e-3, 0.0), 1e-9, PAPER.parameters)
-    again, _ = PAPER.component.trial(PAPER.component.State(), (), Motion(1e-3, 0.0), 1e-9, stiff.parameters)
+    first, _ = PAPER.component.trial(
+        PAPER.component.State(), (), Motion(1e-3, 0.0), 1e-9, PAPER.parameters
+    )
+    again, _ = PAPER.component.trial(
+        PAPER.component.State(), (), Motion(1e-3, 0.0), 1e-9, stiff.parameters
+    )
     assert again > 5.0 * first
 
 
@@ -86,7 +105,10 @@ def test_the_drift_is_the_same_by_the_integrator_and_by_the_slow_path():
 
 @pytest.mark.slow
 def test_lugre_drifts_after_break_away_and_the_gate_comes_to_rest():
-    walks, rests = (steps_per_cycle(model, *RIPPLE, top=1.02 * F_S, cycles=16) for model in (lugre(), composite(sigma_2=0.03)))
+    walks, rests = (
+        steps_per_cycle(model, *RIPPLE, top=1.02 * F_S, cycles=16)
+        for model in (lugre(), composite(sigma_2=0.03))
+    )
     assert walks[-1] > 0.3 * UM
     assert abs(rests[-1]) < 1e-8 * UM
 

@@ -6,7 +6,16 @@ It deflects without slip up to a threshold. doi:10.1109/TAC.2002.1000274
 import numpy as np
 import pytest
 from tests.models.papers.rippled import closure_of, drift_of, steps_per_cycle
-from tests.simulation.certificates.ballscrew import DAMPING, F_C, F_S, RIPPLE, SLIDING, STIFFNESS, UM, lugre
+from tests.simulation.certificates.ballscrew import (
+    DAMPING,
+    F_C,
+    F_S,
+    RIPPLE,
+    SLIDING,
+    STIFFNESS,
+    UM,
+    lugre,
+)
 
 from bristle import friction
 from bristle.simulation.certificates import Path, traced
@@ -14,7 +23,9 @@ from bristle.simulation.certificates import Path, traced
 
 def elastoplastic(share):
     """The model with a threshold at a share of the Coulomb force."""
-    return friction.elastoplastic(sigma_0=STIFFNESS, z_ba=share * F_C / STIFFNESS, **(SLIDING | DAMPING))
+    return friction.elastoplastic(
+        sigma_0=STIFFNESS, z_ba=share * F_C / STIFFNESS, **(SLIDING | DAMPING)
+    )
 
 
 def test_it_rests_below_its_threshold_where_lugre_drifts():

@@ -8,7 +8,16 @@ sigma_0 z. The conclusion does not follow: the memory is in z, and z is not the 
 import numpy as np
 import pytest
 from tests.models.papers.rippled import closure_of, drift_of, steps_per_cycle
-from tests.simulation.certificates.ballscrew import F_C, F_S, RIPPLE, STIFFNESS, UM, V_S, composite, lugre
+from tests.simulation.certificates.ballscrew import (
+    F_C,
+    F_S,
+    RIPPLE,
+    STIFFNESS,
+    UM,
+    V_S,
+    composite,
+    lugre,
+)
 
 from bristle import friction, hysteresis, response
 from bristle.engine import force_along, settled
@@ -46,11 +55,15 @@ def test_its_loops_close_over_z_as_in_its_figure_10():
             contact.move(step, 1e-12)
             z.append(contact.state[0])
             f.append(contact.force(np.copysign(0.0, step)))
-    operator = hysteresis.preisach(kernel="dahl_masing", kind="rotational", s=STIFFNESS, f_p=1.2 * F_S)
+    operator = hysteresis.preisach(
+        kernel="dahl_masing", kind="rotational", s=STIFFNESS, f_p=1.2 * F_S
+    )
     assert np.max(np.abs(response(operator, z) - f)) < 1e-12
 
 
-@pytest.mark.parametrize(("share", "bristles", "body"), [(0.5, 0.89, 1.31), (0.8, 2.48, 6.61), (0.9, 3.72, 15.5)])
+@pytest.mark.parametrize(
+    ("share", "bristles", "body"), [(0.5, 0.89, 1.31), (0.8, 2.48, 6.61), (0.9, 3.72, 15.5)]
+)
 def test_z_is_not_the_position(share, bristles, body):
     assert read_at(composite("paper"), share) == pytest.approx((bristles, body), rel=5e-3)
     z, x = read_at(composite(rho=0.95), share)
@@ -73,7 +86,9 @@ def test_with_a_gate_in_its_place_both_hold():
 
 
 @pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])
-@pytest.mark.parametrize("kernel", ["dahl_masing", "reformed_dahl_exact", "tip_masing", "exp_masing"])
+@pytest.mark.parametrize(
+    "kernel", ["dahl_masing", "reformed_dahl_exact", "tip_masing", "exp_masing"]
+)
 @pytest.mark.parametrize("v", [1e-3, 3.0, -0.05])
 def test_steady_sliding_is_that_of_lugre_for_every_composite(transition, kernel, v):
     # Equations (4) and (11); a static map with the same Stribeck curve is the other implementation.

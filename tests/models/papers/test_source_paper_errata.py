@@ -19,7 +19,9 @@ from bristle.files import read_experiment
 from bristle.simulation import simulate
 
 
-@pytest.mark.parametrize("erratum", ERRATA, ids=lambda one: f"{one.location}: {one.test.partition('::')[2]}")
+@pytest.mark.parametrize(
+    "erratum", ERRATA, ids=lambda one: f"{one.location}: {one.test.partition('::')[2]}"
+)
 def test_every_erratum_has_its_test(erratum):
     file, _, name = erratum.test.partition("::")
     assert f"def {name}(" in (Path(__file__).parents[2] / file).read_text(encoding="utf-8")
@@ -30,15 +32,26 @@ def test_a_micrometre_of_the_table_is_1_2566_milliradians_at_5_mm_lead():
     assert train.travel("translational") * 1e-6 == pytest.approx(1.2566e-3, rel=1e-4)
     # The same contact, told at the screw and at the table: the same power is lost.
     arm = 1.0 / train.travel("translational")
-    at_screw = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=22.0, sigma_1=0.03, sigma_2=3e-3)
+    at_screw = friction.lugre(
+        kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=22.0, sigma_1=0.03, sigma_2=3e-3
+    )
     at_table = friction.lugre(
-        F_C=0.034 / arm, F_S=0.04 / arm, v_S=0.5 * arm, sigma_0=22.0 / arm**2, sigma_1=0.03 / arm**2, sigma_2=3e-3 / arm**2
+        F_C=0.034 / arm,
+        F_S=0.04 / arm,
+        v_S=0.5 * arm,
+        sigma_0=22.0 / arm**2,
+        sigma_1=0.03 / arm**2,
+        sigma_2=3e-3 / arm**2,
     )
     x = 5e-6 * np.sin(np.linspace(0.0, 12.0, 500))
-    assert response(at_table, x, 1e-3) * arm == pytest.approx(response(at_screw, x / arm, 1e-3), rel=1e-9, abs=1e-12)
+    assert response(at_table, x, 1e-3) * arm == pytest.approx(
+        response(at_screw, x / arm, 1e-3), rel=1e-9, abs=1e-12
+    )
 
 
-@pytest.mark.parametrize(("ratio", "bounded"), [(0.95, False), (1.05, True), (1.2, True), (2.0, True)])
+@pytest.mark.parametrize(
+    ("ratio", "bounded"), [(0.95, False), (1.05, True), (1.2, True), (2.0, True)]
+)
 def test_6_the_deflection_is_bounded_only_with_f_p_above_F_S(ratio, bounded):
     model = composite("paper", validate=False, f_p=ratio * F_S)
     contact, z = Contact(model), []
@@ -52,7 +65,9 @@ def test_6_the_deflection_is_bounded_only_with_f_p_above_F_S(ratio, bounded):
         assert z[1] > 300.0
 
 
-@pytest.mark.parametrize(("speed", "after"), [(1.0, (242.0, 2325.0)), (239.0, None), (2390.0, None)])
+@pytest.mark.parametrize(
+    ("speed", "after"), [(1.0, (242.0, 2325.0)), (239.0, None), (2390.0, None)]
+)
 def test_9_with_f_p_for_coulomb_friction_has_no_solution_and_z_grows_for_ever(speed, after):
     # Far below, at and far above the Stribeck velocity; in um/s and um.
     contact, z = Contact(composite("paper", validate=False, f_p=F_C, sigma_1=0.0, sigma_2=0.0)), []
@@ -110,7 +125,14 @@ def test_16_and_17_are_the_branch_from_a_general_reversal(k):
     def fall(_, f):
         return [-(((1.0 + f[0]) / (1.0 + reversal)) ** 2)]
 
-    solved = solve_ivp(fall, (0.0, 2.0 * k), [reversal], t_eval=np.linspace(0.0, 2.0 * k, 50), rtol=1e-10, atol=1e-12)
+    solved = solve_ivp(
+        fall,
+        (0.0, 2.0 * k),
+        [reversal],
+        t_eval=np.linspace(0.0, 2.0 * k, 50),
+        rtol=1e-10,
+        atol=1e-12,
+    )
     assert got == pytest.approx(solved.y[0], abs=1e-8)
 
 
@@ -125,7 +147,9 @@ def test_16_and_17_chained_do_not_return_to_the_outer_loop():
     assert tips[0] - tips[1] == pytest.approx(0.177, abs=2e-3)
     assert tips[-1] == pytest.approx(0.281, abs=2e-3)
     # An operator with the same symmetric loops comes back every time.
-    exact = response(hysteresis.preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), [3.5, *([2.5, 3.5] * 20)])
+    exact = response(
+        hysteresis.preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0), [3.5, *([2.5, 3.5] * 20)]
+    )
     assert exact[2::2] == pytest.approx(exact[0], abs=1e-14)
 
 
@@ -141,14 +165,18 @@ def test_16_reverses_with_the_slope_s_and_dahl_2_does_not():
     for present in (0.2, 1.0, 5.0):
         steep, _ = slope_after_reversal(friction.reformed_dahl(s=1.0, f_p=1.0), present)
         assert steep == pytest.approx(1.0, rel=1e-4)
-        steep, top = slope_after_reversal(friction.dahl(sigma_0=1.0, F_C=1.0, exponent=2.0), present)
+        steep, top = slope_after_reversal(
+            friction.dahl(sigma_0=1.0, F_C=1.0, exponent=2.0), present
+        )
         assert steep == pytest.approx((1.0 + top) ** 2, rel=1e-4)
         assert steep > 1.3
 
 
 def test_17_the_virgin_branch_is_not_the_locus_of_the_tips():
     k = np.geomspace(0.01, 100.0, 400)
-    virgin = np.array([slope_after_reversal(friction.reformed_dahl(s=1.0, f_p=1.0), item)[1] for item in k[::20]])
+    virgin = np.array(
+        [slope_after_reversal(friction.reformed_dahl(s=1.0, f_p=1.0), item)[1] for item in k[::20]]
+    )
     tips = np.array([falling_16(item, 1.0, 1.0, item, tip_17(item)) for item in k[::20]])
     gap = rising_17(k, 1.0, 1.0, 0.0, 0.0) - tip_17(k)
     assert virgin == pytest.approx(rising_17(k[::20], 1.0, 1.0, 0.0, 0.0), abs=1e-9)
@@ -173,7 +201,9 @@ def test_loops_of_one_width_are_congruent_for_a_masing_kernel_and_not_for_16_and
     assert max(chained) - min(chained) > 0.1
     for kernel in ("dahl_masing", "tip_masing", "exp_masing"):
         operator = hysteresis.preisach(kernel=kernel, s=1.0, f_p=1.0)
-        heights = [np.subtract(*response(operator, [start, start - 1.0])) for start in (2.0, 5.0, 50.0)]
+        heights = [
+            np.subtract(*response(operator, [start, start - 1.0])) for start in (2.0, 5.0, 50.0)
+        ]
         assert np.ptp(heights) < 1e-12
 
 
@@ -184,10 +214,18 @@ def surface_at_the_end(K_2, phi=0.0, fed_forward=0.0):
     """The surface of a loop that moves steadily forward against Coulomb friction, in its last tenth [m/s]."""
     dt, count, speed = 1e-5, 30_000, 1e-2
     t = dt * np.arange(count)
-    desired = np.stack((speed * t, np.full(count, speed), np.zeros(count), np.full(count, fed_forward)))
+    desired = np.stack(
+        (speed * t, np.full(count, speed), np.zeros(count), np.full(count, fed_forward))
+    )
     law = controllers.sliding_mode(J=M, lambda_=SLOPE, K_1=RATE, K_2=K_2, phi=phi)
     trace = run_closed_loop(
-        plants.inertia(M=M), friction.coulomb(F_C=F_COULOMB), law, sensors.encoder(resolution=0.0), desired, dt, v=speed
+        plants.inertia(M=M),
+        friction.coulomb(F_C=F_COULOMB),
+        law,
+        sensors.encoder(resolution=0.0),
+        desired,
+        dt,
+        v=speed,
     )
     surface = (speed - trace.velocity) + SLOPE * (desired[0] - trace.position)
     return surface[-count // 10 :]
@@ -204,11 +242,16 @@ def test_22_friction_holds_the_table_back():
 
 def test_23_the_surface_is_reached_only_with_K_2_above_the_residual_friction():
     free = surface_at_the_end(K_2=0.0).mean()
-    below, above = (np.abs(surface_at_the_end(K_2=share * F_COULOMB / M)).mean() for share in (0.5, 1.5))
+    below, above = (
+        np.abs(surface_at_the_end(K_2=share * F_COULOMB / M)).mean() for share in (0.5, 1.5)
+    )
     assert below == pytest.approx(0.5 * free, rel=2e-2)
     assert above < 0.01 * free
     # Half of the friction fed forward halves what K_2 must exceed.
-    assert np.abs(surface_at_the_end(K_2=0.75 * F_COULOMB / M, fed_forward=0.5 * F_COULOMB)).mean() < 0.01 * free
+    assert (
+        np.abs(surface_at_the_end(K_2=0.75 * F_COULOMB / M, fed_forward=0.5 * F_COULOMB)).mean()
+        < 0.01 * free
+    )
 
 
 @pytest.mark.slow

@@ -101,7 +101,9 @@ class Relays:
         self.up = np.zeros(weights.shape, dtype=bool)
 
     def move(self, z):
-        self.up = np.where(self.switch[:, None] < z, True, np.where(self.switch[None, :] > z, False, self.up))
+        self.up = np.where(
+            self.switch[:, None] < z, True, np.where(self.switch[None, :] > z, False, self.up)
+        )
 
     @property
     def S_plus(self):
@@ -111,7 +113,9 @@ class Relays:
 
 def cells_of(E, levels):
     """The measure of each cell, by differences of E at its corners."""
-    corners = np.array([[E(a, b) if a > b else 0.0 for b in levels.tolist()] for a in levels.tolist()])
+    corners = np.array(
+        [[E(a, b) if a > b else 0.0 for b in levels.tolist()] for a in levels.tolist()]
+    )
     return corners[1:, :-1] - corners[:-1, :-1] - corners[1:, 1:] + corners[:-1, 1:]
 
 
@@ -151,7 +155,9 @@ def test_14_and_15_as_printed_are_right_for_relays_of_0_and_1_but_for_one_consta
     # One constant along every path: half of the loop between the saturations.
     assert 1e3 * np.array(too_much) == pytest.approx(39.147, abs=5e-4)
     assert np.ptp(too_much) < 1e-15
-    assert ARM * 0.5 * np.ptp(response(OPERATOR, [-X, X], history=[X])) == pytest.approx(too_much[0], abs=1e-15)
+    assert ARM * 0.5 * np.ptp(response(OPERATOR, [-X, X], history=[X])) == pytest.approx(
+        too_much[0], abs=1e-15
+    )
     # With relays of -1 and 1 what is missing is none.
     assert np.ptp(signed) > 0.02
 
@@ -163,10 +169,17 @@ def test_13_sums_trapezoids_and_not_the_whole_of_S_plus():
     # The trapezoids Q_k, column by column of the plane: from a minimum to the next, under the maximum between them.
     alpha, beta = 30.0 / X * relays.switch[:, None], 30.0 / X * relays.switch[None, :]
     links = [(-30, -18, 24), (-18, -9, 15), (-9, 3, 3)]
-    by_cells = [np.sum(np.tril(WEIGHTS), where=(beta > low) & (beta < high) & (alpha < top)) for low, high, top in links]
+    by_cells = [
+        np.sum(np.tril(WEIGHTS), where=(beta > low) & (beta < high) & (alpha < top))
+        for low, high, top in links
+    ]
     assert sum(by_cells) == pytest.approx(relays.S_plus, abs=1e-12)
     # Each of them is the difference of two triangles, and is no triangle.
-    E = {(top, b): everett(X * top / 30, X * b / 30, Q) for low, high, top in links for b in (low, high)}
+    E = {
+        (top, b): everett(X * top / 30, X * b / 30, Q)
+        for low, high, top in links
+        for b in (low, high)
+    }
     for mass, (low, high, top) in zip(by_cells, links, strict=True):
         assert mass == pytest.approx(E[top, low] - E[top, high], abs=1e-12)
         assert top == high or abs(mass - E[top, low]) > 1.0
@@ -194,7 +207,14 @@ def test_13_needs_the_relays_that_are_down_too():
 
 
 @pytest.mark.parametrize(
-    ("k", "corner", "symmetry"), [(0.5, 0.064, 0.032), (1.0, 0.117, 0.058), (2.0, 0.178, 0.089), (5.0, 0.251, 0.125), (10.0, 0.289, 0.145)]
+    ("k", "corner", "symmetry"),
+    [
+        (0.5, 0.064, 0.032),
+        (1.0, 0.117, 0.058),
+        (2.0, 0.178, 0.089),
+        (5.0, 0.251, 0.125),
+        (10.0, 0.289, 0.145),
+    ],
 )
 def test_100_transition_branches_describe_no_operator(k, corner, symmetry):
     branches = hysteresis.transition_branches(s=2.0, f_p=3.0, x_r=1.5 * k)
@@ -244,13 +264,17 @@ def test_100_transition_branches_give_their_own_branches_and_miss_the_mirrored_o
     x = branches.inputs
     for i in (20, 50, 80):
         custom = response(operator, x[i::-1], history=[-k, x[i]])
-        assert np.max(np.abs((custom - custom[0]) - (branches.f[i, i::-1] - branches.f[i, i]))) < 4e-3
+        assert (
+            np.max(np.abs((custom - custom[0]) - (branches.f[i, i::-1] - branches.f[i, i]))) < 4e-3
+        )
     # The ascending branch itself is that of (17) only where descending ones were not asked for.
     risen = response(operator, x, history=[-k])
     missed = np.max(np.abs(risen - rising_17(x, 1.0, 1.0, k, f_r)))
     assert 0.2 * f_r < missed < 0.3 * f_r
     exact = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.0, f_p=1.0)
-    assert np.max(np.abs(response(exact, x, history=[-k]) - rising_17(x, 1.0, 1.0, k, f_r))) <= 1e-15
+    assert (
+        np.max(np.abs(response(exact, x, history=[-k]) - rising_17(x, 1.0, 1.0, k, f_r))) <= 1e-15
+    )
 
 
 def test_100_transition_branches_are_asked_for_with_sense():

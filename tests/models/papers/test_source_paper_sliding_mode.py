@@ -20,9 +20,18 @@ def resting(reference, *, K_2, phi=0.0, dt=FAST, load=0.0, model=None, **options
     """A loop at the reference 0 or a motion; returns its trace and the surface at each sample."""
     law = controllers.sliding_mode(J=J, lambda_=LAMBDA, K_1=K_1, K_2=K_2, phi=phi)
     r = np.asarray(reference, dtype=float)
-    desired = np.stack((r, np.gradient(r, dt), np.gradient(np.gradient(r, dt), dt), np.zeros(r.size)))
+    desired = np.stack(
+        (r, np.gradient(r, dt), np.gradient(np.gradient(r, dt), dt), np.zeros(r.size))
+    )
     trace = run_closed_loop(
-        inertia(M=J), model or friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt, disturbance=np.full(r.size, load), **options
+        inertia(M=J),
+        model or friction.viscous(F_v=0.0),
+        law,
+        sensors.encoder(),
+        desired,
+        dt,
+        disturbance=np.full(r.size, load),
+        **options,
     )
     return trace, desired[1] - trace.velocity + LAMBDA * (r - trace.position)
 
@@ -80,7 +89,9 @@ def set_a():
 def with_gains(experiment, names, **gains):
     variants = tuple(
         replace(
-            variant, controller=variant.controller.with_values(**gains) if gains else variant.controller, run=replace(variant.run, seeds=2)
+            variant,
+            controller=variant.controller.with_values(**gains) if gains else variant.controller,
+            run=replace(variant.run, seeds=2),
         )
         for variant in experiment.variants
         if variant.name in names
@@ -90,7 +101,9 @@ def with_gains(experiment, names, **gains):
 
 def test_the_gains_of_the_paper_are_far_from_true_sliding(set_a):
     law, rig = set_a.variants[0].controller.values, set_a.variants[0].friction.values
-    assert 0.5 * (rig["F_S_pos"] + rig["F_S_neg"]) / law["J"] / law["K_2"] == pytest.approx(16.0, abs=0.5)
+    assert 0.5 * (rig["F_S_pos"] + rig["F_S_neg"]) / law["J"] / law["K_2"] == pytest.approx(
+        16.0, abs=0.5
+    )
 
 
 @pytest.mark.slow
@@ -98,4 +111,7 @@ def test_with_the_gain_of_true_sliding_two_kilohertz_chatter_and_the_compensated
     layer = with_gains(set_a, ("none", "paper"))
     sharp = with_gains(set_a, ("paper",), K_2=5e-2, phi=0.0)
     assert sharp["paper"].effort_rms > 1.4 * layer["none"].effort_rms
-    assert sharp["paper"].following_error.peak_to_peak > 1.15 * layer["paper"].following_error.peak_to_peak
+    assert (
+        sharp["paper"].following_error.peak_to_peak
+        > 1.15 * layer["paper"].following_error.peak_to_peak
+    )

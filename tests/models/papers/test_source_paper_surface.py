@@ -31,7 +31,9 @@ def square(t, surface, D):
     return D if math.sin(7.0 * t) >= 0.0 else -D
 
 
-def surfaces(*, K_2, D, T, push=worst, delay=0, step_v=0.0, count=0.0, phi=0.0, samples=4000, start=0.05):
+def surfaces(
+    *, K_2, D, T, push=worst, delay=0, step_v=0.0, count=0.0, phi=0.0, samples=4000, start=0.05
+):
     """The surface at each sample and between, of a mass under the law; in Python alone."""
     e, e_dot, waiting, read, result = start, 0.0, [0.0] * delay, -start, []
     for k in range(samples):
@@ -44,7 +46,9 @@ def surfaces(*, K_2, D, T, push=worst, delay=0, step_v=0.0, count=0.0, phi=0.0, 
             read = q
         s = v + LAMBDA * off
         switched = max(-1.0, min(1.0, s / phi)) if phi else math.copysign(1.0, s) if s else 0.0
-        waiting.append(-AMPLITUDE * OMEGA**2 * math.sin(OMEGA * t) + LAMBDA * v + K_1 * s + K_2 * switched)
+        waiting.append(
+            -AMPLITUDE * OMEGA**2 * math.sin(OMEGA * t) + LAMBDA * v + K_1 * s + K_2 * switched
+        )
         effort = waiting.pop(0)
         for i in range(8):
             h, now = T / 8.0, t + (i + 0.5) * T / 8.0
@@ -78,7 +82,10 @@ def test_with_a_gain_below_the_residual_friction_the_surface_may_not_be_reached(
     assert reaching_time(-3.0, K_1=1e-9, K_2=6.0, residual=5.0) == pytest.approx(3.0, rel=1e-6)
 
 
-@pytest.mark.parametrize(("K_2", "D", "phi"), [(0.0, 30.0, 0.0), (10.0, 30.0, 0.0), (10.0, 30.0, 0.1), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4)])
+@pytest.mark.parametrize(
+    ("K_2", "D", "phi"),
+    [(0.0, 30.0, 0.0), (10.0, 30.0, 0.0), (10.0, 30.0, 0.1), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4)],
+)
 def test_residual_friction_keeps_the_state_within_the_bound(K_2, D, phi):
     result = late(surfaces(K_2=K_2, D=D, T=2e-5, phi=phi, samples=25_000))
     bound = ultimate_bound(K_1=K_1, K_2=K_2, residual=D, phi=phi)
@@ -87,7 +94,11 @@ def test_residual_friction_keeps_the_state_within_the_bound(K_2, D, phi):
 
 def differenced(count, T, acceleration):
     """What an encoder adds whose counts are differenced while the command is accelerated."""
-    return {"position_error": 0.5 * count, "velocity_error": count / T + 0.5 * T * acceleration, "lag": 0.5 * T}
+    return {
+        "position_error": 0.5 * count,
+        "velocity_error": count / T + 0.5 * T * acceleration,
+        "lag": 0.5 * T,
+    }
 
 
 CASES = [  # residual friction, sample time, how far above what is found the bound may be, and what else is so
@@ -121,9 +132,21 @@ def test_sampled_and_late_the_state_stays_in_the_band_and_fills_most_of_it(D, T,
         if "count" in options
         else {"velocity_error": 0.5 * options.get("step_v", 0.0)}
     )
-    bound = sampled_bound(lambda_=LAMBDA, K_1=K_1, K_2=10.0, residual=D, sample_time=T, jerk=AMPLITUDE * OMEGA**3, **common, **read)
+    bound = sampled_bound(
+        lambda_=LAMBDA,
+        K_1=K_1,
+        K_2=10.0,
+        residual=D,
+        sample_time=T,
+        jerk=AMPLITUDE * OMEGA**3,
+        **common,
+        **read,
+    )
     samples = 12_000 if common["phi"] else 4000
-    result = max(late(surfaces(K_2=10.0, D=D, T=T, samples=samples, push=push, **options)) for push in (worst, square))
+    result = max(
+        late(surfaces(K_2=10.0, D=D, T=T, samples=samples, push=push, **options))
+        for push in (worst, square)
+    )
     assert result <= bound <= slack * result
 
 
@@ -135,12 +158,24 @@ def test_the_band_is_mainly_the_travel_until_the_switch(delay):
 
 
 def test_the_band_approaches_the_bound_of_continuous_time():
-    for K_2, D, phi in ((10.0, 30.0, 0.0), (10.0, 5.0, 0.0), (10.0, 5.0, 0.5), (10.0, 20.0, 0.4), (10.0, 30.0, 0.1)):
-        band = sampled_bound(lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=1e-9, phi=phi)
-        assert band == pytest.approx(ultimate_bound(K_1=K_1, K_2=K_2, residual=D, phi=phi), rel=1e-5, abs=1e-6)
+    for K_2, D, phi in (
+        (10.0, 30.0, 0.0),
+        (10.0, 5.0, 0.0),
+        (10.0, 5.0, 0.5),
+        (10.0, 20.0, 0.4),
+        (10.0, 30.0, 0.1),
+    ):
+        band = sampled_bound(
+            lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=1e-9, phi=phi
+        )
+        assert band == pytest.approx(
+            ultimate_bound(K_1=K_1, K_2=K_2, residual=D, phi=phi), rel=1e-5, abs=1e-6
+        )
 
 
-@pytest.mark.parametrize(("gain", "T", "slack"), [(2.0, 1e-3, 1.6), (2.0, 2e-4, 1.2), (0.3, 2e-4, 1.4)])
+@pytest.mark.parametrize(
+    ("gain", "T", "slack"), [(2.0, 1e-3, 1.6), (2.0, 2e-4, 1.2), (0.3, 2e-4, 1.4)]
+)
 def test_the_loop_of_bristle_stays_within_the_band(gain, T, slack):
     J, force, count = 2.0, 10.0, 0.2 * T * T
     K_2, D = gain * force / J, force / J
@@ -149,7 +184,15 @@ def test_the_loop_of_bristle_stays_within_the_band(gain, T, slack):
     amplitude, omega = 0.02, 20.0
     shape = (np.sin(omega * t), omega * np.cos(omega * t), -(omega**2) * np.sin(omega * t), 0.0 * t)
     desired = amplitude * np.stack(shape)
-    trace = run_closed_loop(inertia(M=J), friction.coulomb(F_C=force), law, sensors.encoder(resolution=count), desired, T, delay=1)
+    trace = run_closed_loop(
+        inertia(M=J),
+        friction.coulomb(F_C=force),
+        law,
+        sensors.encoder(resolution=count),
+        desired,
+        T,
+        delay=1,
+    )
     result = late(np.abs(desired[1] - trace.velocity + LAMBDA * (desired[0] - trace.position)))
     bound = sampled_bound(
         lambda_=LAMBDA,
@@ -169,8 +212,14 @@ def test_at_the_gains_of_the_bench_sampling_and_delay_leave_no_bound():
     gains = {name: item.controller.values[name] for name in ("lambda_", "K_1", "K_2")}
     gains["residual"] = item.friction.values["F_S_pos"] / item.plant.values["M"]
     continuous = ultimate_bound(**{key: gains[key] for key in ("K_1", "K_2", "residual")})
-    assert sampled_bound(**gains, sample_time=item.run.sample_time, delay=item.run.delay) == math.inf
-    assert continuous < sampled_bound(**gains, sample_time=item.run.sample_time / 10.0, delay=1) < 2.0 * continuous
+    assert (
+        sampled_bound(**gains, sample_time=item.run.sample_time, delay=item.run.delay) == math.inf
+    )
+    assert (
+        continuous
+        < sampled_bound(**gains, sample_time=item.run.sample_time / 10.0, delay=1)
+        < 2.0 * continuous
+    )
 
 
 @pytest.mark.parametrize("too_slow", [{"sample_time": 0.03}, {"sample_time": 1e-3, "lag": 0.02}])

@@ -5,7 +5,17 @@ doi:10.1109/9.847103
 
 import numpy as np
 import pytest
-from tests.simulation.certificates.ballscrew import DAMPING, F_C, F_P, F_S, RIPPLE, SLIDING, STIFFNESS, UM, composite
+from tests.simulation.certificates.ballscrew import (
+    DAMPING,
+    F_C,
+    F_P,
+    F_S,
+    RIPPLE,
+    SLIDING,
+    STIFFNESS,
+    UM,
+    composite,
+)
 
 from bristle import friction
 from bristle.simulation.certificates import check

@@ -11,7 +11,13 @@ from bristle.models.friction import MODELS, find
 pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 DT = 1e-3
-NAMES = [*MODELS, "gms+asymmetry", "maxwell_stribeck+asymmetry", "maxwell_slip+asymmetry", "preisach_lugre+asymmetry"]
+NAMES = [
+    *MODELS,
+    "gms+asymmetry",
+    "maxwell_stribeck+asymmetry",
+    "maxwell_slip+asymmetry",
+    "preisach_lugre+asymmetry",
+]
 
 
 def model_of(name):
@@ -34,7 +40,9 @@ def strokes(seed, speed=3.5):
     generator = np.random.default_rng(seed)
     result = []
     for side in (1.0, -1.0) * 12:
-        result += [side * 10.0 ** generator.uniform(-6.0, speed - 6.0)] * int(generator.integers(3, 25))
+        result += [side * 10.0 ** generator.uniform(-6.0, speed - 6.0)] * int(
+            generator.integers(3, 25)
+        )
     return np.array(result)
 
 
@@ -42,7 +50,9 @@ FAST = ("stribeck", "lugre", "maxwell_slip", "preisach_lugre", "gms+asymmetry")
 
 
 @pytest.mark.parametrize("turned", [1.0, -1.0])
-@pytest.mark.parametrize("name", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in NAMES])
+@pytest.mark.parametrize(
+    "name", [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in NAMES]
+)
 def test_both_limits_of_a_step_at_rest_leave_the_same_contact(name, turned):
     moving = Contact(model_of(name))
     for v in turned * strokes(1):
@@ -54,12 +64,16 @@ def test_both_limits_of_a_step_at_rest_leave_the_same_contact(name, turned):
         np.testing.assert_allclose(item._memory, other._memory, rtol=1e-14, atol=1e-14 * largest)
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if "scatter" not in name and "+" not in name])
+@pytest.mark.parametrize(
+    "name", [name for name in NAMES if "scatter" not in name and "+" not in name]
+)
 def test_feedforward_at_rest_is_mirrored_for_a_mirrored_motion(name):
     model = model_of(name)
     if "scatter" in model.values:
         model = model.with_values(scatter=0.0)
     v = np.concatenate([strokes(5), np.zeros(30), strokes(6), np.zeros(30)])
     x = DT * np.cumsum(v)
-    fed, mirrored = (compensation_along(model, Shape(), side * v, DT, side * x) for side in (1.0, -1.0))
+    fed, mirrored = (
+        compensation_along(model, Shape(), side * v, DT, side * x) for side in (1.0, -1.0)
+    )
     np.testing.assert_allclose(mirrored, -fed, atol=1e-11 * np.max(np.abs(fed)))

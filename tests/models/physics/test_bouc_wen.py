@@ -14,16 +14,23 @@ S, F_C = 2e5, 1.3
 
 
 def test_dahl_of_exponent_one_is_the_case_of_full_direction_dependence():
-    v = 10 ** np.random.default_rng(4).uniform(-6, -2, 200) * np.random.default_rng(5).choice((-1, 1), 200)
+    v = 10 ** np.random.default_rng(4).uniform(-6, -2, 200) * np.random.default_rng(5).choice(
+        (-1, 1), 200
+    )
     bouc_wen = friction.bouc_wen(s=S, F_C=F_C, exponent=1.0, beta=1.0, sigma_2=3.0)
     dahl = friction.dahl(sigma_0=S, F_C=F_C, exponent=1.0, sigma_2=3.0)
-    np.testing.assert_allclose(force_along(bouc_wen, v, 1e-3), force_along(dahl, v, 1e-3), rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(
+        force_along(bouc_wen, v, 1e-3), force_along(dahl, v, 1e-3), rtol=1e-9, atol=1e-9
+    )
 
 
 def test_a_stiffness_that_never_yields_adds_a_spring():
     x = 5e-6 * np.sin(np.linspace(0.0, 20.0, 400))
     v = np.diff(x) / 1e-3
-    plain, half, spring = (force_along(friction.bouc_wen(s=S, F_C=F_C, alpha=alpha), v, 1e-3, x[1:]) for alpha in (0.0, 0.5, 1.0))
+    plain, half, spring = (
+        force_along(friction.bouc_wen(s=S, F_C=F_C, alpha=alpha), v, 1e-3, x[1:])
+        for alpha in (0.0, 0.5, 1.0)
+    )
     np.testing.assert_allclose(half, 0.5 * (plain + spring), atol=1e-12)
     np.testing.assert_allclose(spring, S * 0.5 * (x[1:] + x[:-1]), atol=1e-12)
 

@@ -60,7 +60,9 @@ def test_a_branch_ends_where_a_loop_is_wiped_out(way):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-@pytest.mark.parametrize(("law", "z"), [(POWER, 0.1), (CREEPING, 0.1), (GATE, 0.2), (GATE, 0.24), (GATE, 0.28)])
+@pytest.mark.parametrize(
+    ("law", "z"), [(POWER, 0.1), (CREEPING, 0.1), (GATE, 0.2), (GATE, 0.24), (GATE, 0.28)]
+)
 def test_the_slipping_share_follows_a_power_law_or_an_open_gate(side, law, z):
     stack, memory = stack_after(side * z)
     piece = piece_at(stack, memory, side, G, law)
@@ -78,24 +80,36 @@ def test_a_contact_above_the_force_in_sliding_returns_to_it(side):
     piece = piece_at(stack, memory, side, level, GATE)
     assert (piece.side, piece.way, piece.is_open) == (side, -side, 1.0)
     flow = deflection_rate(stack.z, piece, side * 2.0, level, GATE, Q)
-    assert flow.z_dot == pytest.approx(side * 2.0 * (1.0 - 1.25))  # all of the motion slips, and a quarter more
+    assert flow.z_dot == pytest.approx(
+        side * 2.0 * (1.0 - 1.25)
+    )  # all of the motion slips, and a quarter more
     assert flow.margin == pytest.approx(0.25 + PASSED)
 
 
 def test_a_contact_turns_only_after_passing_the_force_in_sliding():
     stack, memory = stack_after(0.3)
-    for level, way in ((stack.f, 1.0), (stack.f * (1.0 - 0.5e-9), 1.0), (stack.f * (1.0 - 2e-9), -1.0)):
+    for level, way in (
+        (stack.f, 1.0),
+        (stack.f * (1.0 - 0.5e-9), 1.0),
+        (stack.f * (1.0 - 2e-9), -1.0),
+    ):
         assert piece_at(stack, memory, 1.0, level, GATE).way == way
     # On its way back it turns around in its turn where it is as far below.
     back, memory = stack_after(0.3, 0.25)
-    for level, way in ((back.f, -1.0), (back.f * (1.0 + 0.5e-9), -1.0), (back.f * (1.0 + 2e-9), 1.0)):
+    for level, way in (
+        (back.f, -1.0),
+        (back.f * (1.0 + 0.5e-9), -1.0),
+        (back.f * (1.0 + 2e-9), 1.0),
+    ):
         assert piece_at(back, memory, 1.0, level, GATE).way == way
 
 
 def test_a_step_back_past_a_turning_point_follows_the_mirrored_branch():
     stack, memory = stack_after(0.2)
     piece = piece_at(stack, memory, -1.0, 1e3, GATE)
-    behind, at, ahead = (deflection_rate(0.2 + dz, piece, -1.0, 1e3, GATE, Q).f for dz in (1e-3, 0.0, -1e-3))
+    behind, at, ahead = (
+        deflection_rate(0.2 + dz, piece, -1.0, 1e3, GATE, Q).f for dz in (1e-3, 0.0, -1e-3)
+    )
     assert at == pytest.approx(stack.f)
     assert behind - at == pytest.approx(at - ahead, rel=1e-9)
     assert (behind - at) / 1e-3 == pytest.approx(10.0, rel=0.01)

@@ -38,13 +38,19 @@ V, PRESSURE = np.array([0.1, -0.2, 0.3, -0.4]), np.array([0.0, 2e6, 5e6, 1e7])
 
 def test_every_file_has_its_name_in_the_list():
     folder = Path(channels.__file__).parent
-    files = {file.stem for file in folder.glob("*.py") if re.search(r"^SLOT = ", file.read_text(), re.MULTILINE)}
+    files = {
+        file.stem
+        for file in folder.glob("*.py")
+        if re.search(r"^SLOT = ", file.read_text(), re.MULTILINE)
+    }
     assert files == set(CHANNEL_SLOTS)
     for name, slot in CHANNEL_SLOTS.items():
         assert slot.name == name
         refuse_unfit(slot)
         assert re.search(r"doi:10\.\d{4}", slot.reference)
-        assert not set(slot.variables) & {variable for model in MODELS.values() for variable in model.variables}
+        assert not set(slot.variables) & {
+            variable for model in MODELS.values() for variable in model.variables
+        }
 
 
 @pytest.mark.parametrize("name", CHANNEL_SLOTS)
@@ -61,16 +67,29 @@ def test_every_slot_meets_the_contract_and_is_found_by_name(name):
 
 
 def test_the_level_at_the_stated_pressure_is_that_of_the_model():
-    assert [of_seals.factor(pressure, of_seals.Parameters(1e-7, 2e6)) for pressure in (2e6, 3e6, 0.0)] == pytest.approx([1.0, 1.1, 0.8])
+    assert [
+        of_seals.factor(pressure, of_seals.Parameters(1e-7, 2e6)) for pressure in (2e6, 3e6, 0.0)
+    ] == pytest.approx([1.0, 1.1, 0.8])
     slot = of_seals.SLOT
-    assert (slot.neutral, slot.identified, slot.of, slot.channel.usual) == ((0.0, 0.0), ("k_P",), "level", 0.0)
+    assert (slot.neutral, slot.identified, slot.of, slot.channel.usual) == (
+        (0.0, 0.0),
+        ("k_P",),
+        "level",
+        0.0,
+    )
     # Of the order of hydraulics: megapascals, and a tenth for each.
-    assert [variable.nominal for variable in (*slot.variables.values(), slot.channel.variable)] == [1e-7, 1e6, 1e7]
+    assert [variable.nominal for variable in (*slot.variables.values(), slot.channel.variable)] == [
+        1e-7,
+        1e6,
+        1e7,
+    ]
     assert dict(slot.example) == {"k_P": 1e-7}
     assert slot.channel.variable.min == 0.0
 
 
-PRESSED = find("coulomb_viscous+pressure")(F_C="80 N", F_v="300 N*s/m", k_P="0.02 1/bar", P_0="10 bar")
+PRESSED = find("coulomb_viscous+pressure")(
+    F_C="80 N", F_v="300 N*s/m", k_P="0.02 1/bar", P_0="10 bar"
+)
 
 
 @pytest.mark.parametrize(
@@ -83,11 +102,15 @@ PRESSED = find("coulomb_viscous+pressure")(F_C="80 N", F_v="300 N*s/m", k_P="0.0
 )
 def test_pressure_raises_dry_friction_only(model, around, level):
     with interpreted():
-        assert force_along(model, V, 1e-3, **around) == pytest.approx(level * np.sign(V) + 300.0 * V)
+        assert force_along(model, V, 1e-3, **around) == pytest.approx(
+            level * np.sign(V) + 300.0 * V
+        )
 
 
 def test_a_rotational_axis_may_have_a_pressure():
-    model = find("coulomb+pressure")(kind="rotational", F_C="2 N*m", k_P="0.01 1/bar", P_0="-10 bar")
+    model = find("coulomb+pressure")(
+        kind="rotational", F_C="2 N*m", k_P="0.01 1/bar", P_0="-10 bar"
+    )
     assert model.values["k_P"] == pytest.approx(1e-7)
     assert model.component.surroundings[0].variable.unit("rotational") == "N/m^2"
     with interpreted():
@@ -124,8 +147,16 @@ FILM = {"F_C": 8.0, "F_v": 30.0}
     [
         ("pressure", coulomb_viscous(**FILM), "coulomb_viscous+pressure"),
         ("pressure", find("coulomb_viscous+pressure")(**FILM), ""),
-        ("direction", find("coulomb_viscous+pressure")(**FILM), "coulomb_viscous+pressure+asymmetry"),
-        ("direction", with_slots(coulomb_viscous, [CUSTOM])(**FILM), "coulomb_viscous+humidity+asymmetry"),
+        (
+            "direction",
+            find("coulomb_viscous+pressure")(**FILM),
+            "coulomb_viscous+pressure+asymmetry",
+        ),
+        (
+            "direction",
+            with_slots(coulomb_viscous, [CUSTOM])(**FILM),
+            "coulomb_viscous+humidity+asymmetry",
+        ),
         ("pressure", with_slots(coulomb_viscous, [OILED])(**FILM), ""),
         ("pressure", MODELS["maxwell_slip"](**MODELS["maxwell_slip"].example), ""),
     ],
@@ -136,13 +167,19 @@ def test_the_next_model_has_each_slot_once_and_keeps_user_defined_slots(need, mo
 
 def test_a_user_defined_slot_may_not_have_the_name_of_a_built_in_slot(tmp_path):
     text = (ROOT / "examples" / "humidity.py").read_text(encoding="utf-8")
-    (tmp_path / "mine.py").write_text(text.replace('name="humidity"', 'name="pressure"'), encoding="utf-8")
+    (tmp_path / "mine.py").write_text(
+        text.replace('name="humidity"', 'name="pressure"'), encoding="utf-8"
+    )
     with pytest.raises(InputError, match=r"an invalid name for its slot; found 'pressure'"):
         load_slot_file(tmp_path / "mine.py")
 
 
 @pytest.mark.parametrize(
-    ("name", "words"), [("lugre+pressure+pressure", "a slot twice"), ("lugre+presure", r"no such slot.*\+pressure.*or a file of yours")]
+    ("name", "words"),
+    [
+        ("lugre+pressure+pressure", "a slot twice"),
+        ("lugre+presure", r"no such slot.*\+pressure.*or a file of yours"),
+    ],
 )
 def test_an_unknown_slot_or_one_given_twice_is_refused(name, words):
     with pytest.raises(InputError, match=words):

@@ -36,7 +36,9 @@ def classic(nu, beta, gamma, delta):
 
 def by_rate(model, is_exact):
     def slope(x, z, way):
-        _, rate = model.component.rate(model.component.State(*z), Motion(way * SPEED, 0.0), model.parameters)
+        _, rate = model.component.rate(
+            model.component.State(*z), Motion(way * SPEED, 0.0), model.parameters
+        )
         return [rate[0] / (way * SPEED)]
 
     return model, slope, (0.0, 4e-6, -5e-6, 3e-6, 2e-6, 1.8e-5), is_exact
@@ -44,10 +46,22 @@ def by_rate(model, is_exact):
 
 SLIDING = {"F_C": 1.0, "F_S": 1.4, "v_S": 1e-3, "sigma_0": 1e5, "sigma_1": 10.0, "sigma_2": 0.4}
 CASES = {
-    **{f"bouc_wen {shape}": bouc_wen(*shape) for shape in ((1.0, 0.5), (2.0, 0.5), (2.0, 0.9), (5.0, 0.7))},
-    **{f"bouc_wen_classic {shape}": classic(*shape) for shape in ((1.0, 1e3, 0.8, -1.1), (1.0, 1e3, 0.8, 0.3), (1.0, 1e3, 0.2, 0.7))},
-    **{f"bouc_wen_classic {shape}": classic(*shape) for shape in ((1.7, 50.0, 0.8, 0.3), (2.0, 0.1, 0.8, -0.9))},
-    **{f"dahl {i}": by_rate(friction.dahl(sigma_0=2e5, F_C=1.3, exponent=i), True) for i in (0.8, 1.0, 1.5, 2.0, 3.0)},
+    **{
+        f"bouc_wen {shape}": bouc_wen(*shape)
+        for shape in ((1.0, 0.5), (2.0, 0.5), (2.0, 0.9), (5.0, 0.7))
+    },
+    **{
+        f"bouc_wen_classic {shape}": classic(*shape)
+        for shape in ((1.0, 1e3, 0.8, -1.1), (1.0, 1e3, 0.8, 0.3), (1.0, 1e3, 0.2, 0.7))
+    },
+    **{
+        f"bouc_wen_classic {shape}": classic(*shape)
+        for shape in ((1.7, 50.0, 0.8, 0.3), (2.0, 0.1, 0.8, -0.9))
+    },
+    **{
+        f"dahl {i}": by_rate(friction.dahl(sigma_0=2e5, F_C=1.3, exponent=i), True)
+        for i in (0.8, 1.0, 1.5, 2.0, 3.0)
+    },
     "elastoplastic": by_rate(friction.elastoplastic(**SLIDING, z_ba=7e-6), False),
 }
 
@@ -59,7 +73,16 @@ def test_steps_solve_the_differential_equation_exactly_or_with_order_two(name):
     expected, errors, unit = 0.0, [], 1e-5 * np.ravel(slope(0.0, np.zeros(1), 1.0))[0]
     for a, b in pairwise(turns):
         way, step = np.sign(b - a), abs(b - a) / 100.0
-        expected = solve_ivp(slope, (a, b), [expected], args=(way,), rtol=1e-10, atol=1e-12 * unit, max_step=step, method="DOP853").y[0, -1]
+        expected = solve_ivp(
+            slope,
+            (a, b),
+            [expected],
+            args=(way,),
+            rtol=1e-10,
+            atol=1e-12 * unit,
+            max_step=step,
+            method="DOP853",
+        ).y[0, -1]
     for count in (1, 80, 160, 320)[not is_exact :]:
         contact = Contact(model)
         for turn in turns[1:]:

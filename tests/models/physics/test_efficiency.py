@@ -30,7 +30,9 @@ TRUE = {"mu_avg": 0.2, "mu_dif": 0.08, "h": 2e-3, "sigma_2": 0.5}
 def test_a_gear_loses_more_in_driving_than_in_back_driving(side, tau, loss):
     model, v = efficiency(kind="rotational", **TRUE | {"sigma_2": 0.0}), np.full(400, side * 0.1)
     with interpreted():
-        assert along(model, dt=DT, v=v, x=DT * np.cumsum(v), transmitted=tau)[-1] == pytest.approx(loss)
+        assert along(model, dt=DT, v=v, x=DT * np.cumsum(v), transmitted=tau)[-1] == pytest.approx(
+            loss
+        )
 
 
 def test_the_force_follows_the_equation_at_any_step():
@@ -39,7 +41,9 @@ def test_the_force_follows_the_equation_at_any_step():
     z, forces = 0.0, []
     for speed in v:
         z += 1e-5 * (speed - abs(speed) * z) / TRUE["h"]
-        forces.append(TRUE["mu_avg"] * 7.0 * z + TRUE["mu_dif"] * 7.0 * z * z + TRUE["sigma_2"] * speed)
+        forces.append(
+            TRUE["mu_avg"] * 7.0 * z + TRUE["mu_dif"] * 7.0 * z * z + TRUE["sigma_2"] * speed
+        )
     coarse = v.reshape(-1, 200).mean(axis=1)
     with interpreted():
         force = along(model, dt=200e-5, v=coarse, x=200e-5 * np.cumsum(coarse), transmitted=7.0)
@@ -53,17 +57,23 @@ def log_of(law, duration):
     tau = 0.4 * np.gradient(v, DT) + 9.5 * np.sin(q) + 2.0 * np.cos(q)
     force = along(law, dt=DT, v=v, x=q + 0.5 * DT * v, transmitted=tau)
     noise = 0.02 * np.random.default_rng(1).normal(size=t.size)
-    return Log.from_columns({"time": t, "position": q, "effort": tau + force + noise}, kind="rotational")
+    return Log.from_columns(
+        {"time": t, "position": q, "effort": tau + force + noise}, kind="rotational"
+    )
 
 
 def identified(law, models, free=(), duration=12.0):
     axis = Axis(kind="rotational", gravity=True)
-    return br.identify(log_of(law, duration), models, axis=axis, method="inverse_dynamics", draws=0, free=free)
+    return br.identify(
+        log_of(law, duration), models, axis=axis, method="inverse_dynamics", draws=0, free=free
+    )
 
 
 @pytest.fixture(scope="module")
 def fitted():
-    return identified(efficiency(kind="rotational", **TRUE), ["efficiency", "coulomb_viscous+transmitted"])
+    return identified(
+        efficiency(kind="rotational", **TRUE), ["efficiency", "coulomb_viscous+transmitted"]
+    )
 
 
 def test_driving_and_back_driving_identify_the_four_parameters(fitted):
@@ -83,7 +93,12 @@ def test_a_rise_of_the_level_is_another_law(fitted):
 @pytest.mark.slow
 def test_fall_over_speed_and_friction_without_load_are_identified_if_freed():
     true = TRUE | {"mu_fall": 0.15, "v_S": 0.3, "F_idle": 0.6}
-    best = identified(efficiency(kind="rotational", **true), "efficiency", free=("mu_fall", "v_S", "F_idle"), duration=12.0).best
+    best = identified(
+        efficiency(kind="rotational", **true),
+        "efficiency",
+        free=("mu_fall", "v_S", "F_idle"),
+        duration=12.0,
+    ).best
     for name in ("mu_avg", "mu_fall", "v_S", "F_idle"):
         assert best.parameters[name].value == pytest.approx(true[name], rel=0.05), name
 

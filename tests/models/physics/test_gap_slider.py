@@ -31,7 +31,9 @@ def test_the_mean_of_a_step_does_not_depend_on_how_it_is_cut():
     # From one stop through the backlash into slip on the other side: exact whatever the step.
     once = force_along(MODEL, np.array([10e-3, -15e-3]), 1.0)
     for cuts in (7, 100, 2000):
-        fine = force_along(MODEL, np.concatenate([np.full(cuts, 10e-3 / cuts), np.full(cuts, -15e-3 / cuts)]), 1.0)
+        fine = force_along(
+            MODEL, np.concatenate([np.full(cuts, 10e-3 / cuts), np.full(cuts, -15e-3 / cuts)]), 1.0
+        )
         assert np.mean(fine[:cuts]) == pytest.approx(once[0], rel=1e-6)
         assert np.mean(fine[cuts:]) == pytest.approx(once[1], rel=1e-6)
 
@@ -46,7 +48,9 @@ def test_the_contact_stores_between_its_stops_and_dissipates_only_in_slip():
 
 
 def test_parameters_may_differ_by_side_without_a_jump():
-    model = friction.find("gap_slider+asymmetry")(F_C_pos=20.0, F_C_neg=12.0, give_pos=2e-3, give_neg=1e-3, gap=4e-3, n=2.0, share=0.1)
+    model = friction.find("gap_slider+asymmetry")(
+        F_C_pos=20.0, F_C_neg=12.0, give_pos=2e-3, give_neg=1e-3, gap=4e-3, n=2.0, share=0.1
+    )
     ends, force, _ = along(model, [10e-3, -10e-3, 10e-3], 1000)
     assert ends == pytest.approx([20.0, -12.0, 20.0])
     # Back from the forward stop the spring of that side gives its force up: there is no jump at the reversal.

@@ -21,7 +21,9 @@ def test_without_stribeck_effect_it_is_maxwell_slip():
     v = np.diff(x) / 1e-3
     flat = friction.gms(F_C=1.0, F_S=1.0, v_S=1e-3, C=50.0, **ELEMENTS)
     maxwell = friction.maxwell_slip(F_C=1.0, **ELEMENTS)
-    np.testing.assert_allclose(force_along(flat, v, 1e-3), force_along(maxwell, v, 1e-3), atol=1e-12)
+    np.testing.assert_allclose(
+        force_along(flat, v, 1e-3), force_along(maxwell, v, 1e-3), atol=1e-12
+    )
 
 
 @pytest.mark.parametrize("v", [1e-4, 1e-3, -3e-3, 0.2])

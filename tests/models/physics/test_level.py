@@ -5,14 +5,28 @@ import math
 import pytest
 
 from bristle import friction
-from bristle.models.friction.level import Rise, has_level, risen, rises_with_effort, share_at, viscous_of
+from bristle.models.friction.level import (
+    Rise,
+    has_level,
+    risen,
+    rises_with_effort,
+    share_at,
+    viscous_of,
+)
 
 RIPPLE = Rise(pitch=0.2, h_c1=3.0, h_s1=4.0, h_c2=1.0, h_s2=2.0, level=10.0)
 
 
 @pytest.mark.parametrize(
     ("turn", "level"),
-    [(0.0, 3.0 + 1.0), (0.25, 4.0 - 1.0), (0.5, -3.0 + 1.0), (0.75, -4.0 - 1.0), (0.125, 7.0 * math.sqrt(0.5) + 2.0), (1.0, 4.0)],
+    [
+        (0.0, 3.0 + 1.0),
+        (0.25, 4.0 - 1.0),
+        (0.5, -3.0 + 1.0),
+        (0.75, -4.0 - 1.0),
+        (0.125, 7.0 * math.sqrt(0.5) + 2.0),
+        (1.0, 4.0),
+    ],
 )
 def test_a_ripple_varies_once_and_twice_a_turn_as_a_share_of_the_level(turn, level):
     assert share_at(0.2 * turn, 0.0, RIPPLE) == pytest.approx(0.1 * level)
@@ -23,7 +37,9 @@ def test_a_ripple_varies_once_and_twice_a_turn_as_a_share_of_the_level(turn, lev
     ("effort", "rise", "share"),
     [
         *((effort, Rise(c_T=0.1, level=20.0), 0.15) for effort in (30.0, -30.0)),
-        *((0.0, Rise(h_c1=ripple, level=10.0), -0.99) for ripple in (-9.9, -50.0)),  # a level keeps a hundredth of its value
+        *(
+            (0.0, Rise(h_c1=ripple, level=10.0), -0.99) for ripple in (-9.9, -50.0)
+        ),  # a level keeps a hundredth of its value
     ],
 )
 def test_an_effort_of_either_sign_raises_the_level_and_no_ripple_takes_it_away(effort, rise, share):
@@ -42,7 +58,9 @@ def test_an_effort_of_either_sign_raises_the_level_and_no_ripple_takes_it_away(e
         ("coulomb+load", True, "", False),
     ],
 )
-def test_dry_and_viscous_parts_and_what_rises_with_the_effort_are_recognised(name, level, viscous, rises):
+def test_dry_and_viscous_parts_and_what_rises_with_the_effort_are_recognised(
+    name, level, viscous, rises
+):
     base = friction.MODELS[name.partition("+")[0]]
     assert (has_level(base), viscous_of(base)) == (level, viscous)
     assert rises_with_effort(friction.find(name)(**friction.find(name).example)) is rises
@@ -52,5 +70,7 @@ def test_slots_of_the_level_combine_in_one_order():
     assert risen(friction.coulomb, ()) is risen(friction.coulomb, ("load",)) is friction.coulomb
     both = risen(friction.coulomb, ("ripple", "transmitted"))
     assert both.name == "coulomb+transmitted+ripple"
-    assert both.description.endswith("rising with the effort transmitted to the load and the angle of the screw")
+    assert both.description.endswith(
+        "rising with the effort transmitted to the load and the angle of the screw"
+    )
     assert [key for key in both.variables if key not in both.defaults] == ["F_C", "pitch"]

@@ -10,7 +10,9 @@ from bristle.core.contracts import Motion
 from bristle.engine import force_along, run_open_loop
 from bristle.models.plants import inertia
 
-MODEL = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, v_d=5e-3)
+MODEL = friction.lugre(
+    F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, v_d=5e-3
+)
 
 
 def exact(v: float, h: float, count: int) -> np.ndarray:
@@ -19,9 +21,14 @@ def exact(v: float, h: float, count: int) -> np.ndarray:
     At constant velocity the equations are affine in the deflection.
     """
     component, p, unit = MODEL.component, MODEL.parameters, 1e-5
-    (f_0, z_0), (f_1, z_1) = (component.rate(component.State(z), Motion(v, 0.0), p) for z in (0.0, unit))
+    (f_0, z_0), (f_1, z_1) = (
+        component.rate(component.State(z), Motion(v, 0.0), p) for z in (0.0, unit)
+    )
     # Of deflection in units, its integral, and 1.
-    growth = expm(h * np.array([[(z_1.z - z_0.z) / unit, 0.0, z_0.z / unit], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]))
+    growth = expm(
+        h
+        * np.array([[(z_1.z - z_0.z) / unit, 0.0, z_0.z / unit], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    )
     forces, deflection = [], 0.0
     for _ in range(count):
         deflection, integral, _ = growth @ [deflection, 0.0, 1.0]
@@ -63,11 +70,15 @@ def test_driven_mass_converges_to_the_differential_equation_with_order_two():
         return 1.2 * np.sin(12.0 * t)
 
     def right_hand_side(t, y):
-        force, slope = MODEL.component.rate(MODEL.component.State(y[2]), Motion(y[1], 0.0), MODEL.parameters)
+        force, slope = MODEL.component.rate(
+            MODEL.component.State(y[2]), Motion(y[1], 0.0), MODEL.parameters
+        )
         return [y[1], effort(t) - force, slope.z]
 
     end = 0.5
-    solved = solve_ivp(right_hand_side, (0, end), [0, 0, 0], method="Radau", rtol=1e-10, atol=1e-14, max_step=2e-3)
+    solved = solve_ivp(
+        right_hand_side, (0, end), [0, 0, 0], method="Radau", rtol=1e-10, atol=1e-14, max_step=2e-3
+    )
     errors = []
     for h in (2e-4, 1e-4, 5e-5):
         t = h * np.arange(round(end / h) + 1)

@@ -22,7 +22,9 @@ def test_mean_force_is_exact_for_any_step():
     fine, coarse = 1024, 4
     v = np.full(fine, 2e-3)
     mean_fine = force_along(MODEL, v, 4e-6).reshape(coarse, -1).mean(axis=1)
-    np.testing.assert_allclose(force_along(MODEL, v[:coarse], 4e-6 * fine / coarse), mean_fine, rtol=1e-9)
+    np.testing.assert_allclose(
+        force_along(MODEL, v[:coarse], 4e-6 * fine / coarse), mean_fine, rtol=1e-9
+    )
 
 
 def test_rate_independence():
@@ -32,7 +34,9 @@ def test_rate_independence():
 
 
 def test_asymmetric_limits_and_reversal_keep_the_force_continuous():
-    model = friction.find("maxwell_slip+asymmetry")(F_C_pos=1.2, F_C_neg=0.8, k_i=[2e5, 1e5], nu_i=[0.5, 0.5], offset=0.1)
+    model = friction.find("maxwell_slip+asymmetry")(
+        F_C_pos=1.2, F_C_neg=0.8, k_i=[2e5, 1e5], nu_i=[0.5, 0.5], offset=0.1
+    )
     x = path(0, 60e-6, -60e-6, 60e-6, count=1500)
     force = response(model, x, 1e-3)
     assert np.max(np.abs(np.diff(force[2:]))) < 0.05
@@ -44,4 +48,7 @@ def test_an_element_without_stiffness_has_no_force():
     v = np.array([1e-3, 2e-3, -1e-3, 0.0])
     with_it = friction.maxwell_slip(F_C=1.0, k_i=[1e6, 0.0], nu_i=[1.0, 0.0], validate=False)
     # A division of 0 by 0 would warn.
-    assert np.array_equal(force_along(with_it, v, 1e-3), force_along(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), v, 1e-3))
+    assert np.array_equal(
+        force_along(with_it, v, 1e-3),
+        force_along(friction.maxwell_slip(F_C=1.0, k_i=[1e6], nu_i=[1.0]), v, 1e-3),
+    )

@@ -24,13 +24,17 @@ def test_with_one_limit_it_is_the_maxwell_slip_model():
 def test_in_sliding_it_follows_the_stribeck_curve(v):
     state, memory = settled(QUIET, v)
     curve = friction.stribeck(F_C=20.0, F_S=28.0, v_S=2e-3, F_v=0.0)
-    assert force_along(QUIET, [v], 1e-4, state=state, memory=memory) == pytest.approx(force_along(curve, [v], 1e-4))
+    assert force_along(QUIET, [v], 1e-4, state=state, memory=memory) == pytest.approx(
+        force_along(curve, [v], 1e-4)
+    )
 
 
 def test_micro_damping_belongs_to_the_elements_that_stick():
     damped = friction.maxwell_stribeck(**SIZES, sigma_1=1e3)
     slow, still = 1e-3, 1e-12
-    stuck = force_along(damped, [slow], still / slow)[0] - force_along(QUIET, [slow], still / slow)[0]
+    stuck = (
+        force_along(damped, [slow], still / slow)[0] - force_along(QUIET, [slow], still / slow)[0]
+    )
     assert stuck == pytest.approx(1e3 * slow)
     state, memory = settled(damped, slow)
     sliding = force_along(damped, [slow], 1e-3, state=state, memory=memory)[0]
@@ -53,7 +57,10 @@ def test_the_limit_scatters_from_reversal_to_reversal_as_specified():
 
 
 def test_a_seed_gives_one_friction_and_another_seed_another():
-    first, again, other = (peaks(friction.maxwell_stribeck(**SIZES, scatter=0.05, seed=s), cycles=20) for s in (4, 4, 5))
+    first, again, other = (
+        peaks(friction.maxwell_stribeck(**SIZES, scatter=0.05, seed=s), cycles=20)
+        for s in (4, 4, 5)
+    )
     assert np.array_equal(first, again)
     assert not np.any(first[1:] == other[1:])
 

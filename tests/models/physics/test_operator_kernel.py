@@ -20,7 +20,12 @@ TABLES = ("everett_table", "reversal_table", "preisach_grid", "prandtl_ishlinski
 QUICK = {("preisach_contact", "prandtl_ishlinskii")}
 SLIDING = {"F_C": 3.0, "F_S": 4.0, "v_S": 2e-3}
 # So far that the gate of preisach_lugre stays closed: what deflects is all of the motion.
-REACH = {"everett_table": 1e-6, "reversal_table": 1e-6, "preisach_grid": 3e-6, "prandtl_ishlinskii": 2.5e-7}
+REACH = {
+    "everett_table": 1e-6,
+    "reversal_table": 1e-6,
+    "preisach_grid": 3e-6,
+    "prandtl_ishlinskii": 2.5e-7,
+}
 
 
 def operator_named(name):
@@ -45,7 +50,9 @@ def moved(model, steps, speed=1e-4):
 def walk(reach, count=200):
     generator = np.random.default_rng(3)
     turns = reach * generator.uniform(-1.0, 1.0, 12)
-    return np.diff(np.interp(np.linspace(0.0, 12.0, count), np.arange(13), np.concatenate([[0.0], turns])))
+    return np.diff(
+        np.interp(np.linspace(0.0, 12.0, count), np.arange(13), np.concatenate([[0.0], turns]))
+    )
 
 
 def along(model, name):
@@ -59,7 +66,11 @@ def along(model, name):
 
 @pytest.mark.parametrize(
     ("model", "name"),
-    [pytest.param(model, name, marks=() if (model, name) in QUICK else pytest.mark.slow) for model in MODELS for name in TABLES],
+    [
+        pytest.param(model, name, marks=() if (model, name) in QUICK else pytest.mark.slow)
+        for model in MODELS
+        for name in TABLES
+    ],
 )
 def test_compiled_kernels_equal_the_operator_to_the_bit(model, name):
     force, alone = along(model, name)
@@ -89,10 +100,15 @@ def test_sliding_follows_the_operator_to_solver_accuracy(name):
 @pytest.mark.parametrize("way", [5e-6, -8e-6])
 def test_a_long_step_has_the_mean_force_of_many_short_ones(name, way):
     with interpreted():
-        long, short = Contact(over("preisach_contact", operator_named(name))), Contact(over("preisach_contact", operator_named(name)))
+        long, short = (
+            Contact(over("preisach_contact", operator_named(name))),
+            Contact(over("preisach_contact", operator_named(name))),
+        )
         for contact in (long, short):
             contact.move(3e-6, 1e-4)
-        assert long.move(way, 1e-4, 1)[0] == pytest.approx(np.mean(short.move(way, 1e-4, 400)), abs=0.1)
+        assert long.move(way, 1e-4, 1)[0] == pytest.approx(
+            np.mean(short.move(way, 1e-4, 400)), abs=0.1
+        )
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -105,10 +121,16 @@ def test_a_closed_form_is_the_kernel_of_that_name(model):
 
 def test_a_model_over_an_operator_is_found_by_name_and_survives_pickling():
     operator = operator_named("reversal_table")
-    model = friction.find("preisach_contact+asymmetry")(kernel=operator, sigma_2_pos=2.0, sigma_2_neg=3.0, offset=1.0)
+    model = friction.find("preisach_contact+asymmetry")(
+        kernel=operator, sigma_2_pos=2.0, sigma_2_neg=3.0, offset=1.0
+    )
     assert model.name == "preisach_contact+reversal_table+asymmetry"
     assert friction.find(model.name) is model.component
-    assert pickle.loads(pickle.dumps(model)) == make_model(model.component, model.values, kind=model.kind, validate=True) == model
+    assert (
+        pickle.loads(pickle.dumps(model))
+        == make_model(model.component, model.values, kind=model.kind, validate=True)
+        == model
+    )
     assert np.array_equal(model.kernel_E, operator.E)
     assert (model.sigma_2_neg, model.offset) == (3.0, 1.0)
 
@@ -150,24 +172,58 @@ STOPS = operator_named("prandtl_ishlinskii")
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: ON_CONTACT(kernel=hysteresis.relay_grid(**hysteresis.relay_grid.example)), "has a staircase output"),
+        (
+            lambda: ON_CONTACT(kernel=hysteresis.relay_grid(**hysteresis.relay_grid.example)),
+            "has a staircase output",
+        ),
         (lambda: ON_CONTACT(kernel=hysteresis.play(r=1e-6)), "gives no force from a displacement"),
-        (lambda: ON_CONTACT(kernel=hysteresis.inverse_of(STOPS)), "gives no force from a displacement"),
-        (lambda: ON_CONTACT(kernel=hysteresis.prandtl_ishlinskii(kind="magnetic", thresholds=[1.0], weights=[1.0])), "is magnetic"),
-        (lambda: ON_CONTACT(kernel=hysteresis.preisach(s=1e7, f_p=30.0, tolerance=1e-3)), "has a tolerance"),
+        (
+            lambda: ON_CONTACT(kernel=hysteresis.inverse_of(STOPS)),
+            "gives no force from a displacement",
+        ),
+        (
+            lambda: ON_CONTACT(
+                kernel=hysteresis.prandtl_ishlinskii(
+                    kind="magnetic", thresholds=[1.0], weights=[1.0]
+                )
+            ),
+            "is magnetic",
+        ),
+        (
+            lambda: ON_CONTACT(kernel=hysteresis.preisach(s=1e7, f_p=30.0, tolerance=1e-3)),
+            "has a tolerance",
+        ),
         (lambda: ON_CONTACT(kernel=friction.coulomb(F_C=1.0)), "is not a hysteresis operator"),
         # Parameters of the operator are not given twice.
-        (lambda: ON_CONTACT(kernel=hysteresis.preisach(s=1e7, f_p=30.0), s=1e7), "s: is already set by the operator"),
-        (lambda: ON_CONTACT(kernel=operator_named("reversal_table"), s=1e7), "has no such parameter"),
-        (lambda: ON_CONTACT(kernel=TURNING, kind="translational"), "is a rotational operator, but this friction is translational"),
+        (
+            lambda: ON_CONTACT(kernel=hysteresis.preisach(s=1e7, f_p=30.0), s=1e7),
+            "s: is already set by the operator",
+        ),
+        (
+            lambda: ON_CONTACT(kernel=operator_named("reversal_table"), s=1e7),
+            "has no such parameter",
+        ),
+        (
+            lambda: ON_CONTACT(kernel=TURNING, kind="translational"),
+            "is a rotational operator, but this friction is translational",
+        ),
         # The saturation of an operator exceeds break-away.
-        (lambda: over("preisach_lugre", operator_named("reversal_table"), F_S=8.1), "saturation of the operator > F_S"),
-        (lambda: over("preisach_lugre", STOPS.with_values(spring=0.0), F_S=17.1), "saturation of the operator > F_S"),
+        (
+            lambda: over("preisach_lugre", operator_named("reversal_table"), F_S=8.1),
+            "saturation of the operator > F_S",
+        ),
+        (
+            lambda: over("preisach_lugre", STOPS.with_values(spring=0.0), F_S=17.1),
+            "saturation of the operator > F_S",
+        ),
         # A model without a kernel takes no operator, and none takes two.
         (lambda: friction.find("lugre")(kernel=STOPS), None),
         (lambda: friction.find("coulomb+asymmetry")(kernel=STOPS), None),
         (lambda: friction.find("lugre+reversal_table"), "has too many operators"),
-        (lambda: friction.find("preisach_contact+reversal_table+preisach_grid"), "has too many operators"),
+        (
+            lambda: friction.find("preisach_contact+reversal_table+preisach_grid"),
+            "has too many operators",
+        ),
     ],
 )
 def test_operators_that_are_no_kernels_are_refused_by_name(call, words):
@@ -180,12 +236,19 @@ def test_a_turning_operator_turns_and_a_spring_has_no_saturation():
     assert over("preisach_lugre", STOPS, F_S=50.0).F_S == 50.0
 
 
-STRAINED = sliders.Sliders(STOPS.parameters.thresholds, STOPS.parameters.weights, STOPS.parameters.spring, np.array([0.0, 4e-7, -3e-6]))
+STRAINED = sliders.Sliders(
+    STOPS.parameters.thresholds,
+    STOPS.parameters.weights,
+    STOPS.parameters.spring,
+    np.array([0.0, 4e-7, -3e-6]),
+)
 
 
 @pytest.mark.parametrize("u", [1e-8, 9e-7, 1.1e-6, 1.9e-6, 2.6e-6, -1.2e-6, -4e-6, 6e-6])
 def test_the_stiffness_of_stops_is_that_of_their_output_onward(u):
-    steep = (sliders.onward_output(u + 1e-9, STRAINED) - sliders.onward_output(u - 1e-9, STRAINED)) / 2e-9
+    steep = (
+        sliders.onward_output(u + 1e-9, STRAINED) - sliders.onward_output(u - 1e-9, STRAINED)
+    ) / 2e-9
     assert sliders.onward_slope(u, STRAINED) == pytest.approx(steep, rel=1e-6)
 
 
@@ -201,7 +264,9 @@ def test_stops_follow_masings_rule_from_one_end(d):
 def test_the_length_over_which_an_operator_turns_is_that_of_half_a_stroke():
     # One stop goes from one end to the other over twice its threshold, at an even rate; without a force it is the shortest length.
     stiff, limp = (
-        over("preisach_contact", hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[weight])).parameters.lengths.turn
+        over(
+            "preisach_contact", hysteresis.prandtl_ishlinskii(thresholds=[4e-6], weights=[weight])
+        ).parameters.lengths.turn
         for weight in (1e6, 0.0)
     )
     assert stiff == pytest.approx(2e-6)

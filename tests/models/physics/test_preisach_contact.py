@@ -29,6 +29,8 @@ def test_below_break_away_it_equals_the_composite_with_a_gate():
     sizes = {"s": 1e7, "f_p": 60.0}
     composite = friction.preisach_lugre(**sizes, F_C=40.0, F_S=40.0, v_S=1.0, rho=0.9)
     small = 0.5 * WALK
-    ours, reference = (response(item, small, 1e-3) for item in (friction.preisach_contact(**sizes), composite))
+    ours, reference = (
+        response(item, small, 1e-3) for item in (friction.preisach_contact(**sizes), composite)
+    )
     assert np.max(np.abs(reference)) < 0.9 * 40.0
     assert ours == pytest.approx(reference, abs=1e-9)

@@ -16,13 +16,18 @@ VARIANTS = [(kernel, transition) for kernel in KERNELS for transition in TRANSIT
 @pytest.mark.parametrize(("kernel", "transition"), VARIANTS)
 @pytest.mark.parametrize("v", [1e-3, 0.3, -0.5, 40.0, -40.0])
 def test_steady_sliding_is_that_of_lugre_in_both_directions(kernel, transition, v):
-    contact, reference = Contact(composite(transition, kernel=kernel, sigma_1=0.01)), Contact(lugre(sigma_1=0.01))
+    contact, reference = (
+        Contact(composite(transition, kernel=kernel, sigma_1=0.01)),
+        Contact(lugre(sigma_1=0.01)),
+    )
     for item in (contact, reference):
         item.move(np.copysign(5.0, v), abs(v), 2000)
     assert contact.force(v) == pytest.approx(reference.force(v), rel=1e-11)
 
 
-@pytest.mark.parametrize(("kernel", "bound"), [("dahl_masing", 6.207), ("reformed_dahl_exact", 11.380)])
+@pytest.mark.parametrize(
+    ("kernel", "bound"), [("dahl_masing", 6.207), ("reformed_dahl_exact", 11.380)]
+)
 @pytest.mark.parametrize("transition", TRANSITIONS)
 def test_the_deflection_stays_within_its_bound(kernel, bound, transition):
     model = composite(transition, kernel=kernel)

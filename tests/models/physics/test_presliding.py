@@ -14,9 +14,18 @@ pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 DISTANCE = 2e-6
 # Sliding forward takes 9 + 1 N, backward -6 + 1 N.
-LEVELS = friction.find("coulomb_viscous+asymmetry")(F_C_pos=9.0, F_C_neg=6.0, F_v_pos=0.0, F_v_neg=0.0, offset=1.0)
+LEVELS = friction.find("coulomb_viscous+asymmetry")(
+    F_C_pos=9.0, F_C_neg=6.0, F_v_pos=0.0, F_v_neg=0.0, offset=1.0
+)
 SLIDING = friction.find("stribeck+asymmetry")(
-    F_C_pos=9.0, F_C_neg=6.0, F_S_pos=12.0, F_S_neg=7.0, v_S=4e-3, F_v_pos=30.0, F_v_neg=50.0, offset=1.0
+    F_C_pos=9.0,
+    F_C_neg=6.0,
+    F_S_pos=12.0,
+    F_S_neg=7.0,
+    v_S=4e-3,
+    F_v_pos=30.0,
+    F_v_neg=50.0,
+    offset=1.0,
 )
 
 
@@ -44,10 +53,14 @@ def test_sliding_is_that_of_the_map(v):
     assert turned[-1] == pytest.approx(force_along(SLIDING, moved, dt)[-1], rel=1e-12)
 
 
-@pytest.mark.parametrize(("load", "rests"), [(9.0, True), (-4.0, True), (11.0, False), (-6.0, False)])
+@pytest.mark.parametrize(
+    ("load", "rests"), [(9.0, True), (-4.0, True), (11.0, False), (-6.0, False)]
+)
 def test_friction_balances_a_load_within_the_levels_but_not_beyond(load, rests):
     effort = load * np.minimum(1e-3 * np.arange(600) / 0.1, 1.0)
-    trace = run_open_loop(inertia(M=2.0), with_presliding(LEVELS, DISTANCE), effort, 1e-3, steps=2, hold="linear")
+    trace = run_open_loop(
+        inertia(M=2.0), with_presliding(LEVELS, DISTANCE), effort, 1e-3, steps=2, hold="linear"
+    )
     moved = abs(trace.position[-1] - trace.position[300])
     # The contact has no damping of its own, and creeps while the body rings.
     assert moved < 10.0 * DISTANCE if rests else moved > 0.02
@@ -57,5 +70,8 @@ def test_friction_balances_a_load_within_the_levels_but_not_beyond(load, rests):
 def test_its_parameters_are_those_of_the_map_and_the_distance():
     model = with_presliding(SLIDING, DISTANCE)
     assert model.values == SLIDING.values | {"presliding": DISTANCE}
-    assert with_presliding(friction.lugre(**friction.MODELS["lugre"].example), DISTANCE).name == "lugre"
+    assert (
+        with_presliding(friction.lugre(**friction.MODELS["lugre"].example), DISTANCE).name
+        == "lugre"
+    )
     assert with_presliding(model, 5.0 * DISTANCE).values["presliding"] == DISTANCE

@@ -32,7 +32,12 @@ def test_every_branch_solves_the_differential_equation():
         f_r = f if way != side else f_r
         side = way
         solved = solve_ivp(
-            lambda x, f, way=way, f_r=f_r: ((1.0 - way * f) / (1.0 - way * f_r)) ** 2, (a, b), [f], rtol=1e-12, atol=1e-14, method="DOP853"
+            lambda x, f, way=way, f_r=f_r: ((1.0 - way * f) / (1.0 - way * f_r)) ** 2,
+            (a, b),
+            [f],
+            rtol=1e-12,
+            atol=1e-14,
+            method="DOP853",
         )
         f = solved.y[0, -1]
         item, many = contact.copy(), contact

@@ -8,7 +8,9 @@ from bristle import friction, hysteresis
 from bristle.core.motion import Motion
 from bristle.models.friction.resting import HELD, State, rest_rule, with_rest
 
-SIDED = friction.find("coulomb_viscous+asymmetry")(F_C_pos=20.0, F_C_neg=14.0, F_v_pos=0.0, F_v_neg=0.0)
+SIDED = friction.find("coulomb_viscous+asymmetry")(
+    F_C_pos=20.0, F_C_neg=14.0, F_v_pos=0.0, F_v_neg=0.0
+)
 
 
 def force(rule, side, v, map_=SIDED):
@@ -19,7 +21,14 @@ def force(rule, side, v, map_=SIDED):
 
 @pytest.mark.parametrize(
     ("rule", "side", "expected"),
-    [("held", 0.0, 3.0), ("held", 1.0, 20.0), ("held", -1.0, -14.0), ("middle", 0.0, 3.0), ("middle", 1.0, 3.0), ("middle", -1.0, 3.0)],
+    [
+        ("held", 0.0, 3.0),
+        ("held", 1.0, 20.0),
+        ("held", -1.0, -14.0),
+        ("middle", 0.0, 3.0),
+        ("middle", 1.0, 3.0),
+        ("middle", -1.0, 3.0),
+    ],
 )
 @pytest.mark.parametrize("v", [0.0, -0.0, 1e-10, -1e-10])
 def test_the_force_at_rest_is_that_of_the_last_side_or_the_middle(rule, side, expected, v):
@@ -35,7 +44,9 @@ def test_a_moving_map_is_unchanged_and_its_side_is_stored(rule, v, expected):
 
 def test_the_load_acts_on_a_contact_at_rest():
     model = with_rest(friction.find("coulomb+load")(F_C=20.0, k_L=1.0), "held")
-    assert model.component.trial(State(1.0), (), Motion(0.0, 0.0, 2.0), 1e-3, model.parameters)[0] == pytest.approx(40.0)
+    assert model.component.trial(State(1.0), (), Motion(0.0, 0.0, 2.0), 1e-3, model.parameters)[
+        0
+    ] == pytest.approx(40.0)
 
 
 @pytest.mark.parametrize(

@@ -23,14 +23,18 @@ def test_slip_and_slope_together_equal_each_alone(name):
         value, slope = slip_point(r, law)
         assert value == pytest.approx(slip(r, law), rel=1e-15, abs=1e-300)
         if min(abs(r), abs(r - 1.0), abs(r - law.rho)) > h:
-            assert slope == pytest.approx((slip(r + h, law) - slip(r - h, law)) / (2.0 * h), rel=1e-7, abs=1e-7)
+            assert slope == pytest.approx(
+                (slip(r + h, law) - slip(r - h, law)) / (2.0 * h), rel=1e-7, abs=1e-7
+            )
 
 
 @pytest.mark.parametrize("name", LAWS)
 def test_in_steady_sliding_all_of_the_motion_slips(name):
     assert slip(1.0, LAWS[name]) == 1.0
     assert slip_point(1.0, LAWS[name])[0] == 1.0
-    assert slip_weight(0.5, 2.0, LAWS[name]) == pytest.approx(max(LAWS[name].exponent, 1.0), rel=1e-15)
+    assert slip_weight(0.5, 2.0, LAWS[name]) == pytest.approx(
+        max(LAWS[name].exponent, 1.0), rel=1e-15
+    )
 
 
 def test_an_unloading_contact_slips_backward_by_its_share():

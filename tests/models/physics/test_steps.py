@@ -35,7 +35,12 @@ def examples():
         yield pytest.param(dahl(**dahl.example | {"exponent": i}), id=f"dahl {i}")
     yield pytest.param(bouc_wen(**bouc_wen.example | {"exponent": 8.0}), id="bouc_wen 8")
     for (transition, n), (kernel, exponent) in itertools.product(TRANSITIONS, KERNELS):
-        sizes = preisach_lugre.example | {"transition": transition, "n": n, "kernel": kernel, "exponent": exponent}
+        sizes = preisach_lugre.example | {
+            "transition": transition,
+            "n": n,
+            "kernel": kernel,
+            "exponent": exponent,
+        }
         yield pytest.param(preisach_lugre(**sizes), id=f"{transition} {n} {kernel} {exponent}")
 
 
@@ -57,7 +62,9 @@ def walk(seed, count=1200):
 @pytest.mark.parametrize(
     "model",
     [
-        case if case.id in ("lugre", "elastoplastic 2.0 exp_masing 2.0") else pytest.param(*case.values, id=case.id, marks=pytest.mark.slow)
+        case
+        if case.id in ("lugre", "elastoplastic 2.0 exp_masing 2.0")
+        else pytest.param(*case.values, id=case.id, marks=pytest.mark.slow)
         for case in examples()
     ],
 )
@@ -79,11 +86,15 @@ def forces(model, v, dt):
 @pytest.mark.parametrize("model", [*examples()])
 def test_a_long_step_is_the_mean_of_its_parts(model):
     if "scatter" in model.values:
-        model = model.with_values(scatter=0.0)  # a reversal draws another limit for the steps after it
+        model = model.with_values(
+            scatter=0.0
+        )  # a reversal draws another limit for the steps after it
     parts, fast = 100, np.full(10, 2e-3)
     for distance in (2e-6, 2e-5, 2e-4):
         fine = np.mean(forces(model, np.full(parts, distance / DT), DT / parts))
-        assert forces(model, np.array([distance / DT]), DT)[0] == pytest.approx(fine, rel=0.012), distance
+        assert forces(model, np.array([distance / DT]), DT)[0] == pytest.approx(fine, rel=0.012), (
+            distance
+        )
     # Back from sliding. A gate that opens where an operator of exponent 5 hardly rises any more is the worst case by far.
     share = 0.05 if model.values.get("exponent") == 5.0 else 0.02
     for distance in (-5e-6, -1e-4):
@@ -120,7 +131,10 @@ def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
 
     monkeypatch.setattr(composite, "deflect", stepped)
     for kernel, exponent in KERNELS:
-        model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n, "kernel": kernel, "exponent": exponent})
+        model = preisach_lugre(
+            **preisach_lugre.example
+            | {"transition": transition, "n": n, "kernel": kernel, "exponent": exponent}
+        )
         with interpreted():
             for seed in range(3):
                 force_along(model, walk(seed, 300), DT)
@@ -150,7 +164,9 @@ def test_no_step_passes_sliding_when_a_loop_is_wiped_out_just_below(kernel):
             stack = stack_commit(stack, memory, move)
             forces.append(f)
         G = forces[0] * (1.0 + missing)
-        done = deflection.deflect(stack, memory, dx, 1.0, G, SlipLaw(0.99, 1.0, 1.0), q, q.f_p / q.s, 1e-18)
+        done = deflection.deflect(
+            stack, memory, dx, 1.0, G, SlipLaw(0.99, 1.0, 1.0), q, q.f_p / q.s, 1e-18
+        )
         assert done.move.f == pytest.approx(G, rel=1e-9)
 
 
@@ -165,7 +181,10 @@ def root_with_a_cycle(x):
 NASTY = {
     "flat, then steep": (steep_at_the_end, lambda x: 1e3 if x > 0.9 else 1e-9),
     "a step": (lambda x: 1.0 if x > 1.0 / 3.0 else -1.0, lambda x: 0.0),
-    "a cycle of Newton's method": (root_with_a_cycle, lambda x: 0.5 / max(abs(x - 0.4), 1e-9) ** 0.5),
+    "a cycle of Newton's method": (
+        root_with_a_cycle,
+        lambda x: 0.5 / max(abs(x - 0.4), 1e-9) ** 0.5,
+    ),
     "a slope that lies": (lambda x: (x - 0.7) ** 3, lambda x: 1e-3),
 }
 

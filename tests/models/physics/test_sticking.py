@@ -14,7 +14,9 @@ from bristle.models.plants import inertia
 def test_a_block_stops_at_the_exact_place(h, v0):
     M, F_C = 2.0, 3.0
     distance = 0.5 * M * v0**2 / F_C  # kinetic energy over force
-    trace = run_open_loop(inertia(M=M), friction.coulomb(F_C=F_C), np.zeros(round(2.0 / h)), h, v=v0)
+    trace = run_open_loop(
+        inertia(M=M), friction.coulomb(F_C=F_C), np.zeros(round(2.0 / h)), h, v=v0
+    )
     assert trace.status == Status.OK
     assert abs(trace.position[-1] - np.sign(v0) * distance) < 1e-12
     after = trace.time > M / F_C + h
@@ -33,7 +35,9 @@ def test_at_rest_the_reaction_is_the_effort_and_the_velocity_exactly_zero():
 @pytest.mark.parametrize(("effort", "side"), [(4.9, 0.0), (5.1, 1.0), (-1.1, -1.0)])
 def test_rest_under_an_offset_is_off_centre(effort, side):
     with interpreted():
-        trace = run_open_loop(inertia(M=1.0), friction.find("coulomb")(F_C=3.0, offset=2.0), np.full(50, effort), 1e-3)
+        trace = run_open_loop(
+            inertia(M=1.0), friction.find("coulomb")(F_C=3.0, offset=2.0), np.full(50, effort), 1e-3
+        )
     assert np.sign(trace.position[-1]) == side
 
 
@@ -58,7 +62,9 @@ def test_friction_reversal_inside_a_step_is_followed(count):
     F_C, u, v0 = 1.0, -3.0, 2.0
     turn = v0 / (F_C - u)
     exact = 0.5 * v0 * turn + 0.5 * (u + F_C) * (1.0 - turn) ** 2
-    trace = run_open_loop(inertia(M=1.0), friction.coulomb(F_C=F_C), np.full(count + 1, u), 1.0 / count, v=v0)
+    trace = run_open_loop(
+        inertia(M=1.0), friction.coulomb(F_C=F_C), np.full(count + 1, u), 1.0 / count, v=v0
+    )
     assert trace.position[-1] == pytest.approx(exact, abs=1e-12)
 
 
@@ -76,7 +82,9 @@ def test_viscous_and_coulomb_friction_stop_at_the_theoretical_place():
     assert np.log2(errors[0] / errors[1]) > 1.7
 
 
-@pytest.mark.parametrize(("effort", "v", "slides"), [(1.9, 0.0, False), (2.1, 0.0, True), (1.9, 0.1, True)])
+@pytest.mark.parametrize(
+    ("effort", "v", "slides"), [(1.9, 0.0, False), (2.1, 0.0, True), (1.9, 0.1, True)]
+)
 def test_stribeck_friction_has_its_stiction_spike(effort, v, slides):
     model = friction.stribeck(F_C=1.0, F_S=2.0, v_S=1e-2, F_v=0.0)
     trace = run_open_loop(inertia(M=1.0), model, np.full(1000, effort), 1e-3, v=v)

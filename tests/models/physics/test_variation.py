@@ -24,12 +24,17 @@ def moved(count=500, dt=4e-3):
 
 
 @pytest.mark.parametrize(
-    ("x", "factor", "beside"), [(0.1, 1.0, 0.0), (0.2, 1.1, 3.0), (0.0, 0.7, -1.0), (5.0, 1.1, 3.0), (-5.0, 0.7, -1.0)]
+    ("x", "factor", "beside"),
+    [(0.1, 1.0, 0.0), (0.2, 1.1, 3.0), (0.0, 0.7, -1.0), (5.0, 1.1, 3.0), (-5.0, 0.7, -1.0)],
 )
 def test_variation_is_zero_in_the_middle_and_full_at_the_end(x, factor, beside):
     v, values = np.array([0.3, -0.3]), {"F_C": 20.0, "F_v": 100.0}
-    placed = force_along(find("coulomb_viscous+position")(**values, **PLACE), v, 1e-9, x + 0.5e-9 * v)
-    assert placed == pytest.approx(factor * force_along(find("coulomb_viscous")(**values), v, 1e-9) + beside)
+    placed = force_along(
+        find("coulomb_viscous+position")(**values, **PLACE), v, 1e-9, x + 0.5e-9 * v
+    )
+    assert placed == pytest.approx(
+        factor * force_along(find("coulomb_viscous")(**values), v, 1e-9) + beside
+    )
 
 
 def test_the_force_of_a_screw_comes_once_a_turn():
@@ -42,16 +47,29 @@ def test_the_force_of_a_screw_comes_once_a_turn():
 
 def test_the_ripple_of_a_step_is_that_of_its_middle():
     force = force_along(find("coulomb+ripple")(F_C=10.0, pitch=0.2, h_s1=4.0), np.array([1.0]), 0.1)
-    assert force == pytest.approx([14.0])  # the step ends at half a turn, and has its middle at a quarter
+    assert force == pytest.approx(
+        [14.0]
+    )  # the step ends at half a turn, and has its middle at a quarter
 
 
 @pytest.mark.parametrize(
-    ("around", "factor"), [({}, 1.0), ({"load": 1.5}, 1.45), ({"load": 1.5, "temperature": 303.15}, 1.25), ({"temperature": 500.0}, 0.0)]
+    ("around", "factor"),
+    [
+        ({}, 1.0),
+        ({"load": 1.5}, 1.45),
+        ({"load": 1.5, "temperature": 303.15}, 1.25),
+        ({"temperature": 500.0}, 0.0),
+    ],
 )
-def test_load_and_temperature_are_first_order_factors_and_nothing_makes_friction_push(around, factor):
+def test_load_and_temperature_are_first_order_factors_and_nothing_makes_friction_push(
+    around, factor
+):
     model = find("lugre+load+temperature")(**LUGRE, k_L=0.9, k_T=-0.02)
     v, x, dt = moved()
-    force, plain = force_along(model, v, dt, x, **around), force_along(find("lugre")(**LUGRE), v, dt, x)
+    force, plain = (
+        force_along(model, v, dt, x, **around),
+        force_along(find("lugre")(**LUGRE), v, dt, x),
+    )
     assert force == pytest.approx(factor * plain) if factor else np.all(force * plain >= 0.0)
 
 
@@ -63,7 +81,12 @@ def test_a_body_still_sticks_where_friction_varies():
 
 def test_multiplying_and_adding_coefficients_are_distinguished():
     model = find("coulomb+position+periodic+load+temperature")
-    assert [name for name, variable in model.variables.items() if is_factor(variable)] == ["p_1", "p_2", "k_L", "k_T"]
+    assert [name for name, variable in model.variables.items() if is_factor(variable)] == [
+        "p_1",
+        "p_2",
+        "k_L",
+        "k_T",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -90,7 +113,10 @@ def test_friction_keeps_its_sign_on_the_axis_and_turns_have_a_length(name, value
             for p_1, p_2 in ((0.0, -1.2), (-1.0, 0.0), (1.99, 0.99))
         ),
         ("coulomb+position", {"F_C": 20.0}, "needs"),
-        *(("viscous+periodic", {"F_v": 1.0, "pitch": pitch, "c_1": 0.1, "s_1": 0.0}, "pitch") for pitch in (0.9e-12, 0.0)),
+        *(
+            ("viscous+periodic", {"F_v": 1.0, "pitch": pitch, "c_1": 0.1, "s_1": 0.0}, "pitch")
+            for pitch in (0.9e-12, 0.0)
+        ),
         ("lugre+wear", {}, "no such slot"),
         ("lugre+load+load", {}, "a slot twice"),
     ],
@@ -107,7 +133,10 @@ def test_slots_combine_in_any_order_and_the_base_is_known():
 
 
 def test_steady_friction_is_that_in_the_middle():
-    model, plain = find("lugre+position+periodic")(**LUGRE, **PLACE, pitch=5e-3, c_1=3.0, s_1=1.0), find("lugre")(**LUGRE)
+    model, plain = (
+        find("lugre+position+periodic")(**LUGRE, **PLACE, pitch=5e-3, c_1=3.0, s_1=1.0),
+        find("lugre")(**LUGRE),
+    )
     assert steady_force(model, 0.02) == pytest.approx(steady_force(plain, 0.02))
     assert unvaried(plain) is plain
 
@@ -117,6 +146,12 @@ def test_friction_varies_only_with_the_causes_of_its_slots(slot):
     v, x = np.array([1.0, -1.0]), np.array([0.13, 0.17])
     model = find(f"coulomb+{slot}")
     neutral = {name: 0.0 for name in model.variables if name not in ("F_C", "x_L", "pitch")}
-    made = model(**neutral | {name: 1.0 for name in ("F_C", "x_L", "pitch") if name in model.variables})
-    around = {name: value for name, value in (("load", 3.0), ("temperature", 350.0), ("transmitted", 9.0)) if name != slot}
+    made = model(
+        **neutral | {name: 1.0 for name in ("F_C", "x_L", "pitch") if name in model.variables}
+    )
+    around = {
+        name: value
+        for name, value in (("load", 3.0), ("temperature", 350.0), ("transmitted", 9.0))
+        if name != slot
+    }
     assert force_along(made, v, 1e-9, x, **around).tolist() == [1.0, -1.0]

@@ -17,12 +17,16 @@ positive = st.floats(1e-3, 1e3)
 MOTIONS = {
     "s_curve": s_curve(distance=-0.1, velocity=0.2, acceleration=2.0, jerk=50.0),
     "s_curve without limit of the jerk": s_curve(distance=0.1, velocity=0.2, acceleration=2.0),
-    "triangle": triangle(amplitude=7e-6, velocity=1e-5, acceleration=1e-3, cycle_count=3, ratio=0.7),
+    "triangle": triangle(
+        amplitude=7e-6, velocity=1e-5, acceleration=1e-3, cycle_count=3, ratio=0.7
+    ),
     "chirp": chirp(amplitude=1e-6, f_0=5.0, f_1=60.0, duration=2.0, ramp=0.3),
     "chirp of one frequency": chirp(amplitude=1e-6, f_0=5.0, f_1=5.0, duration=2.0, ramp=0.3),
     "sine": sine(amplitude=1e-3, frequency=2.0, ramp=0.5),
     "sine at full speed": sine(amplitude=1e-3, frequency=2.0, offset=5e-4),
-    "varied sine": varied_sine(amplitudes=[0.0, 2e-3, 1e-3, 3e-3], frequency=3.0, duration=1.5, offset=1e-3),
+    "varied sine": varied_sine(
+        amplitudes=[0.0, 2e-3, 1e-3, 3e-3], frequency=3.0, duration=1.5, offset=1e-3
+    ),
     "circle, x": circle(radius=0.05, feed=0.1, offset=0.2),
     "circle, y": circle(radius=0.05, feed=0.1, axis="y", offset=0.2),
 }
@@ -43,12 +47,18 @@ def test_velocity_and_acceleration_are_derivatives(name):
     t = np.linspace(-0.1 * end, 1.1 * end if hasattr(model.component, "duration") else end, 40_001)
     x, v, a = sampled(model, t)
     step = np.diff(t)
-    assert np.max(np.abs(x[1:] - x[0] - np.cumsum(0.5 * (v[1:] + v[:-1]) * step))) <= 1e-4 * np.ptp(x)
+    assert np.max(np.abs(x[1:] - x[0] - np.cumsum(0.5 * (v[1:] + v[:-1]) * step))) <= 1e-4 * np.ptp(
+        x
+    )
     # Where the acceleration jumps, a trapezoid is off by half a step of it.
-    assert np.max(np.abs(v[1:] - v[0] - np.cumsum(0.5 * (a[1:] + a[:-1]) * step))) <= 0.02 * np.max(np.abs(v))
+    assert np.max(np.abs(v[1:] - v[0] - np.cumsum(0.5 * (a[1:] + a[:-1]) * step))) <= 0.02 * np.max(
+        np.abs(v)
+    )
 
 
-@given(distance=positive, velocity=positive, acceleration=positive, jerk=positive | st.just(math.inf))
+@given(
+    distance=positive, velocity=positive, acceleration=positive, jerk=positive | st.just(math.inf)
+)
 @settings(max_examples=60, deadline=None)
 def test_a_move_ends_at_its_distance_within_its_limits(distance, velocity, acceleration, jerk):
     model = s_curve(distance=distance, velocity=velocity, acceleration=acceleration, jerk=jerk)
@@ -59,7 +69,9 @@ def test_a_move_ends_at_its_distance_within_its_limits(distance, velocity, accel
     assert np.all(np.diff(x) >= -1e-12 * distance)
     assert np.max(np.abs(v)) <= velocity * (1.0 + 1e-9)
     assert np.max(np.abs(a)) <= acceleration * (1.0 + 1e-9)
-    assert np.max(np.abs(np.diff(a))) <= jerk * end * 1.01 / 2999 * (1.0 + 1e-6) + 1e-9 * acceleration
+    assert (
+        np.max(np.abs(np.diff(a))) <= jerk * end * 1.01 / 2999 * (1.0 + 1e-6) + 1e-9 * acceleration
+    )
 
 
 @pytest.mark.parametrize(
@@ -78,7 +90,9 @@ def test_a_move_takes_the_shortest_possible_time(limits, shortest):
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("ratio", [1.0, 0.8, 1.25])
 def test_triangles_turn_at_their_turning_points(ratio, side):
-    model = triangle(amplitude=2.0 * side, velocity=1.0, acceleration=10.0, cycle_count=3, ratio=ratio)
+    model = triangle(
+        amplitude=2.0 * side, velocity=1.0, acceleration=10.0, cycle_count=3, ratio=ratio
+    )
     x, v, _ = sampled(model, np.linspace(0.0, duration(model), 200_001))
     turns = np.flatnonzero(np.sign(v[1:-1]) * np.sign(v[2:]) < 0) + 1
     assert x[turns] == pytest.approx([2.0 * side * (-ratio) ** k for k in range(6)], abs=1e-6)
@@ -99,7 +113,9 @@ def test_a_chirp_passes_every_frequency_at_its_time():
 
 
 def test_a_sine_grows_to_its_amplitude_about_its_centre():
-    x, _, _ = sampled(sine(amplitude=2.0, frequency=1.0, offset=3.0, ramp=0.5), np.array([0.0, 0.125, 0.75, 1.25]))
+    x, _, _ = sampled(
+        sine(amplitude=2.0, frequency=1.0, offset=3.0, ramp=0.5), np.array([0.0, 0.125, 0.75, 1.25])
+    )
     # A quintic has risen to 0.103515625 after a quarter.
     assert x == pytest.approx([3.0, 3.0 + 2.0 * np.sqrt(0.5) * 0.103515625, 1.0, 5.0])
     assert sampled(sine(amplitude=2.0, frequency=1.0), np.array([0.25]))[0] == pytest.approx([2.0])
@@ -112,7 +128,11 @@ def test_a_fade_is_half_in_the_middle_and_symmetric():
     assert rate[[0, 2, 4, 5]] == pytest.approx([0.0, 15.0 / 16.0, 0.0, 0.0])
     assert bend[[0, 2, 4, 5]] == pytest.approx([0.0, 0.0, 0.0, 0.0])
     assert bend[1] == -bend[3] == pytest.approx(60.0 * 0.25 * 0.75 * 0.5 / 4.0)
-    assert [part.tolist() for part in fade(np.array([0.0, 1.0]), 0.0)] == [[1.0, 1.0], [0.0, 0.0], [0.0, 0.0]]
+    assert [part.tolist() for part in fade(np.array([0.0, 1.0]), 0.0)] == [
+        [1.0, 1.0],
+        [0.0, 0.0],
+        [0.0, 0.0],
+    ]
 
 
 def test_a_varied_sine_passes_its_amplitudes_and_keeps_the_last():
@@ -127,7 +147,9 @@ def test_a_varied_sine_passes_its_amplitudes_and_keeps_the_last():
 
 def test_both_axes_of_a_circle_run_at_its_feed_around_its_centre():
     t = np.linspace(0.0, 3.0, 50)
-    (x, v_x, a_x), (y, v_y, a_y) = (sampled(circle(radius=0.05, feed=0.1, axis=axis, offset=0.2), t) for axis in ("x", "y"))
+    (x, v_x, a_x), (y, v_y, a_y) = (
+        sampled(circle(radius=0.05, feed=0.1, axis=axis, offset=0.2), t) for axis in ("x", "y")
+    )
     assert np.hypot(x - 0.2, y - 0.2) == pytest.approx(0.05)
     assert np.hypot(v_x, v_y) == pytest.approx(0.1)
     assert np.hypot(a_x, a_y) == pytest.approx(0.1**2 / 0.05)
@@ -136,7 +158,10 @@ def test_both_axes_of_a_circle_run_at_its_feed_around_its_centre():
 
 
 def test_a_recorded_motion_has_central_differences_and_rests_after_its_end():
-    x, v, a = sampled(recorded(position=[0.0, 1.0, 4.0, 9.0, 16.0], sample_time=1.0), np.array([0.0, 1.0, 1.5, 2.0, 4.0, 4.5]))
+    x, v, a = sampled(
+        recorded(position=[0.0, 1.0, 4.0, 9.0, 16.0], sample_time=1.0),
+        np.array([0.0, 1.0, 1.5, 2.0, 4.0, 4.5]),
+    )
     assert x == pytest.approx([0.0, 1.0, 2.5, 4.0, 16.0, 16.0])
     assert v == pytest.approx([1.0, 2.0, 3.0, 4.0, 7.0, 0.0])
     assert a == pytest.approx([1.0, 1.5, 1.75, 2.0, 1.0, 0.0])
@@ -156,7 +181,9 @@ def test_a_chirp_is_at_rest_at_both_ends_and_outside():
 def test_a_leg_has_seven_phases_of_constant_jerk():
     # 2 m at 1 m/s, 2 m/s^2 and 10 m/s^3: 0.2 s to 2 m/s^2, 0.3 s there, 0.2 s back; the rest at 1 m/s.
     legs = legs_through([2.0], 1.0, 2.0, 10.0)
-    assert np.diff(np.append(legs.time, legs.end))[:7] == pytest.approx([0.2, 0.3, 0.2, 1.3, 0.2, 0.3, 0.2])
+    assert np.diff(np.append(legs.time, legs.end))[:7] == pytest.approx(
+        [0.2, 0.3, 0.2, 1.3, 0.2, 0.3, 0.2]
+    )
     assert legs.jerk == pytest.approx([10.0, 0.0, -10.0, 0.0, -10.0, 0.0, 10.0, 0.0])
     assert legs.acceleration == pytest.approx([0.0, 2.0, 2.0, 0.0, 0.0, -2.0, -2.0, 0.0], abs=1e-12)
     assert legs.velocity == pytest.approx([0.0, 0.2, 0.8, 1.0, 1.0, 0.8, 0.2, 0.0], abs=1e-12)
@@ -165,7 +192,9 @@ def test_a_leg_has_seven_phases_of_constant_jerk():
 
 
 # Speeding up to v takes half of the way: v/2 (v/a + a/j), or without the largest acceleration v sqrt(v/j).
-@pytest.mark.parametrize(("distance", "peak"), [(0.5, math.sqrt(1.04) - 0.2), (0.01, (2.5e-4) ** (1.0 / 3.0))])
+@pytest.mark.parametrize(
+    ("distance", "peak"), [(0.5, math.sqrt(1.04) - 0.2), (0.01, (2.5e-4) ** (1.0 / 3.0))]
+)
 def test_a_leg_without_a_cruise_keeps_its_jerk_and_lowers_the_rest(distance, peak):
     t = np.linspace(0.0, legs_through([distance], 1e3, 2.0, 10.0).end, 4001)
     x, v, a = legs_through([distance], 1e3, 2.0, 10.0).sample(t)

@@ -12,7 +12,9 @@ J, SHARE, DT = 4e-4, 0.3, 1e-4
 
 
 def axis(effort):
-    model = friction.lugre(kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=30.0, sigma_1=0.04, sigma_2=3e-3)
+    model = friction.lugre(
+        kind="rotational", F_C=0.034, F_S=0.04, v_S=0.5, sigma_0=30.0, sigma_1=0.04, sigma_2=3e-3
+    )
     return run_open_loop(inertia(kind="rotational", M=J), model, effort, DT)
 
 
@@ -31,4 +33,6 @@ def test_the_sensor_also_reads_the_inertia_behind_it():
     behind = (1.0 - SHARE) * J * np.diff(trace.velocity) / DT
     assert beyond == pytest.approx(behind, abs=1e-9)
     # In front of all inertia it sees nothing but the friction.
-    assert torque_seen(trace.effort, trace.velocity, DT, J) == pytest.approx(trace.friction[:-1], abs=1e-9)
+    assert torque_seen(trace.effort, trace.velocity, DT, J) == pytest.approx(
+        trace.friction[:-1], abs=1e-9
+    )

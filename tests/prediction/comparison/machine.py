@@ -15,7 +15,11 @@ def sine(cycles, *, step=STEP, period=1.0, amplitude=0.05):
     """A reference that repeats: position, velocity and acceleration."""
     w = 2.0 * np.pi / period
     t = step * np.arange(round(cycles * period / step))
-    return amplitude * np.sin(w * t), amplitude * w * np.cos(w * t), -amplitude * w * w * np.sin(w * t)
+    return (
+        amplitude * np.sin(w * t),
+        amplitude * w * np.cos(w * t),
+        -amplitude * w * w * np.sin(w * t),
+    )
 
 
 def wandering(duration, *, step=STEP):
@@ -41,8 +45,13 @@ def log(seed, motion, *, gain=1.0, friction=8.0, gravity=0.0, step=STEP, scatter
     x, v, a = motion
     half_cycle = np.cumsum(np.abs(np.diff(np.sign(v), prepend=np.sign(v[0]))) > 0)
     level = (1.0 + scatter * rng.standard_normal(half_cycle[-1] + 1))[half_cycle]
-    error = gain * (2e-5 * np.tanh(v / 0.01) * level + 1e-4 * v) + 3e-6 * correlated(rng, x.size, 0.9)
+    error = gain * (2e-5 * np.tanh(v / 0.01) * level + 1e-4 * v) + 3e-6 * correlated(
+        rng, x.size, 0.9
+    )
     effort = MASS * a + friction * level * np.tanh(v / 0.002) + 20.0 * v + gravity
     effort += 0.8 * correlated(rng, x.size, 0.8)
     channels = {"reference": x, "position": x - error, "effort": effort} | changed
-    return Log(time=step * np.arange(x.size), **{name: item for name, item in channels.items() if item is not None})
+    return Log(
+        time=step * np.arange(x.size),
+        **{name: item for name, item in channels.items() if item is not None},
+    )

@@ -9,7 +9,12 @@ from tests.prediction.comparison.machine import STEP, log, sine
 
 import bristle as br
 from bristle.core.errors import InputError
-from bristle.prediction.comparison.compare import _changes, _diagnostics, _refuse_unlike, _window_samples
+from bristle.prediction.comparison.compare import (
+    _changes,
+    _diagnostics,
+    _refuse_unlike,
+    _window_samples,
+)
 from bristle.prediction.comparison.cycles import Cycle, Recording, Side
 from bristle.prediction.comparison.measures import Measure
 from bristle.prediction.comparison.resampling import plan_of
@@ -48,7 +53,14 @@ def test_a_window_is_a_tenth_of_the_time_between_reversals(turns, samples):
 
 def test_reversals_of_a_stretch_count_once_for_any_number_of_cycles():
     often, seldom = stretch((0, 50, 100)), stretch((0, 200, 400, 600))
-    side = Side([Cycle(often, slice(0, 90)), Cycle(often, slice(0, 90)), Cycle(often, slice(0, 90)), Cycle(seldom, slice(0, 90))])
+    side = Side(
+        [
+            Cycle(often, slice(0, 90)),
+            Cycle(often, slice(0, 90)),
+            Cycle(often, slice(0, 90)),
+            Cycle(seldom, slice(0, 90)),
+        ]
+    )
     assert _window_samples((side, side), None) == 20
 
 
@@ -88,18 +100,33 @@ RMS, LEVEL = "following_error.rms", "friction.level"
     [
         ({}, {}),
         ({"shared": shared_by(before_percent=99.0, cycles_before=6, as_one=2.0)}, {}),
-        ({"shared": shared_by(before_percent=98.9)}, {"motions_differ": ("warning", {"before_percent": 98.9, "after_percent": 100.0})}),
-        ({"shared": shared_by(after_percent=98.9)}, {"motions_differ": ("warning", {"before_percent": 100.0, "after_percent": 98.9})}),
+        (
+            {"shared": shared_by(before_percent=98.9)},
+            {"motions_differ": ("warning", {"before_percent": 98.9, "after_percent": 100.0})},
+        ),
+        (
+            {"shared": shared_by(after_percent=98.9)},
+            {"motions_differ": ("warning", {"before_percent": 100.0, "after_percent": 98.9})},
+        ),
         ({"shared": shared_by(cycles_before=5)}, {"few_cycles": ("warning", {"cycles": 5})}),
         ({"shared": shared_by(cycles_after=4)}, {"few_cycles": ("warning", {"cycles": 4})}),
         ({"shared": shared_by(as_one=2.1)}, {"cycles_alike": ("note", {"cycles": 2.1})}),
         # Too few cycles give no interval.
         ({"changes": {LEVEL: change(LEVEL, interval=None)}}, {"few_cycles": ("warning", {})}),
         # Friction is not told without a reason, and not where it is no wonder.
-        ({"changes": {RMS: change()}, "reason": InputError("is too short")}, {"friction_not_told": ("warning", {"why": "is too short"})}),
+        (
+            {"changes": {RMS: change()}, "reason": InputError("is too short")},
+            {"friction_not_told": ("warning", {"why": "is too short"})},
+        ),
         ({"changes": {RMS: change()}}, {"friction_not_told": ("warning", {"why": ""})}),
-        ({"changes": {RMS: change()}, "before": [recorded(effort=None)] * 4}, {"no_effort": ("warning", {"sides": ("before",)})}),
-        ({"after": [*[recorded()] * 3, recorded(sample_time=1.002e-3)]}, {"sample_times_differ": ("note", {"longest": 1.002e-3})}),
+        (
+            {"changes": {RMS: change()}, "before": [recorded(effort=None)] * 4},
+            {"no_effort": ("warning", {"sides": ("before",)})},
+        ),
+        (
+            {"after": [*[recorded()] * 3, recorded(sample_time=1.002e-3)]},
+            {"sample_times_differ": ("note", {"longest": 1.002e-3})},
+        ),
         ({"after": [*[recorded()] * 3, recorded(sample_time=1.0005e-3)]}, {}),
         ({"after": [recorded()]}, {"one_recording": ("note", {})}),
         ({"before": [recorded()]}, {"one_recording": ("note", {})}),
@@ -123,8 +150,13 @@ def test_an_interval_of_hardly_any_width_is_that_of_identical_cycles(half, ident
     assert ("cycles_identical" in doubts(changes={LEVEL: narrow})) is identical
 
 
-@pytest.mark.parametrize(("before", "after", "sides"), [(None, 1, ("before",)), (1, None, ("after",)), (None, None, ("before", "after"))])
-@pytest.mark.parametrize(("channel", "code"), [("reference", "no_reference"), ("effort", "no_effort")])
+@pytest.mark.parametrize(
+    ("before", "after", "sides"),
+    [(None, 1, ("before",)), (1, None, ("after",)), (None, None, ("before", "after"))],
+)
+@pytest.mark.parametrize(
+    ("channel", "code"), [("reference", "no_reference"), ("effort", "no_effort")]
+)
 def test_a_missing_channel_is_reported_with_its_side(channel, code, before, after, sides):
     pairs = [[*[recorded()] * 3, recorded(**{channel: value})] for value in (before, after)]
     assert doubts(before=pairs[0], after=pairs[1]) == {code: ("warning", {"sides": sides})}
@@ -136,13 +168,24 @@ def test_a_missing_channel_is_reported_with_its_side(channel, code, before, afte
 def test_a_quantity_unknown_on_a_side_is_left_out():
     side = Side([Cycle(stretch(), slice(0, 9), 0)] * 3)
     measures = [
-        Measure("told", "length", lambda side: np.array([[2.0, 1.0]] * 3), lambda sums: sums[..., 0] / sums[..., 1]),
+        Measure(
+            "told",
+            "length",
+            lambda side: np.array([[2.0, 1.0]] * 3),
+            lambda sums: sums[..., 0] / sums[..., 1],
+        ),
         Measure("nowhere", "length", lambda side: np.zeros((3, 2)), lambda sums: sums[..., 0]),
-        Measure("no number", "force", lambda side: np.ones((3, 2)), lambda sums: np.nan * sums[..., 0]),
+        Measure(
+            "no number", "force", lambda side: np.ones((3, 2)), lambda sums: np.nan * sums[..., 0]
+        ),
     ]
     changes, as_one = _changes(measures, (side, side), plan_of([0] * 3, [0] * 3), "rotational")
     assert list(changes) == ["told"]
-    assert (changes["told"].before, changes["told"].after, changes["told"].unit) == (2.0, 2.0, "rad")
+    assert (changes["told"].before, changes["told"].after, changes["told"].unit) == (
+        2.0,
+        2.0,
+        "rad",
+    )
     assert as_one == [1.0]
 
 
@@ -152,10 +195,14 @@ def test_shares_of_motion_are_of_samples():
     both = [np.concatenate(pair) for pair in zip(fast, slow, strict=True)]
     comparison = br.compare(log(1, both), log(2, sine(6, period=0.5)))
     assert comparison.shared.after_percent == 100.0
-    assert comparison.shared.before_percent == pytest.approx(100.0 * 5 * 0.5 / (5 * 0.5 + 3.25), abs=5.0)
+    assert comparison.shared.before_percent == pytest.approx(
+        100.0 * 5 * 0.5 / (5 * 0.5 + 3.25), abs=5.0
+    )
     assert comparison.course.time[1] == pytest.approx(STEP)
     assert comparison.shared.as_one == 1.0
-    assert comparison.changes["effort.rms"].verdict == "no_change"  # the fast part takes four times the force
+    assert (
+        comparison.changes["effort.rms"].verdict == "no_change"
+    )  # the fast part takes four times the force
 
 
 def test_friction_over_speed_is_separate_from_changes():
@@ -163,7 +210,9 @@ def test_friction_over_speed_is_separate_from_changes():
     assert not any(name.startswith("friction.at_speeds") for name in comparison.changes)
     speeds = [speed for speed, _ in comparison.friction_curve]
     assert speeds == sorted(speeds)
-    assert [change.name for _, change in comparison.friction_curve] == [f"friction.at_speeds.{k}" for k in range(len(speeds))]
+    assert [change.name for _, change in comparison.friction_curve] == [
+        f"friction.at_speeds.{k}" for k in range(len(speeds))
+    ]
     assert [len(side) for side in (comparison.logs_before, comparison.logs_after)] == [1, 1]
     assert comparison.window == pytest.approx(0.05, abs=STEP)
     assert len(comparison.turns) == 2

@@ -18,7 +18,9 @@ def errors(rng, cycles, level, likeness):
     """The following error of some cycles, shape (cycle, sample): its size scatters from cycle to cycle."""
     size = level * (1.0 + 0.2 * correlated(rng, cycles, likeness))
     wave = np.sin(np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False))
-    return size[:, None] * wave + 0.3 * correlated(rng, cycles * SAMPLES, 0.95).reshape(cycles, SAMPLES)
+    return size[:, None] * wave + 0.3 * correlated(rng, cycles * SAMPLES, 0.95).reshape(
+        cycles, SAMPLES
+    )
 
 
 TRUE = [np.sqrt(0.5 * level * level * 1.04 + 0.09) for level in LEVELS]
@@ -32,7 +34,12 @@ def coverage(cycles, *, likeness=0.0, paired=False, repeats=200):
         sums = []
         for level in LEVELS:
             error = errors(rng, cycles, level, likeness)
-            sums.append(np.stack([np.sum(error * error, axis=1), np.full(len(error), float(error.shape[1]))], axis=1))
+            sums.append(
+                np.stack(
+                    [np.sum(error * error, axis=1), np.full(len(error), float(error.shape[1]))],
+                    axis=1,
+                )
+            )
         kinds = np.arange(len(sums[0])) if paired else np.zeros(len(sums[0]), dtype=int)
         low, high = changed(RMS, *sums, plan_of(kinds, kinds)).interval
         fixed += low <= TRUE[1] - TRUE[0] <= high
@@ -66,16 +73,21 @@ def coverage_of_recordings(order, *, drift=0.0, scatter=0.0, in_turn=True, repea
     order, place, held, widths = np.array(order), np.arange(len(order)), [], []
     # After the change, the quantity falls less and rises with time.
     courses = [
-        level + slope * drift * (np.exp(-place / 12.0) - np.mean(np.exp(-place / 12.0))) for level, slope in ((1.0, 1.0), (0.8, -0.6))
+        level + slope * drift * (np.exp(-place / 12.0) - np.mean(np.exp(-place / 12.0)))
+        for level, slope in ((1.0, 1.0), (0.8, -0.6))
     ]
     for seed in range(repeats):
         rng, sums = np.random.default_rng(4000 + seed), []
         for side, course in enumerate(courses):
             level = course[order == side] + scatter * rng.standard_normal(np.sum(order == side))
-            cycles = np.repeat(level, 4) + 0.01 * (1.0 - 0.7 * side) * rng.standard_normal(4 * level.size)
+            cycles = np.repeat(level, 4) + 0.01 * (1.0 - 0.7 * side) * rng.standard_normal(
+                4 * level.size
+            )
             sums.append(np.stack([cycles * cycles, np.ones(cycles.size)], axis=1))
         places = [np.repeat(place[order == side], 4) for side in (0, 1)]
-        plan = plan_of(*(np.zeros(own.size, dtype=int) for own in places), *places)._replace(in_turn=in_turn)
+        plan = plan_of(*(np.zeros(own.size, dtype=int) for own in places), *places)._replace(
+            in_turn=in_turn
+        )
         low, high = changed(RMS, *sums, plan).interval
         held.append(low <= -0.2 <= high)
         widths.append(high - low)

@@ -5,14 +5,22 @@ import pytest
 
 from bristle.prediction.comparison import measures
 from bristle.prediction.comparison.cycles import Cycle, Recording, Side
-from bristle.prediction.comparison.measures import SlidingRows, course_of, level_measures, turn_courses, turn_measures
+from bristle.prediction.comparison.measures import (
+    SlidingRows,
+    course_of,
+    level_measures,
+    turn_courses,
+    turn_measures,
+)
 
 STEP = 0.5  # s
 
 
 def recording(motion, error=None, *, effort=None, sliding=None, turns=()):
     """A stretch of a log with two samples in a second."""
-    parts = (None if part is None else np.array(part, dtype=float) for part in (error, effort, sliding))
+    parts = (
+        None if part is None else np.array(part, dtype=float) for part in (error, effort, sliding)
+    )
     return Recording(STEP, np.array(motion, dtype=float), *parts, np.array(turns, dtype=int))
 
 
@@ -45,14 +53,20 @@ def test_peaks_after_reversals_are_those_of_each_direction():
     error[[3, 6, 8, 9, 11]] = 7.0, -1.0, 3.0, -2.0, 5.0
     stretch = recording(ZIGZAG, error, turns=[0, 3, 6, 9, 12])
     backward, forward = turn_measures(2)
-    assert (backward.name, forward.name) == ("reversals.forward_to_backward", "reversals.backward_to_forward")
+    assert (backward.name, forward.name) == (
+        "reversals.forward_to_backward",
+        "reversals.backward_to_forward",
+    )
     assert backward.quantity == forward.quantity == "length"
     chosen = side(stretch, (0, 6, 0), (6, 12, 0))
     # Behind 3 it is 7, behind 9 it is 5, which lies at the end of the window; behind 0 nothing, behind 6 it is 3.
     assert backward.sums(chosen).tolist() == [[7.0, 1.0], [5.0, 1.0]]
     assert forward.sums(chosen).tolist() == [[0.0, 1.0], [3.0, 1.0]]
     assert values_of(backward, chosen) == [6.0]
-    assert turn_measures(1)[1].sums(chosen).tolist() == [[0.0, 1.0], [1.0, 1.0]]  # a log may begin with a reversal
+    assert turn_measures(1)[1].sums(chosen).tolist() == [
+        [0.0, 1.0],
+        [1.0, 1.0],
+    ]  # a log may begin with a reversal
 
 
 def test_a_reversal_counts_in_the_cycle_that_begins_with_it():
@@ -76,7 +90,12 @@ def test_a_window_that_ends_after_the_log_is_ignored():
     [
         (
             (
-                side(recording([0, 1, 0, 2, 3, 0, 1, 0], [1, 2, 3, 4, 5, 6, 7, 8]), (0, 3, 0), (3, 5, 1), (5, 8, 0)),
+                side(
+                    recording([0, 1, 0, 2, 3, 0, 1, 0], [1, 2, 3, 4, 5, 6, 7, 8]),
+                    (0, 3, 0),
+                    (3, 5, 1),
+                    (5, 8, 0),
+                ),
                 side(recording([0, 1, 0, 2, 3], [10, 20, 30, 40, 50]), (0, 3, 0), (3, 5, 1)),
             ),
             True,
@@ -89,13 +108,19 @@ def test_a_window_that_ends_after_the_log_is_ignored():
         ),
         # As long as the shortest cycle.
         (
-            (side(recording([0, 1, 2, 3], [1, 1, 1, 1]), (0, 4, 0)), side(recording([0, 1, 2], [2, 2, 2]), (0, 3, 0))),
+            (
+                side(recording([0, 1, 2, 3], [1, 1, 1, 1]), (0, 4, 0)),
+                side(recording([0, 1, 2], [2, 2, 2]), (0, 3, 0)),
+            ),
             True,
             {"motion": [0.0, 1.0, 2.0]},
         ),
         # Of the effort, without a reference.
         (
-            (side(recording([0, 1], effort=[1, 2]), (0, 2, 0)), side(recording([0, 1], effort=[3, 4]), (0, 2, 0))),
+            (
+                side(recording([0, 1], effort=[1, 2]), (0, 2, 0)),
+                side(recording([0, 1], effort=[3, 4]), (0, 2, 0)),
+            ),
             False,
             {"before": [1.0, 2.0], "after": [3.0, 4.0]},
         ),
@@ -109,13 +134,25 @@ def test_courses_are_means_over_cycles_motion_after_motion(sides, follows, expec
 def test_courses_around_reversals_cover_one_window_before_and_three_after():
     error = np.arange(13.0)
     stretch = recording(ZIGZAG, error, turns=[3, 6, 9])
-    both = side(stretch, (0, 6, 0), (6, 12, 0)), side(recording(ZIGZAG, 2.0 * error, turns=[3, 6, 9]), (0, 6, 0), (6, 12, 0))
+    both = (
+        side(stretch, (0, 6, 0), (6, 12, 0)),
+        side(recording(ZIGZAG, 2.0 * error, turns=[3, 6, 9]), (0, 6, 0), (6, 12, 0)),
+    )
     backward, forward = turn_courses(*both, 1)
     assert backward.name == "forward_to_backward"
     assert backward.time.tolist() == [-0.5, 0.0, 0.5, 1.0, 1.5]
-    assert backward.before.tolist() == [5.0, 6.0, 7.0, 8.0, 9.0]  # the mean around 3 and 9, whose last sample is 12
+    assert backward.before.tolist() == [
+        5.0,
+        6.0,
+        7.0,
+        8.0,
+        9.0,
+    ]  # the mean around 3 and 9, whose last sample is 12
     assert backward.after.tolist() == [10.0, 12.0, 14.0, 16.0, 18.0]
-    assert (forward.name, forward.before.tolist()) == ("backward_to_forward", [5.0, 6.0, 7.0, 8.0, 9.0])
+    assert (forward.name, forward.before.tolist()) == (
+        "backward_to_forward",
+        [5.0, 6.0, 7.0, 8.0, 9.0],
+    )
 
 
 @pytest.mark.parametrize(
@@ -128,7 +165,10 @@ def test_courses_around_reversals_cover_one_window_before_and_three_after():
     ],
 )
 def test_a_direction_that_only_a_side_has_gives_no_course(turns, others, window, names):
-    both = [side(recording(ZIGZAG, np.arange(13.0), turns=places), (0, 12, 0)) for places in (turns, others)]
+    both = [
+        side(recording(ZIGZAG, np.arange(13.0), turns=places), (0, 12, 0))
+        for places in (turns, others)
+    ]
     assert [turn.name for turn in turn_courses(*both, window)] == names
 
 
@@ -151,7 +191,12 @@ def strokes(*parts, kinds=None):
     """A side with a cycle of each of some strokes."""
     kinds = [0] * len(parts) if kinds is None else kinds
     stretches = [recording(np.zeros(part.shape[1]), sliding=part) for part in parts]
-    return Side([Cycle(stretch, slice(0, stretch.motion.size), kind) for stretch, kind in zip(stretches, kinds, strict=True)])
+    return Side(
+        [
+            Cycle(stretch, slice(0, stretch.motion.size), kind)
+            for stretch, kind in zip(stretches, kinds, strict=True)
+        ]
+    )
 
 
 def test_ranges_of_speed_are_even_from_a_tenth_of_the_usual_top_to_the_largest():
@@ -167,7 +212,9 @@ def test_ranges_of_speed_are_even_from_a_tenth_of_the_usual_top_to_the_largest()
 
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 50.0])
 def test_ranges_of_speed_and_friction_in_them_are_those_of_an_axis_of_any_speed(scale):
-    rows = SlidingRows(*(strokes(sliding(scale * SPEEDS), sliding(scale * SPEEDS)) for _ in range(2)))
+    rows = SlidingRows(
+        *(strokes(sliding(scale * SPEEDS), sliding(scale * SPEEDS)) for _ in range(2))
+    )
     usual = SlidingRows(*(strokes(sliding(), sliding()) for _ in range(2)))
     assert rows.edges / scale == pytest.approx(usual.edges)
     assert rows.ranges.tolist() == [0, 1, 2, 3]
@@ -180,7 +227,9 @@ def test_ranges_of_speed_reach_to_the_largest_of_either_side(faster):
     sides[faster] = strokes(sliding(2.0 * SPEEDS), sliding(2.0 * SPEEDS))
     edges = SlidingRows(*sides).edges
     assert edges[-1] == pytest.approx(2.0)
-    assert edges[0] == pytest.approx(0.1 * np.quantile(np.concatenate([SPEEDS, 2.0 * SPEEDS]), 0.95), rel=0.01)
+    assert edges[0] == pytest.approx(
+        0.1 * np.quantile(np.concatenate([SPEEDS, 2.0 * SPEEDS]), 0.95), rel=0.01
+    )
 
 
 def test_friction_is_half_the_difference_between_directions_at_each_speed():
@@ -191,7 +240,9 @@ def test_friction_is_half_the_difference_between_directions_at_each_speed():
     assert [item.name for item in ranges] == [f"friction.at_speeds.{k}" for k in range(4)]
     assert {item.quantity for item in (level, *ranges)} == {"force"}
     for item, speed in zip(ranges, rows.speeds, strict=True):
-        assert values_of(item, before, after) == pytest.approx([LEVEL + SLOPE * speed, 4.0 + SLOPE * speed], abs=0.01)
+        assert values_of(item, before, after) == pytest.approx(
+            [LEVEL + SLOPE * speed, 4.0 + SLOPE * speed], abs=0.01
+        )
     low, high = values_of(level, before, after)
     shares = rows.weights / rows.weights.sum()
     assert low == pytest.approx(LEVEL + SLOPE * float(shares @ rows.speeds), abs=0.01)
@@ -243,7 +294,9 @@ def test_rows_are_those_of_the_cycle():
     assert measures._rows(chosen.cycles[0])[0].tolist() == part[0, 10:14].tolist()
 
 
-@pytest.mark.parametrize(("rows", "blocks", "serves"), [(10, 2, True), (9, 2, False), (19, 2, True), (40, 1, False)])
+@pytest.mark.parametrize(
+    ("rows", "blocks", "serves"), [(10, 2, True), (9, 2, False), (19, 2, True), (40, 1, False)]
+)
 def test_a_range_needs_twenty_rows_from_two_blocks_in_each_direction(rows, blocks, serves):
     count = np.zeros((3, 2, 1), dtype=int)
     count[:blocks] = rows

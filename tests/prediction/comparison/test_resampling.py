@@ -47,7 +47,15 @@ def test_motions_that_occur_once_are_left_out_if_others_repeat():
 def test_no_cycle_is_compared_without_a_motion_in_common():
     plan = plan_of([0, 0], [1, 1])
     assert plan.before.size == plan.after.size == 0
-    assert changed(mean, counted(1, 2), counted(3, 4), plan_of([0, 0], [0, 0])._replace(kinds_after=np.array([1, 1]))) is None
+    assert (
+        changed(
+            mean,
+            counted(1, 2),
+            counted(3, 4),
+            plan_of([0, 0], [0, 0])._replace(kinds_after=np.array([1, 1])),
+        )
+        is None
+    )
 
 
 @pytest.mark.parametrize(
@@ -59,7 +67,12 @@ def test_no_cycle_is_compared_without_a_motion_in_common():
         ([1, 5, 2, 9, 3], [0.5, 2.5, 1, 4.5, 1.5], (range(5), range(5)), (4.0, 2.0, (-2.0, -2.0))),
         ([1, -5, 2, -9, 3], [3, -3, 4, -7, 5], (range(5), range(5)), (-1.6, 0.4, (2.0, 2.0))),
         # Motion 0 has the value 1 and 3, motion 1 the value 2 and 4, both the same weight on both sides.
-        ([1, 1, 1, 1, 2, 2], [3, 3, 4, 4, 4, 4], ([0, 0, 0, 0, 1, 1], [0, 0, 1, 1, 1, 1]), (1.5, 3.5, (2.0, 2.0))),
+        (
+            [1, 1, 1, 1, 2, 2],
+            [3, 3, 4, 4, 4, 4],
+            ([0, 0, 0, 0, 1, 1], [0, 0, 1, 1, 1, 1]),
+            (1.5, 3.5, (2.0, 2.0)),
+        ),
         # A single pair.
         ([4], [6], ([0], [0]), (4.0, 6.0, None)),
     ],
@@ -86,14 +99,21 @@ def test_cycles_without_any_sum_do_not_count():
     assert (expected.before, expected.after) == (2.0, 3.5)
 
 
-PAIRED = np.array([1.2, 1.9, 0.7, 1.5, 0.4, 2.3, 1.1, 1.6])  # in an order in which neighbours differ
+PAIRED = np.array(
+    [1.2, 1.9, 0.7, 1.5, 0.4, 2.3, 1.1, 1.6]
+)  # in an order in which neighbours differ
 T_7 = 2.364624  # Student's t of 7 degrees of freedom, at 0.975
 
 
 def test_the_interval_of_paired_motions_is_that_of_students_t():
     error = T_7 * np.std(PAIRED, ddof=1) / math.sqrt(8.0)
-    shifted = changed(mean, counted(*(PAIRED - PAIRED)), counted(*PAIRED), plan_of(range(8), range(8)))
-    assert shifted.interval == (pytest.approx(PAIRED.mean() - error, rel=0.06), pytest.approx(PAIRED.mean() + error, rel=0.06))
+    shifted = changed(
+        mean, counted(*(PAIRED - PAIRED)), counted(*PAIRED), plan_of(range(8), range(8))
+    )
+    assert shifted.interval == (
+        pytest.approx(PAIRED.mean() - error, rel=0.06),
+        pytest.approx(PAIRED.mean() + error, rel=0.06),
+    )
     # Small shares of a value are the same in a ratio.
     near = 1.0 + 0.01 * PAIRED
     ratio = changed(mean, counted(*8 * [1.0]), counted(*near), plan_of(range(8), range(8)))
@@ -110,7 +130,10 @@ def test_an_infinite_ratio_stays_a_number():
 
 def test_cycles_that_scatter_less_have_a_narrower_interval():
     signs, plan = np.array([1, -1, -1, 1, 1, 1, -1, -1]), plan_of(8 * [0], 8 * [0])
-    wide, narrow = (changed(mean, counted(*(5.0 + scatter * signs)), counted(*8 * [6.0]), plan) for scatter in (1.0, 0.5))
+    wide, narrow = (
+        changed(mean, counted(*(5.0 + scatter * signs)), counted(*8 * [6.0]), plan)
+        for scatter in (1.0, 0.5)
+    )
     widths = [np.ptp(result.interval) for result in (wide, narrow)]
     assert widths[0] == pytest.approx(2.0 * widths[1], rel=1e-6)
     assert np.mean(wide.interval) == pytest.approx(1.0)
@@ -120,7 +143,9 @@ def test_the_side_with_scatter_determines_the_degrees_of_freedom():
     # Of the two, only eight cycles scatter: Student's t with 7 degrees of freedom and the variance of their mean.
     values = np.array([1, -1, -1, 1, -1, 1, 1, -1]) + 5.0
     result = changed(mean, counted(*values), counted(*30 * [6.0]), plan_of(8 * [0], 30 * [0]))
-    assert 0.5 * np.ptp(result.interval) == pytest.approx(2.3646 * math.sqrt(8.0 / 7.0 / 8.0), rel=0.06)
+    assert 0.5 * np.ptp(result.interval) == pytest.approx(
+        2.3646 * math.sqrt(8.0 / 7.0 / 8.0), rel=0.06
+    )
 
 
 LOGS = np.array([5.0, 5.4, 4.9, 5.1]), np.array([3.0, 3.1, 3.3, 3.5])
@@ -128,9 +153,16 @@ LOGS = np.array([5.0, 5.4, 4.9, 5.1]), np.array([3.0, 3.1, 3.3, 3.5])
 
 def recordings(before, after, places=((0, 3, 5, 6), (1, 2, 4, 7)), *, in_turn=False):
     """The change of the mean of logs of two cycles each, which scatter by one per cent of the first log."""
-    sides = [counted(*(np.repeat(side, 2) + np.tile([0.01, -0.01], len(side)))) for side in (before, after)]
+    sides = [
+        counted(*(np.repeat(side, 2) + np.tile([0.01, -0.01], len(side))))
+        for side in (before, after)
+    ]
     kinds = [np.zeros(len(side), dtype=int) for side in sides]
-    return changed(mean, *sides, plan_of(*kinds, *(np.repeat(own, 2) for own in places))._replace(in_turn=in_turn))
+    return changed(
+        mean,
+        *sides,
+        plan_of(*kinds, *(np.repeat(own, 2) for own in places))._replace(in_turn=in_turn),
+    )
 
 
 def test_the_logs_of_a_side_are_the_replicates_of_its_interval():
@@ -148,7 +180,9 @@ def test_a_drift_of_alternate_recordings_cancels_on_each_side():
 
 
 @pytest.mark.parametrize(
-    "places", [((0, 1, 2, 3), (4, 5, 6, 7)), ((0, 2, 4, 6), (1, 3, 5, 7))], ids=["one side after the other", "by turns"]
+    "places",
+    [((0, 1, 2, 3), (4, 5, 6, 7)), ((0, 2, 4, 6), (1, 3, 5, 7))],
+    ids=["one side after the other", "by turns"],
 )
 def test_a_drift_that_does_not_cancel_stays_in_the_interval(places):
     drift = [5.0 + 0.3 * np.array(own) for own in places]
@@ -157,7 +191,9 @@ def test_a_drift_that_does_not_cancel_stays_in_the_interval(places):
 
 def test_two_logs_of_a_side_keep_their_drift():
     low, high = recordings([5.0, 5.9], [3.3, 3.6], ((0, 3), (1, 2)), in_turn=True).interval
-    assert high - low > 2.0 * 3.18 * math.sqrt(0.45**2 + 0.15**2)  # more than by Student's t of 3 degrees of freedom
+    assert high - low > 2.0 * 3.18 * math.sqrt(
+        0.45**2 + 0.15**2
+    )  # more than by Student's t of 3 degrees of freedom
 
 
 def test_a_single_log_of_a_side_has_the_scatter_of_its_cycles():
@@ -172,14 +208,26 @@ def test_a_single_log_of_a_side_has_the_scatter_of_its_cycles():
     [
         # Correlated neighbours count as fewer cycles.
         (resampling._as_one, ([1.0, -1.0, 1.0, -1.0],), 1.0),  # neighbours that differ
-        (resampling._as_one, ([1.0, 1.0, -1.0, -1.0],), 2.0),  # a correlation of a quarter, raised by a quarter
+        (
+            resampling._as_one,
+            ([1.0, 1.0, -1.0, -1.0],),
+            2.0,
+        ),  # a correlation of a quarter, raised by a quarter
         (resampling._as_one, ([1.0, 1.0, 1.0, -1.0, -1.0, -1.0],), 1.0 + 2.0 * (0.5 + 1.0 / 6.0)),
         (resampling._as_one, ([0.0, 0.0, 0.0, 0.0],), 1.0),
         (resampling._as_one, ([1.0, -1.0],), 1.0),
-        (resampling._as_one, ([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 0.0],), 1.0 + 2.0 * (5.0 / 8.0 + 2.0 / 8.0 + 2.0 / 9.0)),
+        (
+            resampling._as_one,
+            ([1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0, 0.0],),
+            1.0 + 2.0 * (5.0 / 8.0 + 2.0 / 8.0 + 2.0 / 9.0),
+        ),
         (resampling._as_one, ([1.0, 2.0, 2.0, 1.0],), 2.0),  # half of all at most
         # A variance is raised for few correlated cycles: of 1 and 3 it is 1. Its freedom does not fall below 1.
-        (resampling._spread, ([1.0, 3.0, np.nan, np.inf], 12, 2, 1.5), (1.5 * 12.0 / 10.0, 12.0 / 1.5 - 2.0)),
+        (
+            resampling._spread,
+            ([1.0, 3.0, np.nan, np.inf], 12, 2, 1.5),
+            (1.5 * 12.0 / 10.0, 12.0 / 1.5 - 2.0),
+        ),
         (resampling._spread, ([1.0, 3.0], 2, 1, 1.0), (2.0, 1.0)),
         (resampling._spread, ([1.0, 3.0], 4, 1, 2.0), (8.0 / 3.0, 1.0)),
         # An interval lies evenly about the change.
@@ -188,7 +236,9 @@ def test_a_single_log_of_a_side_has_the_scatter_of_its_cycles():
     ],
 )
 def test_numbers_of_an_interval_are_those_by_hand(found, given, expected):
-    assert found(*(np.array(item) if isinstance(item, list) else item for item in given)) == pytest.approx(expected, rel=1e-5)
+    assert found(
+        *(np.array(item) if isinstance(item, list) else item for item in given)
+    ) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.5, 0.8])
@@ -206,7 +256,9 @@ def test_the_influence_of_a_cycle_is_its_distance_from_its_motion():
 
 def test_an_indispensable_cycle_has_no_influence():
     with np.errstate(invalid="ignore"):
-        influence = resampling._influence(mean, np.array([[2.0, 1.0]]), np.ones(1), np.zeros(1, dtype=int))
+        influence = resampling._influence(
+            mean, np.array([[2.0, 1.0]]), np.ones(1), np.zeros(1, dtype=int)
+        )
     assert influence.tolist() == [0.0]
 
 
@@ -217,7 +269,9 @@ def test_draws_keep_the_number_of_cycles_and_are_enough_for_two_digits_of_a_vari
     assert 1.0 / math.sqrt(2.0 * len(drawn)) < 0.03
 
 
-@pytest.mark.parametrize(("change", "variance"), [(math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0)])
+@pytest.mark.parametrize(
+    ("change", "variance"), [(math.nan, 1.0), (1.0, math.nan), (math.inf, 1.0)]
+)
 def test_a_missing_number_has_no_interval(change, variance):
     assert resampling._interval(change, variance, 3.0) is None
     assert math.isnan(resampling._spread(np.array([1.0, np.nan]), 4, 1, 1.0)[0])

@@ -13,7 +13,11 @@ def change(before, after, interval, quantity="length", kind="translational"):
 
 def test_a_change_is_in_percent_of_the_size_before():
     lower = change(4.0, 3.0, (-1.5, -0.5))
-    assert (lower.change, lower.change_percent, lower.interval_percent) == (-1.0, -25.0, (-37.5, -12.5))
+    assert (lower.change, lower.change_percent, lower.interval_percent) == (
+        -1.0,
+        -25.0,
+        (-37.5, -12.5),
+    )
     falling = change(-4.0, -3.0, (0.5, 1.5))
     assert (falling.change_percent, falling.interval_percent) == (25.0, (12.5, 37.5))
 
@@ -54,7 +58,12 @@ def test_rounding_is_a_share_of_the_larger_value():
 
 @pytest.mark.parametrize(
     ("quantity", "kind", "unit"),
-    [("length", "translational", "m"), ("length", "rotational", "rad"), ("force", "translational", "N"), ("force", "rotational", "N*m")],
+    [
+        ("length", "translational", "m"),
+        ("length", "rotational", "rad"),
+        ("force", "translational", "N"),
+        ("force", "rotational", "N*m"),
+    ],
 )
 def test_the_unit_is_that_of_the_axis(quantity, kind, unit):
     assert change(1.0, 2.0, None, quantity, kind).unit == unit
@@ -87,4 +96,7 @@ def test_plain_data_have_lists_and_the_verdict():
 )
 def test_a_smaller_following_error_is_help(changes, helped):
     nothing = None
-    assert Comparison("translational", changes, [], nothing, nothing, nothing, (), (), (), ()).helped is helped
+    assert (
+        Comparison("translational", changes, [], nothing, nothing, nothing, (), (), (), ()).helped
+        is helped
+    )

@@ -43,7 +43,9 @@ def test_a_log_gives_mass_friction_level_and_presliding_distance(result):
     assert {"presliding", "stribeck"} <= {piece.purpose for piece in result.motion.pieces}
     assert result.prior.plant.values["M"] == pytest.approx(28.0, rel=0.05)
     assert result.prior.friction.values["F_C"] == pytest.approx(60.0, rel=0.1)
-    assert result.prior.presliding == pytest.approx(prior_of(KNOWN, None, TRUTH).presliding, rel=0.5)
+    assert result.prior.presliding == pytest.approx(
+        prior_of(KNOWN, None, TRUTH).presliding, rel=0.5
+    )
     assert result.prior.mass_known
     assert result.prior.assumed == ()
 
@@ -57,32 +59,64 @@ def test_a_log_acts_as_the_model_that_it_gives(result):
 @pytest.mark.parametrize(
     ("reach", "seconds", "fastest", "is_repeat", "told"),
     [
-        (0.2, 40.0, 0.1, False, "raise limits.velocity to 222 mm/s, limits.stroke to a range of 222 mm"),
+        (
+            0.2,
+            40.0,
+            0.1,
+            False,
+            "raise limits.velocity to 222 mm/s, limits.stroke to a range of 222 mm",
+        ),
         (0.2, 40.0, 0.1, True, "raise --duration to 160 s, which halves"),
         (0.05, 20.0, 0.1, False, "raise --duration to 44.4 s"),
         (0.05, 40.0, 0.1, False, "raise --duration to 160 s, which halves"),
-        (0.05, 20.0, None, False, "the motion begins in the middle"),  # a limit to write comes before a longer motion
+        (
+            0.05,
+            20.0,
+            None,
+            False,
+            "the motion begins in the middle",
+        ),  # a limit to write comes before a longer motion
     ],
 )
-def test_a_motion_that_is_worse_than_the_log_names_the_limits_below_it(monkeypatch, reach, seconds, fastest, is_repeat, told):
+def test_a_motion_that_is_worse_than_the_log_names_the_limits_below_it(
+    monkeypatch, reach, seconds, fastest, is_repeat, told
+):
     log = SimpleNamespace(position=SimpleNamespace(values=np.array([0.0, reach])), duration=40.0)
     traces = SimpleNamespace(velocity=np.array([reach]), acceleration=np.zeros(1))
-    best = SimpleNamespace(plant=inertia(M=30.0), friction=TRUTH, inertia=SimpleNamespace(status="held"), traces=traces)
-    monkeypatch.setitem(_in_time.__globals__, "identify", lambda *asked, **how: SimpleNamespace(best=best, log=log))
+    best = SimpleNamespace(
+        plant=inertia(M=30.0), friction=TRUTH, inertia=SimpleNamespace(status="held"), traces=traces
+    )
+    monkeypatch.setitem(
+        _in_time.__globals__, "identify", lambda *asked, **how: SimpleNamespace(best=best, log=log)
+    )
     monkeypatch.setattr(Excitation, "is_worse", True)
     monkeypatch.setattr(Excitation, "is_repeat", is_repeat)
     axis = replace(STAGE, velocity_limit=fastest, stroke=(0.0, 0.1))
-    assert told in excite(axis, log="any.csv", duration=seconds, purposes="presliding", rehearsed=False).notes[-1]
+    assert (
+        told
+        in excite(
+            axis, log="any.csv", duration=seconds, purposes="presliding", rehearsed=False
+        ).notes[-1]
+    )
 
 
-@pytest.mark.parametrize(("status", "known"), [("identified", True), ("held", True), ("unidentifiable", False)])
+@pytest.mark.parametrize(
+    ("status", "known"), [("identified", True), ("held", True), ("unidentifiable", False)]
+)
 def test_a_mass_that_the_log_does_not_give_is_that_of_the_limits(monkeypatch, status, known):
     friction = dahl(F_C=60.0, sigma_0=1e7)
-    best = SimpleNamespace(plant=inertia(M=30.0), friction=friction, inertia=SimpleNamespace(status=status))
-    monkeypatch.setitem(_in_time.__globals__, "identify", lambda log, *asked, **how: SimpleNamespace(best=best))
+    best = SimpleNamespace(
+        plant=inertia(M=30.0), friction=friction, inertia=SimpleNamespace(status=status)
+    )
+    monkeypatch.setitem(
+        _in_time.__globals__, "identify", lambda log, *asked, **how: SimpleNamespace(best=best)
+    )
     prior = excite(UNKNOWN, log="any.csv", rehearsed=False).prior
     of_limits = prior_of(UNKNOWN).plant.values["M"]
-    assert (prior.mass_known, prior.plant.values["M"]) == (known, pytest.approx(30.0 if known else of_limits))
+    assert (prior.mass_known, prior.plant.values["M"]) == (
+        known,
+        pytest.approx(30.0 if known else of_limits),
+    )
 
 
 @pytest.mark.slow
@@ -95,5 +129,7 @@ def test_a_log_without_acceleration_leaves_the_mass_to_the_limits():
 
 
 def test_a_log_and_a_model_are_refused_together():
-    with pytest.raises(InputError, match=r"^log: cannot be combined with model\. Leave out log or model"):
+    with pytest.raises(
+        InputError, match=r"^log: cannot be combined with model\. Leave out log or model"
+    ):
         excite(UNKNOWN, log="any.csv", model=TRUTH, rehearsed=False)

@@ -43,9 +43,16 @@ def in_time(axis, duration):
     duration=st.floats(20.0, 120.0),
 )
 @settings(max_examples=15, deadline=None)
-def test_every_limit_is_kept_at_every_sample(velocity, acceleration, jerk, stroke, presliding, duration):
+def test_every_limit_is_kept_at_every_sample(
+    velocity, acceleration, jerk, stroke, presliding, duration
+):
     axis = replace(
-        STAGE, velocity_limit=velocity, acceleration_limit=acceleration, jerk_limit=jerk, stroke=(0.1, 0.1 + stroke), presliding=presliding
+        STAGE,
+        velocity_limit=velocity,
+        acceleration_limit=acceleration,
+        jerk_limit=jerk,
+        stroke=(0.1, 0.1 + stroke),
+        presliding=presliding,
     )
     motion = in_time(axis, duration)
     assume(motion is not None)
@@ -109,8 +116,16 @@ def test_impossible_purposes_are_left_out_with_the_reason():
         (replace(STAGE, stroke=None), {"purposes": "stribeck"}, "stroke under"),
         (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),
         (replace(STAGE, sample_time=0.02), {"purposes": "damping"}, "too long for a resonance"),
-        (replace(STAGE, resolution=0.5e-6, jerk_limit=1e6), {"purposes": "stiffness"}, "too coarse for several amplitudes"),
-        (Axis(), {}, "axis: contains too few data .*Write velocity under .limits.; write acceleration.*; write stroke under"),
+        (
+            replace(STAGE, resolution=0.5e-6, jerk_limit=1e6),
+            {"purposes": "stiffness"},
+            "too coarse for several amplitudes",
+        ),
+        (
+            Axis(),
+            {},
+            "axis: contains too few data .*Write velocity under .limits.; write acceleration.*; write stroke under",
+        ),
         (STAGE, {"purposes": ""}, "purposes: names no purpose"),
         (STAGE, {"purposes": []}, "purposes: names no purpose"),
         (STAGE, {"purposes": "stribek"}, "Did you mean 'stribeck'"),
@@ -122,11 +137,31 @@ def test_impossible_purposes_are_left_out_with_the_reason():
             {"duration": 1e5},
             "samples; found '100000 s', allowed 100 to 1500000 samples. Record the motion in parts, or correct the sample time",
         ),
-        (replace(STAGE, stroke=(1e9, 1e9 + 0.1)), {}, "too few digits.*Measure positions from a point near the stroke"),
-        (replace(STAGE, velocity_limit=1e-9), {}, "the typical friction is out of range \\(v_S: out of range.*in the axis file"),
-        (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: contains 2 samples.*Extend the duration"),
-        (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "for stribeck within the limits of the axis: acceleration: "),
-        (replace(STAGE, jerk_limit=200.0), {"purposes": "damping"}, "Raise jerk to 612 m/s.3 under .limits. for this motion"),
+        (
+            replace(STAGE, stroke=(1e9, 1e9 + 0.1)),
+            {},
+            "too few digits.*Measure positions from a point near the stroke",
+        ),
+        (
+            replace(STAGE, velocity_limit=1e-9),
+            {},
+            "the typical friction is out of range \\(v_S: out of range.*in the axis file",
+        ),
+        (
+            replace(STAGE, sample_time=10.0),
+            {"duration": 20.0},
+            "duration: contains 2 samples.*Extend the duration",
+        ),
+        (
+            replace(STAGE, jerk_limit=1e-9),
+            {"purposes": "stribeck"},
+            "for stribeck within the limits of the axis: acceleration: ",
+        ),
+        (
+            replace(STAGE, jerk_limit=200.0),
+            {"purposes": "damping"},
+            "Raise jerk to 612 m/s.3 under .limits. for this motion",
+        ),
         (
             Axis(velocity_limit=0.1, stroke=(0.0, 1.0)),
             {},
@@ -148,7 +183,9 @@ def test_invalid_arguments_are_refused_with_advice(axis, given, told):
 @settings(max_examples=4, deadline=None)
 def test_an_axis_that_is_too_slow_for_the_time_is_refused_at_once(slow, seconds):
     # Limits in the wrong unit: no array is made for a motion of a year.
-    axis = replace(STAGE, velocity_limit=0.3 * slow, acceleration_limit=3.0 * slow, jerk_limit=200.0 * slow)
+    axis = replace(
+        STAGE, velocity_limit=0.3 * slow, acceleration_limit=3.0 * slow, jerk_limit=200.0 * slow
+    )
     in_time(axis, seconds)
 
 
@@ -178,19 +215,27 @@ def test_the_motion_begins_at_the_axis_position_and_stays_in_the_stroke():
         planned(start="250 mm")
 
 
-@pytest.mark.parametrize(("refused", "allowed"), [((0.101, 10.0), (0.0999, 10.0)), ((1e-3, 1501.0), (1.1e-3, 1501.0))])
+@pytest.mark.parametrize(
+    ("refused", "allowed"), [((0.101, 10.0), (0.0999, 10.0)), ((1e-3, 1501.0), (1.1e-3, 1501.0))]
+)
 def test_a_motion_has_a_hundred_samples_at_least_and_a_million_and_a_half_at_most(refused, allowed):
     axis = replace(STAGE, presliding=4e-4, stroke=(-0.5, 0.5), jerk_limit=None)
-    with pytest.raises(InputError, match=r"duration: contains .* samples; .* allowed 100 to 1500000"):
+    with pytest.raises(
+        InputError, match=r"duration: contains .* samples; .* allowed 100 to 1500000"
+    ):
         planned(replace(axis, sample_time=refused[0]), duration=refused[1], purposes="stribeck")
-    motion = planned(replace(axis, sample_time=allowed[0]), duration=allowed[1], purposes="stribeck").motion
+    motion = planned(
+        replace(axis, sample_time=allowed[0]), duration=allowed[1], purposes="stribeck"
+    ).motion
     assert motion.duration <= 1.001 * allowed[1]
 
 
 @pytest.mark.parametrize("scaled", ["position", "velocity", "acceleration"])
 def test_a_motion_beyond_a_limit_of_the_axis_is_never_returned(monkeypatch, scaled):
     whole = getattr(ExcitationMotion, scaled).fget
-    monkeypatch.setattr(ExcitationMotion, scaled, property(lambda motion: 0.05 + 1.5 * (whole(motion) - 0.05)))
+    monkeypatch.setattr(
+        ExcitationMotion, scaled, property(lambda motion: 0.05 + 1.5 * (whole(motion) - 0.05))
+    )
     name = {"position": "travel"}.get(scaled, scaled)
     with pytest.raises(RuntimeError, match=f"the motion exceeds the {name} of the axis"):
         planned(purposes="stribeck")
@@ -209,8 +254,12 @@ def test_missing_start_and_timing_are_noted():
 
 def test_where_the_motion_begins_is_noted():
     friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=1e3)
-    assert planned(purposes="break-away", model=friction).notes == ("the motion begins in the middle of the stroke, at 50 mm",)
-    assert planned(purposes="break-away", model=friction, start="150 mm").notes == ("the motion begins at 150 mm",)
+    assert planned(purposes="break-away", model=friction).notes == (
+        "the motion begins in the middle of the stroke, at 50 mm",
+    )
+    assert planned(purposes="break-away", model=friction, start="150 mm").notes == (
+        "the motion begins at 150 mm",
+    )
 
 
 def test_each_purpose_has_its_share_of_the_time():
@@ -219,30 +268,50 @@ def test_each_purpose_has_its_share_of_the_time():
     assert list(dict.fromkeys(piece.purpose for piece in pieces)) == USUAL
     for name in USUAL:
         purpose = PURPOSES[name]
-        assert length_of([piece for piece in pieces if piece.purpose == name]) == pytest.approx(purpose.share * seconds, rel=0.03)
+        assert length_of([piece for piece in pieces if piece.purpose == name]) == pytest.approx(
+            purpose.share * seconds, rel=0.03
+        )
     assert length_of(pieces) == pytest.approx(seconds, rel=1e-3)
 
 
 def test_chirps_leave_first_and_sweeps_last_where_time_is_short(monkeypatch):
     of_five_seconds = [SimpleNamespace(rest=0.5, duration=4.5, purpose=name) for name in USUAL]
-    monkeypatch.setitem(_in_time.__globals__, "_pieces", lambda chosen, *_: [item for item in of_five_seconds if item.purpose in chosen])
-    left = {seconds: _in_time(USUAL, None, seconds, may_drop=True) for seconds in (19.99, 16.0, 11.0, 6.0)}
+    monkeypatch.setitem(
+        _in_time.__globals__,
+        "_pieces",
+        lambda chosen, *_: [item for item in of_five_seconds if item.purpose in chosen],
+    )
+    left = {
+        seconds: _in_time(USUAL, None, seconds, may_drop=True)
+        for seconds in (19.99, 16.0, 11.0, 6.0)
+    }
     purposes = [{piece.purpose for piece in pieces} for pieces, _ in left.values()]
-    assert purposes == [set(USUAL), {"presliding", "break-away", "stribeck"}, {"presliding", "stribeck"}, {"stribeck"}]
+    assert purposes == [
+        set(USUAL),
+        {"presliding", "break-away", "stribeck"},
+        {"presliding", "stribeck"},
+        {"stribeck"},
+    ]
     notes = left[6.0][1]
     assert [note.split()[1] for note in notes] == ["damping", "break-away", "presliding"]
-    assert notes[0] == "no damping (micro-damping and the resonance on the contact): with it, the motion would take 20.5 s"
+    assert (
+        notes[0]
+        == "no damping (micro-damping and the resonance on the contact): with it, the motion would take 20.5 s"
+    )
 
 
 @pytest.mark.parametrize("chosen", [["stribeck"], ["damping", "stribeck"]])
 def test_too_short_a_duration_for_named_purposes_is_refused(chosen):
     limits = planned(purposes="break-away").limits
     with pytest.raises(
-        InputError, match=rf"duration: is too short, because a motion for {', '.join(chosen)} needs .* found '?3 s"
+        InputError,
+        match=rf"duration: is too short, because a motion for {', '.join(chosen)} needs .* found '?3 s",
     ) as caught:
         _in_time(chosen, limits, 2.5, may_drop=len(chosen) == 1)
     needed = float(str(caught.value).partition("needs ")[2].split()[0])
-    assert length_of(_in_time(chosen, limits, 1.05 * (needed - 0.5), may_drop=False)[0]) <= 1.06 * (needed - 0.5)
+    assert length_of(_in_time(chosen, limits, 1.05 * (needed - 0.5), may_drop=False)[0]) <= 1.06 * (
+        needed - 0.5
+    )
 
 
 def followed(lag, again=None):
@@ -271,7 +340,10 @@ def test_loops_that_the_controller_does_not_follow_are_planned_again():
         *again.notes,
         "the amplitude of pre-sliding loops is at least 1.4 µm, the tracking error of the controller in the rehearsal",
     )
-    assert followed(1.4e-6, planned(purposes="break-away"))[0].notes == planned(purposes="break-away").notes
+    assert (
+        followed(1.4e-6, planned(purposes="break-away"))[0].notes
+        == planned(purposes="break-away").notes
+    )
     assert followed(1.4e-6)[0] is None
 
 

@@ -12,7 +12,14 @@ from bristle.prediction.excitation.motion import length_of
 from bristle.prediction.excitation.purposes import PURPOSES
 
 LIMITS = MotionLimits(
-    "translational", sample_time=1e-3, travel=0.1, velocity=10.0, acceleration=2.5, count=1e-7, presliding=1e-5, resonance=60.0
+    "translational",
+    sample_time=1e-3,
+    travel=0.1,
+    velocity=10.0,
+    acceleration=2.5,
+    count=1e-7,
+    presliding=1e-5,
+    resonance=60.0,
 )
 
 
@@ -37,8 +44,16 @@ def test_a_complete_axis_file_allows_every_purpose(purpose):
     ("allowed", "refused", "why"),
     [
         # Half of the largest loop, which is 97 % of the pre-sliding amplitude.
-        ({"count": 1.61e-6}, {"count": 1.62e-6}, "3 steps of 1.62 µm are not small against the pre-sliding amplitude of 10 µm"),
-        ({"followed": 4.8e-6}, {"followed": 4.9e-6}, "is 4.9 µm, which is not small against the pre-sliding amplitude of 10 µm"),
+        (
+            {"count": 1.61e-6},
+            {"count": 1.62e-6},
+            "3 steps of 1.62 µm are not small against the pre-sliding amplitude of 10 µm",
+        ),
+        (
+            {"followed": 4.8e-6},
+            {"followed": 4.9e-6},
+            "is 4.9 µm, which is not small against the pre-sliding amplitude of 10 µm",
+        ),
         # Four pre-sliding amplitudes to either side.
         ({"travel": 8.1e-5}, {"travel": 7.9e-5}, "a travel of 80 µm"),
         ({"travel": None}, {"presliding": None}, "Write presliding under"),
@@ -56,26 +71,48 @@ def test_a_conditioning_slide_of_four_presliding_amplitudes_takes_a_second_and_a
     assert (slide.name, slide.purpose, slide.rest) == ("conditioning slide", purpose, 0.2)
     assert (slide.amplitude, slide.duration) == (pytest.approx(4e-5), pytest.approx(1.5, rel=0.2))
     assert slide.speed == pytest.approx(1.6e-4 / 1.5)
-    assert np.ptp(slide.sample(np.linspace(0.0, slide.duration, 2001))[0]) == pytest.approx(8e-5, rel=1e-3)
+    assert np.ptp(slide.sample(np.linspace(0.0, slide.duration, 2001))[0]) == pytest.approx(
+        8e-5, rel=1e-3
+    )
 
 
-@pytest.mark.parametrize(("changes", "smallest"), [({}, 1e-6), ({"count": 5e-7}, 1.5e-6), ({"followed": 2e-6}, 2e-6)])
-def test_loops_grow_evenly_from_the_smallest_that_shows_to_almost_the_presliding_amplitude(changes, smallest):
-    loops = [piece.amplitude for piece in pieces_of("presliding", **changes) if piece.name == "triangles"]
+@pytest.mark.parametrize(
+    ("changes", "smallest"), [({}, 1e-6), ({"count": 5e-7}, 1.5e-6), ({"followed": 2e-6}, 2e-6)]
+)
+def test_loops_grow_evenly_from_the_smallest_that_shows_to_almost_the_presliding_amplitude(
+    changes, smallest
+):
+    loops = [
+        piece.amplitude for piece in pieces_of("presliding", **changes) if piece.name == "triangles"
+    ]
     assert loops == pytest.approx([smallest + k / 13.0 * (9.7e-6 - smallest) for k in range(14)])
 
 
 @pytest.mark.parametrize(
     ("purpose", "name", "slowest"),
     [
-        ("presliding", "triangles", 1e-3 * 2.0 * 9.7e-6 / 5.0),  # a thousandth of a longest leg in five seconds
-        ("break-away", "break-away ramp", 1e-2 * 2e-5 / (0.2 * 20.0)),  # a hundredth of a turn in a fifth of the time
-        ("stribeck", "constant velocity", 1e-2 * 10 / 20.0 * 2e-4),  # a hundredth of ten slides of 200 um in the time
+        (
+            "presliding",
+            "triangles",
+            1e-3 * 2.0 * 9.7e-6 / 5.0,
+        ),  # a thousandth of a longest leg in five seconds
+        (
+            "break-away",
+            "break-away ramp",
+            1e-2 * 2e-5 / (0.2 * 20.0),
+        ),  # a hundredth of a turn in a fifth of the time
+        (
+            "stribeck",
+            "constant velocity",
+            1e-2 * 10 / 20.0 * 2e-4,
+        ),  # a hundredth of ten slides of 200 um in the time
     ],
 )
 def test_no_time_is_so_long_that_a_motion_stands_still(monkeypatch, purpose, name, slowest):
     monkeypatch.setattr(purposes, "in_time", lambda make, seconds, pace, low, high: make(low))
-    assert min(piece.speed for piece in pieces_of(purpose) if piece.name == name) == pytest.approx(slowest)
+    assert min(piece.speed for piece in pieces_of(purpose) if piece.name == name) == pytest.approx(
+        slowest
+    )
 
 
 def test_decaying_loops_end_at_a_seventh_of_the_largest_loop():
@@ -99,7 +136,9 @@ def test_time_goes_into_more_cycles_with_longest_legs_of_five_or_six_seconds(sec
 def test_break_away_has_three_rates_by_factors_of_four_and_reverses_first():
     _, *ramps = pieces_of("break-away")
     assert [ramp.name for ramp in ramps] == ["break-away ramp"] * 6
-    assert [ramp.speed / ramps[0].speed for ramp in ramps] == pytest.approx([1.0, 1.0, 4.0, 4.0, 16.0, 16.0])
+    assert [ramp.speed / ramps[0].speed for ramp in ramps] == pytest.approx(
+        [1.0, 1.0, 4.0, 4.0, 16.0, 16.0]
+    )
     assert [ramp.end for ramp in ramps] == pytest.approx([-5e-5, 5e-5] * 3)
     assert [ramp.amplitude for ramp in ramps] == pytest.approx([-5e-5, 5e-5] * 3)
     assert {ramp.rest for ramp in ramps} == {0.4}
@@ -114,8 +153,14 @@ def test_the_pieces_of_each_purpose_take_the_time_that_it_is_given(purpose):
     ("unknown", "why"),
     [
         ("velocity", "the velocity limit of the axis is unknown. Write velocity under [limits]"),
-        ("acceleration", "the acceleration limit of the axis is unknown. Write acceleration under [limits], or limit under [effort]"),
-        ("travel", "the travel limit of the axis is unknown. Write stroke under [limits], or give a travel"),
+        (
+            "acceleration",
+            "the acceleration limit of the axis is unknown. Write acceleration under [limits], or limit under [effort]",
+        ),
+        (
+            "travel",
+            "the travel limit of the axis is unknown. Write stroke under [limits], or give a travel",
+        ),
     ],
 )
 def test_constant_velocities_take_all_limits_of_the_axis(unknown, why):
@@ -152,7 +197,12 @@ def test_ten_velocities_follow_each_other_by_the_same_factor():
 
 def test_sweeps_of_all_velocities_take_the_same_time():
     sweeps = pieces_of("stribeck", 60.0, stribeck_velocity=1e-2)
-    ways = np.array([4.0 * piece.amplitude * piece.reference.values["cycle_count"] / piece.speed for piece in sweeps])
+    ways = np.array(
+        [
+            4.0 * piece.amplitude * piece.reference.values["cycle_count"] / piece.speed
+            for piece in sweeps
+        ]
+    )
     assert {piece.name for piece in sweeps} == {"constant velocity"}
     assert ways[:6] == pytest.approx(ways[0])
     assert ways[6:] == pytest.approx(ways[0], rel=0.3)  # whole cycles of half the travel
@@ -166,7 +216,9 @@ def test_sweeps_go_half_the_travel_at_most_and_have_room_to_speed_up_and_brake()
         braking = piece.speed**2 / 2.5 + piece.speed * 2.5 / 50.0
         assert min(2.0 * braking, 0.05) - 1e-12 <= piece.amplitude <= 0.05
         assert piece.amplitude >= 5e-5
-        assert piece.reference.values["acceleration"] == pytest.approx(min(20.0 * piece.speed**2 / piece.amplitude, 2.5))
+        assert piece.reference.values["acceleration"] == pytest.approx(
+            min(20.0 * piece.speed**2 / piece.amplitude, 2.5)
+        )
     assert max(piece.amplitude for piece in pieces_of("stribeck", 400.0)) == 0.05
 
 
@@ -175,9 +227,17 @@ def test_sweeps_go_half_the_travel_at_most_and_have_room_to_speed_up_and_brake()
     [
         ({}, {"resonance": None}, "Write the moving mass under [plant]"),
         # Five samples in a period: 200 Hz, and a quarter more than the resonance is needed.
-        ({"resonance": 159.0}, {"resonance": 161.0}, "the sample time of 1 ms is too long for a resonance at 161 Hz"),
+        (
+            {"resonance": 159.0},
+            {"resonance": 161.0},
+            "the sample time of 1 ms is too long for a resonance at 161 Hz",
+        ),
         # An amplitude of two steps: 0.2 um at 150 Hz are 0.178 m/s^2.
-        ({"acceleration": 0.18}, {"acceleration": 0.17}, "at 150 Hz, but the amplitude must be 2 steps of the encoder, each 100 nm"),
+        (
+            {"acceleration": 0.18},
+            {"acceleration": 0.17},
+            "at 150 Hz, but the amplitude must be 2 steps of the encoder, each 100 nm",
+        ),
     ],
 )
 def test_a_chirp_is_allowed_up_to_a_bound(allowed, refused, why):
@@ -206,7 +266,9 @@ def test_a_chirp_passes_from_an_eighth_of_the_resonance_to_two_and_a_half_of_it(
         ({"acceleration": None, "count": 1.5e-6}, 3e-6),
     ],
 )
-def test_a_chirp_is_small_before_sliding_and_keeps_the_limits_at_its_highest_frequency(changes, amplitude):
+def test_a_chirp_is_small_before_sliding_and_keeps_the_limits_at_its_highest_frequency(
+    changes, amplitude
+):
     (piece,) = pieces_of("damping", 10.0, **changes)
     assert piece.amplitude == pytest.approx(amplitude, rel=1e-3)
 
@@ -223,44 +285,98 @@ def slow(seconds=20.0, **changes):
 @pytest.mark.parametrize(
     ("number", "expected"),
     [
-        pytest.param(lambda: [PURPOSES[name].share for name in USUAL], [0.55, 0.12, 0.08, 0.25], id="shares are the whole time"),
-        pytest.param(lambda: LIMITS.corner(1.0, 1.0), 2.5, id="corners keep the largest acceleration"),
+        pytest.param(
+            lambda: [PURPOSES[name].share for name in USUAL],
+            [0.55, 0.12, 0.08, 0.25],
+            id="shares are the whole time",
+        ),
+        pytest.param(
+            lambda: LIMITS.corner(1.0, 1.0), 2.5, id="corners keep the largest acceleration"
+        ),
         pytest.param(lambda: LIMITS.corner(0.1, 1.0), 0.2, id="corners are a tenth of the way"),
         # Corners take a tenth of the shortest leg, which is twice the last turning point.
-        pytest.param(lambda: braking(pieces_of("presliding", acceleration=None)[1]), 0.1 * 0.15 * 9.7e-6, id="corners of decaying loops"),
-        pytest.param(lambda: braking(pieces_of("presliding", acceleration=None)[2]), 0.1 * 1e-6, id="corners of a pair"),
         pytest.param(
-            lambda: braking(pieces_of("break-away", acceleration=None)[1]), 0.05 * 1e-5, id="a ramp is at speed early in pre-sliding"
+            lambda: braking(pieces_of("presliding", acceleration=None)[1]),
+            0.1 * 0.15 * 9.7e-6,
+            id="corners of decaying loops",
         ),
         pytest.param(
-            lambda: 2e-6 / pieces_of("presliding", 0.1)[2].speed, 25e-3, id="the shortest leg before sliding has twenty-five samples"
+            lambda: braking(pieces_of("presliding", acceleration=None)[2]),
+            0.1 * 1e-6,
+            id="corners of a pair",
         ),
-        pytest.param(lambda: pieces_of("presliding", 0.1, velocity=1e-5)[2].speed, 1e-5, id="loops keep the velocity limit"),
         pytest.param(
-            lambda: [(piece.speed, piece.reference.values["cycle_count"]) for piece in pieces_of("presliding", 300.0, velocity=1e-6)[2:]],
+            lambda: braking(pieces_of("break-away", acceleration=None)[1]),
+            0.05 * 1e-5,
+            id="a ramp is at speed early in pre-sliding",
+        ),
+        pytest.param(
+            lambda: 2e-6 / pieces_of("presliding", 0.1)[2].speed,
+            25e-3,
+            id="the shortest leg before sliding has twenty-five samples",
+        ),
+        pytest.param(
+            lambda: pieces_of("presliding", 0.1, velocity=1e-5)[2].speed,
+            1e-5,
+            id="loops keep the velocity limit",
+        ),
+        pytest.param(
+            lambda: [
+                (piece.speed, piece.reference.values["cycle_count"])
+                for piece in pieces_of("presliding", 300.0, velocity=1e-6)[2:]
+            ],
             14 * [(1e-6, 2)],
             id="an axis slower than the slowest loops runs two cycles",
         ),
         pytest.param(
-            lambda: max(piece.speed for piece in pieces_of("break-away", 4.0)[1:]), 2e-5 / 50e-3, id="a ramp has fifty samples in the turn"
+            lambda: max(piece.speed for piece in pieces_of("break-away", 4.0)[1:]),
+            2e-5 / 50e-3,
+            id="a ramp has fifty samples in the turn",
         ),
         pytest.param(
-            lambda: max(piece.speed for piece in pieces_of("break-away", 4.0, velocity=1e-4)[1:]), 1e-4, id="ramps keep the velocity limit"
+            lambda: max(piece.speed for piece in pieces_of("break-away", 4.0, velocity=1e-4)[1:]),
+            1e-4,
+            id="ramps keep the velocity limit",
         ),
         # Of 20 s, for a slide to and fro of five pre-sliding amplitudes to either side: 200 um.
         pytest.param(slow, 2e-4 / 6.0, id="the slowest sweep takes three tenths of the time"),
-        pytest.param(lambda: slow(count=1e-6), 8e-4 / 6.0, id="the slowest sweep is of 200 steps of the encoder"),
-        pytest.param(lambda: slow(count=0.0, presliding=None), 4e-3 / 6.0, id="the slowest sweep is of a hundredth of the travel"),
         pytest.param(
-            lambda: speeds_of(0.3, stribeck_velocity=1.0)[-1] / speeds_of(0.3, stribeck_velocity=1.0)[0], 3.0, id="the slowest is a third"
+            lambda: slow(count=1e-6),
+            8e-4 / 6.0,
+            id="the slowest sweep is of 200 steps of the encoder",
         ),
         pytest.param(
-            lambda: sorted({piece.amplitude for piece in pieces_of("stribeck", count=1e-3, stribeck_velocity=1e-2)}),
+            lambda: slow(count=0.0, presliding=None),
+            4e-3 / 6.0,
+            id="the slowest sweep is of a hundredth of the travel",
+        ),
+        pytest.param(
+            lambda: (
+                speeds_of(0.3, stribeck_velocity=1.0)[-1] / speeds_of(0.3, stribeck_velocity=1.0)[0]
+            ),
+            3.0,
+            id="the slowest is a third",
+        ),
+        pytest.param(
+            lambda: sorted(
+                {
+                    piece.amplitude
+                    for piece in pieces_of("stribeck", count=1e-3, stribeck_velocity=1e-2)
+                }
+            ),
             [0.05],
             id="slides stay within the travel",
         ),
-        pytest.param(lambda: pieces_of("damping", 0.3)[0].duration, 4.0 / 7.5, id="a chirp takes four of its longest periods"),
-        pytest.param(lambda: pieces_of("damping", 0.3)[0].reference.values["ramp"], 0.8 / 7.5, id="a chirp fades over a fifth"),
+        pytest.param(
+            lambda: pieces_of("damping", 0.3)[0].duration,
+            4.0 / 7.5,
+            id="a chirp takes four of its longest periods",
+        ),
+        pytest.param(
+            lambda: pieces_of("damping", 0.3)[0].reference.values["ramp"],
+            0.8 / 7.5,
+            id="a chirp fades over a fifth",
+        ),
     ],
 )
 def test_a_motion_is_made_by_its_rule(number, expected):

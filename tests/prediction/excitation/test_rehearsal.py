@@ -24,7 +24,9 @@ def result():
 
 
 def test_the_prior_is_identified_within_the_scatter(result):
-    values = {estimate.name: estimate.value for estimate in result.rehearsal.identification.best.estimates}
+    values = {
+        estimate.name: estimate.value for estimate in result.rehearsal.identification.best.estimates
+    }
     assert result.rehearsal.truth["sigma_0"] == 1.2e7
     assert values["sigma_0"] == pytest.approx(1.2e7, rel=0.1)
     assert values["F_C"] == pytest.approx(60.0, rel=0.05)
@@ -34,7 +36,9 @@ def test_the_prior_is_identified_within_the_scatter(result):
 @pytest.mark.slow
 def test_without_slow_loops_stiffness_is_not_found():
     lost = excite(AXIS, duration="10 s", purposes="stribeck", model=TRUTH, draws=0)
-    status = {estimate.name: estimate.status for estimate in lost.rehearsal.identification.best.estimates}
+    status = {
+        estimate.name: estimate.status for estimate in lost.rehearsal.identification.best.estimates
+    }
     assert status["sigma_0"] != "identified" or status["sigma_1"] != "identified"
     assert lost.rehearsal.lag == 0.0
 
@@ -60,18 +64,24 @@ def fitted(monkeypatch, result):
     """The models that are fitted to logs, which all give what that of `result` gives."""
     names = []
     identify = lambda log, name, **how: names.append(name) or result.rehearsal.identification  # noqa: E731
-    monkeypatch.setattr(import_module("bristle.prediction.excitation.rehearsal"), "identify", identify)
+    monkeypatch.setattr(
+        import_module("bristle.prediction.excitation.rehearsal"), "identify", identify
+    )
     return names
 
 
 def test_a_model_with_lists_is_rehearsed_and_another_fitted(fitted):
     elements = maxwell_slip(F_C=60.0, k_i=[2e7, 8e6], nu_i=[0.5, 0.5])
-    rehearsal = excite(AXIS, duration="16 s", purposes="presliding", model=elements, draws=0).rehearsal
+    rehearsal = excite(
+        AXIS, duration="16 s", purposes="presliding", model=elements, draws=0
+    ).rehearsal
     assert (fitted, set(rehearsal.truth)) == (["lugre"], {"M"})
 
 
 def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run(fitted):
-    guessed = replace(AXIS, mass=None, effort_limit=None, controller=cascade(k_p=160.0, k_v=8500.0, limit=350.0))
+    guessed = replace(
+        AXIS, mass=None, effort_limit=None, controller=cascade(k_p=160.0, k_v=8500.0, limit=350.0)
+    )
     result = excite(guessed, duration="7 s", purposes="break-away", draws=0)
     assert result.rehearsal.loop is False
     assert any("mass of" in item for item in result.prior.assumed)
@@ -101,7 +111,9 @@ def loops():
     return excite(AXIS, duration="16 s", purposes="presliding", rehearsed=False).motion
 
 
-def test_a_log_without_a_loop_is_the_motion_with_friction_that_scatters_and_an_effort_that_is_noisy(loops):
+def test_a_log_without_a_loop_is_the_motion_with_friction_that_scatters_and_an_effort_that_is_noisy(
+    loops,
+):
     prior = prior_of(replace(AXIS, resolution=None), None, TRUTH)
     log, friction, loop = recorded(loops, replace(AXIS, resolution=None, offset=3.0), prior)
     v, dt = loops.velocity, loops.sample_time
@@ -121,7 +133,12 @@ def test_a_log_without_a_loop_is_the_motion_with_friction_that_scatters_and_an_e
 
 def test_a_log_is_in_the_units_of_the_kind_of_axis(motion):
     log, _, _ = recorded(motion, AXIS, prior_of(AXIS, None, TRUTH))
-    assert [getattr(log, name).unit for name in ("time", "position", "effort", "reference")] == ["s", "m", "N", "m"]
+    assert [getattr(log, name).unit for name in ("time", "position", "effort", "reference")] == [
+        "s",
+        "m",
+        "N",
+        "m",
+    ]
     assert log.segments == (slice(0, motion.time.size),)
 
 
@@ -130,7 +147,9 @@ def test_a_known_offset_of_the_effort_is_added(motion, offset, added):
     prior = prior_of(AXIS, None, TRUTH)
     log, _, _ = recorded(motion, replace(AXIS, offset=offset), prior)
     exact, _, _ = recorded(motion, replace(AXIS, offset=0.0), prior)
-    assert log.effort.values - exact.effort.values == pytest.approx(np.full(motion.time.size, added))
+    assert log.effort.values - exact.effort.values == pytest.approx(
+        np.full(motion.time.size, added)
+    )
 
 
 @pytest.mark.parametrize(("gain", "stable"), [(60.0, True), (6e4, False)])
@@ -147,7 +166,9 @@ def test_an_axis_that_follows_exactly_lags_by_half_a_step_of_the_encoder(result)
 
 
 def test_friction_of_a_rehearsal_is_that_of_the_place(motion):
-    rising = find("coulomb+position")(F_C=60.0, x_0=motion.start, x_L=1e-4, p_1=0.5, p_2=0.0, a_1=0.0, a_2=0.0)
+    rising = find("coulomb+position")(
+        F_C=60.0, x_0=motion.start, x_L=1e-4, p_1=0.5, p_2=0.0, a_1=0.0, a_2=0.0
+    )
     axis = replace(AXIS, resolution=None, presliding=None)
     _, friction, _ = recorded(motion, axis, prior_of(axis, None, rising))
     moving = np.abs(motion.velocity) > 1e-6

@@ -21,7 +21,9 @@ def away(monkeypatch):
     def planned(distance, axis=IN_SI, **options):
         reference = s_curve(distance=distance, velocity=0.04, acceleration=0.4, jerk=20.0)
         slide = ExcitationPiece("break-away", "slide", reference, 0.2, 0.04, distance)
-        monkeypatch.setitem(PURPOSES, "break-away", PURPOSES["break-away"]._replace(pieces=lambda *_: [slide]))
+        monkeypatch.setitem(
+            PURPOSES, "break-away", PURPOSES["break-away"]._replace(pieces=lambda *_: [slide])
+        )
         return excite(axis, purposes="break-away", rehearsed=False, **options)
 
     return planned
@@ -50,7 +52,10 @@ def test_motion_that_ends_elsewhere_returns_within_all_limits(away, distance):
 
 
 def test_axis_without_limits_returns_in_about_a_second(away):
-    motion = away(0.004, replace(STAGE, velocity_limit=None, acceleration_limit=None, jerk_limit=None, stroke=None)).motion
+    motion = away(
+        0.004,
+        replace(STAGE, velocity_limit=None, acceleration_limit=None, jerk_limit=None, stroke=None),
+    ).motion
     assert motion.pieces[-1].duration == pytest.approx(1.1, rel=0.1)
     assert motion.position[-1] == pytest.approx(motion.position[0], abs=1e-12)
 

@@ -13,7 +13,15 @@ from bristle.logs.log import Log
 from bristle.prediction.excitation import excite
 from bristle.prediction.excitation.swept_slide import _sine, cruises_of, swept_slide
 
-SHAPE = {"amplitude": 0.05, "velocity": 0.02, "acceleration": 2.0, "shaking": 0.01, "f_0": 3.0, "f_1": 60.0, "leg_count": 3}
+SHAPE = {
+    "amplitude": 0.05,
+    "velocity": 0.02,
+    "acceleration": 2.0,
+    "shaking": 0.01,
+    "f_0": 3.0,
+    "f_1": 60.0,
+    "leg_count": 3,
+}
 
 
 def sampled(count=400_001, **changes):
@@ -38,7 +46,9 @@ def test_the_acceleration_contains_the_change_of_the_amplitude():
     p = swept_slide(**SHAPE | {"acceleration": 0.3, "f_0": 1.0}, jerk=20.0).parameters
     time = np.linspace(0.0, 1.0, 200_001)
     _, velocity, acceleration = _sine(time, 1.0, p)
-    inside = (time > 0.11) & (time < 0.89)  # between the fades, whose ends are corners of the acceleration
+    inside = (time > 0.11) & (
+        time < 0.89
+    )  # between the fades, whose ends are corners of the acceleration
     error = np.abs(np.gradient(velocity, time) - acceleration)[inside]
     assert np.max(error) < 1e-6 * np.max(np.abs(acceleration))
 
@@ -62,16 +72,26 @@ def _legs():
 def test_a_slow_sine_has_its_velocity_and_a_fast_sine_the_acceleration_of_the_axis():
     time, _, velocity, acceleration = sampled(f_1=400.0)
     begin, length = cruises_of(_legs())[0]
-    early, late = ((time > begin + a * length) & (time < begin + b * length) for a, b in ((0.1, 0.2), (0.8, 0.9)))
+    early, late = (
+        (time > begin + a * length) & (time < begin + b * length)
+        for a, b in ((0.1, 0.2), (0.8, 0.9))
+    )
     assert np.max(np.abs(velocity[early])) == pytest.approx(0.03, rel=0.05)
     assert np.max(np.abs(acceleration[late])) == pytest.approx(2.0, rel=0.05)
 
 
-LIMITS = {"sample_time": 1e-3, "velocity_limit": 0.2, "acceleration_limit": 5.0, "stroke": (-0.2, 0.2)}
+LIMITS = {
+    "sample_time": 1e-3,
+    "velocity_limit": 0.2,
+    "acceleration_limit": 5.0,
+    "stroke": (-0.2, 0.2),
+}
 
 
 def test_a_motion_for_a_resonance_comes_only_on_request_and_within_the_limits():
-    assert {piece.purpose for piece in excite(Axis(**LIMITS), rehearsed=False).motion.pieces} == {"stribeck"}
+    assert {piece.purpose for piece in excite(Axis(**LIMITS), rehearsed=False).motion.pieces} == {
+        "stribeck"
+    }
     motion = excite(Axis(**LIMITS), purposes="resonance", duration="40 s", rehearsed=False).motion
     assert {piece.purpose for piece in motion.pieces} == {"resonance"}
     assert motion.duration == pytest.approx(40.0, rel=0.02)
@@ -81,21 +101,30 @@ def test_a_motion_for_a_resonance_comes_only_on_request_and_within_the_limits():
     assert motion.position[-1] == pytest.approx(motion.position[0])
 
 
-@pytest.mark.parametrize(("missing", "words"), [("velocity_limit", "velocity limit"), ("stroke", "travel limit")])
+@pytest.mark.parametrize(
+    ("missing", "words"), [("velocity_limit", "velocity limit"), ("stroke", "travel limit")]
+)
 def test_a_motion_for_a_resonance_needs_the_limits_of_a_long_slide(missing, words):
     limits = {name: value for name, value in LIMITS.items() if name != missing}
-    with pytest.raises(InputError, match=f"cannot contain resonance, because the {words} of the axis is unknown"):
+    with pytest.raises(
+        InputError, match=f"cannot contain resonance, because the {words} of the axis is unknown"
+    ):
         excite(Axis(**limits), purposes="resonance", rehearsed=False)
 
 
 @pytest.mark.slow
 @pytest.mark.fast_cases(2)
-@pytest.mark.parametrize(("seed", "elastic"), [(504, True), (504, False), (501, True), (502, True), (503, True), (501, False)])
+@pytest.mark.parametrize(
+    ("seed", "elastic"),
+    [(504, True), (504, False), (501, True), (502, True), (503, True), (501, False)],
+)
 def test_the_log_of_the_motion_shows_the_coupling_of_an_elastic_drive_only(seed, elastic):
     drive = drive_of(seed, elastic=elastic)
     axis = Axis(**LIMITS | {"sample_time": drive.sample_time, "resolution": drive.step})
     motion = excite(axis, purposes="resonance", rehearsed=False).motion
-    log = recorded(drive, motion.position, np.zeros(motion.position.size), np.random.default_rng(seed))
+    log = recorded(
+        drive, motion.position, np.zeros(motion.position.size), np.random.default_rng(seed)
+    )
     coupling = elastic_coupling([Log.from_columns(of_the_motor(log), axis=axis)], [axis])
     if elastic:
         assert coupling.antiresonance == pytest.approx(drive.antiresonance, rel=0.03)

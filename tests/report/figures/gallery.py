@@ -54,8 +54,18 @@ for _name in ("bars", "comparison", "first_screen", "fit", "motion", "recorded")
 
 def fit(names, name):
     """A fit whose parameters and model have these names."""
-    estimates = [Estimate(item, "N", "a parameter", 8.0 + k, 0.1 * 10.0**k) for k, item in enumerate(names)]
-    traces = Some(time=T, velocity=V, acceleration=np.gradient(V, T), measured=F, predicted=0.97 * F, friction=F, residual=0.03 * F)
+    estimates = [
+        Estimate(item, "N", "a parameter", 8.0 + k, 0.1 * 10.0**k) for k, item in enumerate(names)
+    ]
+    traces = Some(
+        time=T,
+        velocity=V,
+        acceleration=np.gradient(V, T),
+        measured=F,
+        predicted=0.97 * F,
+        friction=F,
+        residual=0.03 * F,
+    )
     return Some(
         name=name,
         plant=Some(kind="translational"),
@@ -98,9 +108,14 @@ def compared():
     """Two logs held against each other, with a change that they tell and one that they do not."""
     changes = {
         name: Change(name, quantity, 2e-5, after, (after - 2.4e-5, after - 1.6e-5))
-        for name, quantity, after in (("following_error.rms", "length", 1e-5), ("friction.level", "force", 2.1e-5))
+        for name, quantity, after in (
+            ("following_error.rms", "length", 1e-5),
+            ("friction.level", "force", 2.1e-5),
+        )
     }
-    turn = Turn("forward_to_backward", T[:90] - T[30], 1e-5 * np.tanh(V[:90]), 8e-6 * np.tanh(V[:90]))
+    turn = Turn(
+        "forward_to_backward", T[:90] - T[30], 1e-5 * np.tanh(V[:90]), 8e-6 * np.tanh(V[:90])
+    )
     return Some(
         kind="translational",
         changes=changes,
@@ -113,8 +128,14 @@ def compared():
 
 def log():
     """A log with a loop in it, and what it contains."""
-    channels = {name: Some(values=values) for name, values in (("time", T), ("position", X), ("velocity", V), ("effort", F))}
-    result = [Passage("loops", slice(0, 500), 0.0, 2.5, 8), Passage("moves", slice(500, 801), 2.5, 4.0)]
+    channels = {
+        name: Some(values=values)
+        for name, values in (("time", T), ("position", X), ("velocity", V), ("effort", F))
+    }
+    result = [
+        Passage("loops", slice(0, 500), 0.0, 2.5, 8),
+        Passage("moves", slice(500, 801), 2.5, 4.0),
+    ]
     return Some(kind="translational", sample_time=T[1], **channels), result
 
 
@@ -122,7 +143,15 @@ def motion():
     """A motion with small loops and steady slides."""
     pieces = [Some(purpose="presliding", duration=2.0), Some(purpose="stribeck", duration=2.0)]
     velocity = np.where(T < 2.0, V, np.where(T < 3.0, 2e-2, -5e-3))
-    return Some(time=T, position=X, velocity=velocity, start=0.0, kind="translational", pieces=pieces, begins=(0.0, 2.0))
+    return Some(
+        time=T,
+        position=X,
+        velocity=velocity,
+        start=0.0,
+        kind="translational",
+        pieces=pieces,
+        begins=(0.0, 2.0),
+    )
 
 
 def fleet(names):
@@ -134,12 +163,19 @@ def fleet(names):
         columns |= {name: value, f"{name}.lower": value - 0.3, f"{name}.upper": value + 0.3}
         columns[f"{name}.status"] = np.where(np.isfinite(value), "identified", "")
     about = {name: {"unit": "N"} for name in names}
-    return Some(columns=columns, count=20, described={"columns": about}), names, dict.fromkeys(names, np.array([3, 5]))
+    return (
+        Some(columns=columns, count=20, described={"columns": about}),
+        names,
+        dict.fromkeys(names, np.array([3, 5])),
+    )
 
 
 def circles_of(names):
     angle = np.linspace(0.0, 2.0 * np.pi, 400)
-    return [Some(variant=name, angle=angle, deviation=1e-6 * (k + np.cos(4.0 * angle))) for k, name in enumerate(names)]
+    return [
+        Some(variant=name, angle=angle, deviation=1e-6 * (k + np.cos(4.0 * angle)))
+        for k, name in enumerate(names)
+    ]
 
 
 def gallery(names=PLAIN, many=None):
@@ -165,15 +201,22 @@ def gallery(names=PLAIN, many=None):
         "comparison": lambda: figures.comparison.comparison(compared()),
         "control_effort": lambda: loop_rows.control_effort(simulated(names), 0.5, (1.0, 2.0)),
         "correlations": lambda: figures.bars.correlations(
-            [{"cause": name, "value": 0.9 - k, "interval": (0.8 - k, 0.95 - k)} for k, name in enumerate(names)]
+            [
+                {"cause": name, "value": 0.9 - k, "interval": (0.8 - k, 0.95 - k)}
+                for k, name in enumerate(names)
+            ]
         ),
-        "curve_errors": lambda: figures.recorded.curve_errors([(X, F)], [0.97 * F], "translational"),
+        "curve_errors": lambda: figures.recorded.curve_errors(
+            [(X, F)], [0.97 * F], "translational"
+        ),
         "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
         "effort_at_reversal": lambda: figures.first_screen.effort_at_reversal(best),
         "effort_over_velocity": lambda: figures.recorded.effort_over_velocity(recorded[0]),
         "effort_over_time": lambda: figures.fit.effort_over_time(best),
         "error_distribution": lambda: loop_rows.error_distribution(simulated(names, 0.0), 0.5, 0.0),
-        "error_over": lambda: loop_rows.error_over([2, 4], by_name, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True),
+        "error_over": lambda: loop_rows.error_over(
+            [2, 4], by_name, {"scatter of the rig": 1.0}, "Loops", "Error [%]", counted=True
+        ),
         "error_over_a_level": lambda: loop_rows.error_over(
             [1.0, 2.0, 4.0],
             {"found": np.array([(0.7, 0.68, 0.72), (0.6, 0.59, 0.61), (0.5, 0.5, 0.5)])},
@@ -182,25 +225,44 @@ def gallery(names=PLAIN, many=None):
             "Error [µm]",
         ),
         "errors_by_loop": lambda: loop_rows.errors_by_loop(
-            {item: 1.47, other: 0.61}, {item: 0.04, other: 0.01}, {"as published": 1.46}, "Error [µm]"
+            {item: 1.47, other: 0.61},
+            {item: 0.04, other: 0.01},
+            {"as published": 1.46},
+            "Error [µm]",
         ),
         "errors_by_truth": lambda: loop_rows.errors_by_truth(
-            {"Set A": {item: {"both": SPREAD}, other: {"both": SPREAD}}, "Set C": {item: {"both": SPREAD}}}, 0.5, "Error [µm]", "0.5 µm"
+            {
+                "Set A": {item: {"both": SPREAD}, other: {"both": SPREAD}},
+                "Set C": {item: {"both": SPREAD}},
+            },
+            0.5,
+            "Error [µm]",
+            "0.5 µm",
         ),
         "expected": lambda: figures.motion.expected(planned, F),
-        "fleet_parameter": lambda: many_runs.fleet_parameter(fleet(names)[0], item, np.array([3, 5]), [f"log {k}" for k in range(20)]),
+        "fleet_parameter": lambda: many_runs.fleet_parameter(
+            fleet(names)[0], item, np.array([3, 5]), [f"log {k}" for k in range(20)]
+        ),
         "fleet_parameters": lambda: many_runs.fleet_parameters(*fleet(names)),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "friction_after_reversals": lambda: figures.friction_after_reversals(best, 1e-3),
         "friction_over_speed": lambda: figures.comparison.friction_over_speed(compared()),
-        "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
+        "friction_over_velocity": lambda: figures.friction_over_velocity(
+            best, [(-0.1, -9.0), (0.1, 9.0)]
+        ),
         "gain_at_reversal": lambda: figures.gain_at_reversal(looped(names), names[:2]),
         "log_over_time": lambda: figures.log_over_time(recorded[0]),
-        "loop_family": lambda: small_multiples.loop_family({item: {item: loops, other: loops}, other: {item: loops}}),
+        "loop_family": lambda: small_multiples.loop_family(
+            {item: {item: loops, other: loops}, other: {item: loops}}
+        ),
         "loops_of_log": lambda: figures.recorded.loops_of_log(*recorded),
         "loops_proposed": lambda: loop_design.loops_proposed(
-            many, [3e-6 / (k + 1) for k in range(len(many))], [None] * len(many), [50.0] * len(many), 30.0
+            many,
+            [3e-6 / (k + 1) for k in range(len(many))],
+            [None] * len(many),
+            [50.0] * len(many),
+            30.0,
         ),
         "margins": lambda: loop_design.margins(assess(rig(1))),
         "marked_path": lambda: small_multiples.marked_path(few, turns, "abc", message),
@@ -214,15 +276,28 @@ def gallery(names=PLAIN, many=None):
         "prediction": lambda: figures.fit.prediction(predicted()),
         "prediction_error": lambda: figures.fit.prediction_error(predicted()),
         "preisach_plane": lambda: figures.preisach_plane(exact, [4e-5, -3e-5, 1e-5]),
-        "preisach_stages": lambda: preisach.preisach_stages(exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]),
-        "recorded_curves": lambda: figures.recorded.recorded_curves([(X, F)], [0.97 * F], "translational"),
+        "preisach_stages": lambda: preisach.preisach_stages(
+            exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]
+        ),
+        "recorded_curves": lambda: figures.recorded.recorded_curves(
+            [(X, F)], [0.97 * F], "translational"
+        ),
         "residuals": lambda: figures.fit.residuals(best),
         "marked_path_beneath": lambda: small_multiples.marked_path(
-            few, turns, "abc", message, beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)), names=("friction", "read")
+            few,
+            turns,
+            "abc",
+            message,
+            beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)),
+            names=("friction", "read"),
         ),
-        "rig_layout": lambda: rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
+        "rig_layout": lambda: rig_layout.rig_layout(
+            rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant
+        ),
         "ripple": lambda: small_multiples.ripple(T, F, few, 200, message),
-        "ripple_close_up": lambda: small_multiples.ripple(T, F, few, 200, message, close_up=(other, both)),
+        "ripple_close_up": lambda: small_multiples.ripple(
+            T, F, few, 200, message, close_up=(other, both)
+        ),
         "study_spread": lambda: many_runs.study_spread(
             {name: {"1 Hz": spread, "2 Hz": 1.1 * spread} for name in (item, other)}, ["m", "N"]
         ),
@@ -256,4 +331,7 @@ def figure_of(name):
 
 def drawn(names=PLAIN, many=None):
     """Return every figure as SVG, by name."""
-    return {name: figures.inline_svg(draw(), name.replace("_", "-"), name) for name, draw in gallery(names, many).items()}
+    return {
+        name: figures.inline_svg(draw(), name.replace("_", "-"), name)
+        for name, draw in gallery(names, many).items()
+    }

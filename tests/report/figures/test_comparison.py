@@ -19,7 +19,10 @@ from bristle.prediction.comparison import Change
 from bristle.report.figures import report_figure
 from bristle.report.figures.comparison import change_at_reversal, comparison
 
-FIGURE, WORST = report_figure.FIGURES["comparison.comparison"], report_figure.FIGURES["comparison.worst"]
+FIGURE, WORST = (
+    report_figure.FIGURES["comparison.comparison"],
+    report_figure.FIGURES["comparison.worst"],
+)
 
 
 def without_reference(*left_out):
@@ -37,10 +40,14 @@ def test_efforts_are_drawn_without_a_reference():
     position, errors, changes = comparison(without_reference()).axes
     assert position.get_title(loc="right") == "position"
     assert (position.get_ylabel(), errors.get_ylabel()) == ("Position [mm]", "Force [µN]")
-    assert [label.get_text() for label in changes.get_yticklabels()] == ["effort, rms"]  # what has an interval
+    assert [label.get_text() for label in changes.get_yticklabels()] == [
+        "effort, rms"
+    ]  # what has an interval
 
 
-@pytest.mark.parametrize(("without", "panels"), [({}, 5), ({"turns": ()}, 4), ({"turns": (), "friction_curve": []}, 3)])
+@pytest.mark.parametrize(
+    ("without", "panels"), [({}, 5), ({"turns": ()}, 4), ({"turns": (), "friction_curve": []}, 3)]
+)
 def test_a_quantity_that_no_log_tells_has_no_panel(without, panels):
     item = compared()
     vars(item).update(without)
@@ -58,7 +65,9 @@ def test_the_large_picture_is_the_worst_reversal_or_the_largest_value_over_the_m
     small = replace(item.turns[0], name="backward_to_forward", before=0.1 * item.turns[0].before)
     item.turns = (small, *item.turns)
     drawn = lines(change_at_reversal(item).axes[0])
-    assert drawn["before"].get_ydata().max() == pytest.approx(1e9 * item.turns[1].before.max(), rel=1e-3)
+    assert drawn["before"].get_ydata().max() == pytest.approx(
+        1e9 * item.turns[1].before.max(), rel=1e-3
+    )
     near, _ = change_at_reversal(without_reference()).axes
     assert (near.get_xlabel(), near.get_ylabel()[:5]) == ("Time [ms]", "Force")
     assert np.ptp(lines(near)["before"].get_xdata()) < 200.0 * T[-1]
@@ -106,17 +115,25 @@ def test_bars_are_eight_to_sixty(count, bars):
 
 
 def test_runs_without_numbers_have_no_median():
-    assert not many_runs.study_spread({"Way": {"all": np.full(3, np.nan)}}, ["m"]).axes[0].get_lines()
+    assert (
+        not many_runs.study_spread({"Way": {"all": np.full(3, np.nan)}}, ["m"]).axes[0].get_lines()
+    )
 
 
 def test_the_caption_of_a_study_depends_on_its_grid():
     spread = {"m": ("Way", "m", {"all": np.arange(9.0)})}
-    figure, (grid, plain) = report_figure.FIGURES["many_runs.spread"], (Some(described={"grid": grid}) for grid in ({"a": [1]}, {}))
+    figure, (grid, plain) = (
+        report_figure.FIGURES["many_runs.spread"],
+        (Some(described={"grid": grid}) for grid in ({"a": [1]}, {})),
+    )
     assert figure.caption(grid, spread).endswith("A line for each point of the grid.")
     assert figure.caption(plain, spread).endswith("Shaded: the middle 90 % of the runs.")
     told = figure.alternative(plain, spread), figure.draw(plain, spread).axes[0].get_xlabel()
     assert told == ("Distribution of m over the runs", "Way [m]")
-    assert report_figure.FIGURES["many_runs.fleet"].alternative(None, ["F_C", "M"], {}, [], []) == "F_C, M of each log with 95 % intervals"
+    assert (
+        report_figure.FIGURES["many_runs.fleet"].alternative(None, ["F_C", "M"], {}, [], [])
+        == "F_C, M of each log with 95 % intervals"
+    )
 
 
 def drawn(**changes):
@@ -126,7 +143,9 @@ def drawn(**changes):
 
 
 def test_no_interval_is_clipped_except_of_a_log_far_away():
-    runs, axes = drawn(**{"F_C.upper": fleet(["F_C"])[0].columns["F_C"] + np.where(np.arange(20) == 12, 3.0, 0.3)})
+    runs, axes = drawn(
+        **{"F_C.upper": fleet(["F_C"])[0].columns["F_C"] + np.where(np.arange(20) == 12, 3.0, 0.3)}
+    )
     columns = runs.columns
     inside = np.isfinite(columns["F_C"]) & (np.arange(20) != 3)  # the one far away ends in an arrow
     bottom, top = axes.get_ylim()
@@ -137,13 +156,20 @@ def test_no_interval_is_clipped_except_of_a_log_far_away():
 def marks(axes):
     """Where marks of their own stand, by their form: logs, and height as a share of the panel."""
     names = ("above", "below", "none")
-    return {name: item.get_offsets().data.tolist() for name, item in zip(names, axes.collections[-3:], strict=True)}
+    return {
+        name: item.get_offsets().data.tolist()
+        for name, item in zip(names, axes.collections[-3:], strict=True)
+    }
 
 
 def test_logs_without_a_value_or_beyond_the_panel_have_special_marks():
     runs, axes = drawn()
     result = marks(axes)
-    assert result == {"above": [[3.0, pytest.approx(0.97)]], "below": [], "none": [[9.0, pytest.approx(0.0)]]}
+    assert result == {
+        "above": [[3.0, pytest.approx(0.97)]],
+        "below": [],
+        "none": [[9.0, pytest.approx(0.0)]],
+    }
     value = runs.columns["F_C"].copy()
     value[4] = -40.0
     assert marks(drawn(F_C=value)[1])["below"] == [[4.0, pytest.approx(0.03)]]
@@ -176,10 +202,14 @@ def test_first_screen_has_whole_intervals_names_of_logs_and_hollow_doubts():
     }
     columns["p.status"] = np.full(3, "identified")
     runs = Some(columns=columns, count=3, described={"columns": {"p": {"unit": "N"}}})
-    (axes,) = many_runs.fleet_parameter(runs, "p", np.array([], dtype=int), ["axis1", "axis2", "axis3"], [2]).axes
+    (axes,) = many_runs.fleet_parameter(
+        runs, "p", np.array([], dtype=int), ["axis1", "axis2", "axis3"], [2]
+    ).axes
     assert [tick.get_text() for tick in axes.get_xticklabels()] == ["axis1", "axis2", "axis3"]
     low, high = axes.get_ylim()
-    assert (low, high) == pytest.approx((5.05 - 5.0 * 2.1, 5.05 + 5.0 * 2.1), abs=1.5)  # clipped at five times the spread
+    assert (low, high) == pytest.approx(
+        (5.05 - 5.0 * 2.1, 5.05 + 5.0 * 2.1), abs=1.5
+    )  # clipped at five times the spread
     assert axes.containers[1].lines[0].get_markerfacecolor() == LIGHT["ground"]
     assert [len(points) for points in marks(axes).values()] == [1, 1, 0]
 
@@ -192,16 +222,24 @@ def test_first_screen_has_whole_intervals_names_of_logs_and_hollow_doubts():
 def test_gain_phase_and_poles_are_legible(delay):
     figure = loop_design.margins(assess(rig(delay)))
     assert_legible(figure)
-    assert "$" not in "".join(item.get_text() for axes in figure.axes for item in axes.get_xticklabels() + axes.get_yticklabels())
+    assert "$" not in "".join(
+        item.get_text()
+        for axes in figure.axes
+        for item in axes.get_xticklabels() + axes.get_yticklabels()
+    )
 
 
 def test_the_deviation_of_a_circle_is_in_the_unit_of_its_axis():
-    assert loop_design.circles(circles_of(PLAIN), "rotational").axes[1].get_ylabel().endswith("rad]")
+    assert (
+        loop_design.circles(circles_of(PLAIN), "rotational").axes[1].get_ylabel().endswith("rad]")
+    )
 
 
 @pytest.mark.parametrize(("cutoff", "resolution"), [(200.0, 1.25e-7), (np.inf, 0.0)])
 def test_the_mechanics_are_above_the_scheme_with_their_numbers(cutoff, resolution):
-    figure = rig_layout.rig_layout(rig_layout.Mechanics(0.01, 4e-4, 3e-4, cutoff, resolution), loop("one"))
+    figure = rig_layout.rig_layout(
+        rig_layout.Mechanics(0.01, 4e-4, 3e-4, cutoff, resolution), loop("one")
+    )
     (axes,) = figure.axes
     texts = " ".join(text.get_text() for text in axes.texts)
     assert all(part in texts for part in ("lead 10 mm", "J_m = 3 kg·cm²", "J − J_m = 1 kg·cm²"))
@@ -210,21 +248,42 @@ def test_the_mechanics_are_above_the_scheme_with_their_numbers(cutoff, resolutio
 
 
 def test_the_scheme_has_the_filter_of_the_controller_and_both_break_aways():
-    variant = next(variant for variant in read_experiment(EXPERIMENTS / "set_a.toml").variants if variant.name == "printed")
-    (axes,) = rig_layout.rig_layout(rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant).axes
+    variant = next(
+        variant
+        for variant in read_experiment(EXPERIMENTS / "set_a.toml").variants
+        if variant.name == "printed"
+    )
+    (axes,) = rig_layout.rig_layout(
+        rig_layout.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant
+    ).axes
     texts = {text.get_text() for text in axes.texts}
     assert {"cutoff = 400 Hz", "F_S_pos = 65.3 N", "F_S_neg = 35.2 N"} <= texts
 
 
 def test_loops_are_bars_in_their_units_and_unknown_numbers_have_none():
-    figure = loop_design.loops_proposed(["as it is", "wide"], [3e-6, None], [0.05, 0.04], [50.0, 20.0], 30.0, "rotational")
-    assert [axes.get_xlabel() for axes in figure.axes] == ["Error, p-p [µrad]", "Torque, rms [mN·m]", "Phase margin [°]"]
-    drawn = [[(bar.get_y() + 0.5 * bar.get_height(), bar.get_width()) for bar in axes.patches] for axes in figure.axes]
+    figure = loop_design.loops_proposed(
+        ["as it is", "wide"], [3e-6, None], [0.05, 0.04], [50.0, 20.0], 30.0, "rotational"
+    )
+    assert [axes.get_xlabel() for axes in figure.axes] == [
+        "Error, p-p [µrad]",
+        "Torque, rms [mN·m]",
+        "Phase margin [°]",
+    ]
+    drawn = [
+        [(bar.get_y() + 0.5 * bar.get_height(), bar.get_width()) for bar in axes.patches]
+        for axes in figure.axes
+    ]
     assert drawn == [
         [(0.0, pytest.approx(3.0))],
         [(0.0, pytest.approx(50.0)), (1.0, pytest.approx(40.0))],
         [(0.0, pytest.approx(50.0)), (1.0, pytest.approx(20.0))],
     ]
-    assert [text.get_text() for axes in figure.axes for text in axes.texts] == [" 3.00 µrad", " 50.0 mN·m", " 40.0 mN·m", " 50.0", " 20.0"]
+    assert [text.get_text() for axes in figure.axes for text in axes.texts] == [
+        " 3.00 µrad",
+        " 50.0 mN·m",
+        " 40.0 mN·m",
+        " 50.0",
+        " 20.0",
+    ]
     empty = loop_design.loops_proposed(["alone"], [None], [None], [None], 30.0)
     assert [axes.get_xlim()[1] for axes in empty.axes] == pytest.approx([1.45] * 3)

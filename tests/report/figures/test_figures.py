@@ -19,8 +19,12 @@ from bristle.report.figures import fit, legibility
 DRAW = {
     "effort_over_time": lambda bench: fit.effort_over_time(bench.identified.best),
     "following_error": lambda bench: figures.following_error(bench.looped),
-    "following_error_focus": lambda bench: figures.following_error(bench.looped, ("feedforward", "compensated")),
-    "friction_over_velocity": lambda bench: figures.friction_over_velocity(bench.identified.best, drive_table(bench.identified.best, 100)),
+    "following_error_focus": lambda bench: figures.following_error(
+        bench.looped, ("feedforward", "compensated")
+    ),
+    "friction_over_velocity": lambda bench: figures.friction_over_velocity(
+        bench.identified.best, drive_table(bench.identified.best, 100)
+    ),
     "prediction": lambda bench: fit.prediction(bench.predicted, bench.axis.kind),
     "residuals": lambda bench: fit.residuals(bench.identified.best),
 }
@@ -55,18 +59,28 @@ def test_lines_with_a_name_differ_without_colour(figure):
     for axes in figure.axes:
         named = [line for line in axes.get_lines() if not line.get_label().startswith("_")]
         for line, other in itertools.combinations(named, 2):
-            lightness = [np.dot(to_rgb(line.get_color()), (0.299, 0.587, 0.114)) for line in (line, other)]
-            shapes = [(line.get_linestyle(), str(line.get_marker()), line.get_fillstyle()) for line in (line, other)]
+            lightness = [
+                np.dot(to_rgb(line.get_color()), (0.299, 0.587, 0.114)) for line in (line, other)
+            ]
+            shapes = [
+                (line.get_linestyle(), str(line.get_marker()), line.get_fillstyle())
+                for line in (line, other)
+            ]
             assert abs(lightness[0] - lightness[1]) > 0.2 or shapes[0] != shapes[1]
 
 
-FOREIGN = {"translational": r"(?i:rad|N·m|Torque|Angle)", "rotational": r"\[[kmµ]?N\]|m/s|\[[mµn]?m\]|Force|Position"}
+FOREIGN = {
+    "translational": r"(?i:rad|N·m|Torque|Angle)",
+    "rotational": r"\[[kmµ]?N\]|m/s|\[[mµn]?m\]|Force|Position",
+}
 
 
 @pytest.mark.parametrize("name", DRAW)
 def test_a_rotational_axis_is_labelled_torque_and_angle(name, drawn):
     for kind, words in FOREIGN.items():
-        assert not re.search(words, " ".join(ax.get_xlabel() + ax.get_ylabel() for ax in drawn[kind, name].axes))
+        assert not re.search(
+            words, " ".join(ax.get_xlabel() + ax.get_ylabel() for ax in drawn[kind, name].axes)
+        )
 
 
 def test_drawing_does_not_change_the_settings_of_matplotlib(stage):
@@ -78,7 +92,11 @@ def test_drawing_does_not_change_the_settings_of_matplotlib(stage):
 def test_no_file_of_figures_imports_the_stateful_interface():
     files = list(Path(figures.__file__).parent.glob("*.py"))
     assert len(files) > 20
-    assert not [file.name for file in files if re.search(r"import .*pyplot|pyplot import", file.read_text(encoding="utf-8"))]
+    assert not [
+        file.name
+        for file in files
+        if re.search(r"import .*pyplot|pyplot import", file.read_text(encoding="utf-8"))
+    ]
 
 
 @pytest.mark.slow

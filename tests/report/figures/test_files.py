@@ -50,7 +50,15 @@ def test_svg_has_text_on_white_without_external_resources(margins):
     text = figure_file(margins, "svg", "Poles & margins <of a loop>").decode()
     tree = ElementTree.fromstring(text)
     words = " ".join(tree.itertext())
-    assert all(message in words for message in ("Frequency [Hz]", "small motions", "Phase [°]", "Poles & margins <of a loop>"))
+    assert all(
+        message in words
+        for message in (
+            "Frequency [Hz]",
+            "small motions",
+            "Phase [°]",
+            "Poles & margins <of a loop>",
+        )
+    )
     ground = next(item for item in tree.iter("{http://www.w3.org/2000/svg}path"))
     assert ground.get("style") == "fill: #ffffff"
     assert not re.search(r"<image|@import|<script|dc:date|xlink:href=\"(?!#)", text)
@@ -58,7 +66,11 @@ def test_svg_has_text_on_white_without_external_resources(margins):
 
 def test_pdf_embeds_fonts_as_letters_not_outlines(pdf):
     whole = pdf + streams_of(pdf)
-    assert [part in whole for part in (b"/FontFile2", b"/Type3", b"CreationDate")] == [True, False, False]
+    assert [part in whole for part in (b"/FontFile2", b"/Type3", b"CreationDate")] == [
+        True,
+        False,
+        False,
+    ]
     assert re.search(rb"/Title[^>]*Poles", whole)
 
 
@@ -78,14 +90,23 @@ def test_png_has_300_dots_an_inch_on_white(margins):
     assert struct.unpack(">I", png[place : place + 4])[0] * 0.0254 == pytest.approx(300.0, rel=1e-3)
     pixels = imread(io.BytesIO(png))
     assert pixels.shape[:2] == (high, wide)
-    assert [pixels[0, 0].min(), pixels[..., 3].min()] == [1.0, 1.0]  # white, and nothing shines through
+    assert [pixels[0, 0].min(), pixels[..., 3].min()] == [
+        1.0,
+        1.0,
+    ]  # white, and nothing shines through
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("form", FORMATS)
 def test_the_same_figure_has_the_same_bytes_for_any_settings(form):
     first = figure_file(gallery()["expected"](), form, "a")
-    settings = {"font.size": 31, "svg.fonttype": "path", "pdf.fonttype": 3, "savefig.dpi": 20, "savefig.facecolor": "red"}
+    settings = {
+        "font.size": 31,
+        "svg.fonttype": "path",
+        "pdf.fonttype": 3,
+        "savefig.dpi": 20,
+        "savefig.facecolor": "red",
+    }
     with matplotlib.rc_context(settings):
         assert figure_file(gallery()["expected"](), form, "a") == first
         assert matplotlib.rcParams["svg.fonttype"] == "path"
@@ -96,25 +117,41 @@ def test_the_same_figure_has_the_same_bytes_for_any_settings(form):
 def test_any_name_can_be_drawn(form):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InputWarning)
-        assert len(figure_file(gallery(NAMES[:2], NAMES)["minor_loops"](), form, "\x00\ud800 \n" + "".join(NAMES))) > 1000
+        assert (
+            len(
+                figure_file(
+                    gallery(NAMES[:2], NAMES)["minor_loops"](),
+                    form,
+                    "\x00\ud800 \n" + "".join(NAMES),
+                )
+            )
+            > 1000
+        )
 
 
 def test_missing_letters_are_reported_once_and_other_warnings_remain():
     class Lacking(Figure):
         def savefig(self, *_, **__):
             for letter in (36724, 30340):
-                warnings.warn(f"Glyph {letter} missing from font(s) DejaVu Sans.", UserWarning, stacklevel=2)
+                warnings.warn(
+                    f"Glyph {letter} missing from font(s) DejaVu Sans.", UserWarning, stacklevel=2
+                )
             warnings.warn("another", DeprecationWarning, stacklevel=2)
 
     with pytest.warns() as caught:
         files.figure_file(Lacking(), "png", "")
-    assert [(item.category, str(item.message)[:7]) for item in caught] == [(DeprecationWarning, "another"), (InputWarning, "letters")]
+    assert [(item.category, str(item.message)[:7]) for item in caught] == [
+        (DeprecationWarning, "another"),
+        (InputWarning, "letters"),
+    ]
     assert caught[-1].filename == __file__
 
 
 def test_a_figure_of_very_many_panels_has_fewer_dots_an_inch_as_png(monkeypatch):
     monkeypatch.setattr(files, "MOST_PIXELS", 1e5)
-    sides = np.frombuffer(figure_file(Figure(figsize=(3.0, 4.0)), "png", "")[16:24], dtype=">u4").astype(float)
+    sides = np.frombuffer(
+        figure_file(Figure(figsize=(3.0, 4.0)), "png", "")[16:24], dtype=">u4"
+    ).astype(float)
     assert np.prod(sides) == pytest.approx(1e5, rel=1e-2)
 
 
@@ -151,7 +188,9 @@ def test_it_is_well_formed_and_described():
     assert tree.get("aria-label") == 'effort <& "more">'
 
 
-@pytest.mark.parametrize("text", ["<script>alert(1)</script>", "1.23456789", "$\\alpha$ & co", 'd="M 1.23456"'])
+@pytest.mark.parametrize(
+    "text", ["<script>alert(1)</script>", "1.23456789", "$\\alpha$ & co", 'd="M 1.23456"']
+)
 def test_text_is_unchanged(text):
     svg = inline_svg(labelled(text), "a", "")
     assert "<script" not in svg
@@ -180,11 +219,15 @@ def test_a_page_knows_where_the_panels_and_their_lines_are():
     (panel,) = json.loads(html.unescape(re.search(r'data-panels="(.*?)"', svg)[1]))
     left, top, right, bottom = panel["box"]
     points = re.search(r'data-curve="0".*?d="(.*?)"', svg, re.DOTALL)[1]
-    (x, y), *_ = [tuple(map(float, pair.split())) for pair in re.findall(r"[ML] ([\d.]+ [\d.]+)", points)]
+    (x, y), *_ = [
+        tuple(map(float, pair.split())) for pair in re.findall(r"[ML] ([\d.]+ [\d.]+)", points)
+    ]
     low, high = panel["x"]["ends"]
     assert x == pytest.approx(left + (0.0 - low) / (high - low) * (right - left), abs=0.05)
     low, high = panel["y"]["ends"]
-    assert y == pytest.approx(bottom - (0.123456789 - low) / (high - low) * (bottom - top), abs=0.05)
+    assert y == pytest.approx(
+        bottom - (0.123456789 - low) / (high - low) * (bottom - top), abs=0.05
+    )
     assert (panel["x"]["word"], panel["x"]["scale"]) == ("Time [s]", "linear")
 
 
@@ -196,15 +239,24 @@ def test_a_notebook_shows_the_figure_and_not_its_name():
     picture = draw()._repr_svg_()
     assert picture.lstrip().startswith("<?xml")
     assert "</svg>" in picture
-    width, height = (float(re.search(rf'<svg[^>]* {side}="([\d.]+)pt"', picture)[1]) for side in ("width", "height"))
+    width, height = (
+        float(re.search(rf'<svg[^>]* {side}="([\d.]+)pt"', picture)[1])
+        for side in ("width", "height")
+    )
     assert 100.0 < height < width
     with matplotlib.rc_context({"lines.linewidth": 9.0, "axes.facecolor": "black"}):
-        assert re.findall(r'<path d="[^"]*"', draw()._repr_svg_()) == re.findall(r'<path d="[^"]*"', picture)
+        assert re.findall(r'<path d="[^"]*"', draw()._repr_svg_()) == re.findall(
+            r'<path d="[^"]*"', picture
+        )
 
 
 def test_a_figure_has_the_colours_of_the_notebook_and_identifiers_of_its_own():
     one, other = (gallery()[name]()._repr_html_() for name in ("effort_over_time", "minor_loops"))
-    for part in ("--ink:light-dark(#1b2430,#e8ecf1);", '[data-jp-theme-light="false"]', "var(--rule,#d5dae0)"):
+    for part in (
+        "--ink:light-dark(#1b2430,#e8ecf1);",
+        '[data-jp-theme-light="false"]',
+        "var(--rule,#d5dae0)",
+    ):
         assert part in one
     assert not re.search(r"stroke: #[0-9a-f]{6}", one)
     assert re.search(r'aria-label="Figure: [^"]*\[', one)

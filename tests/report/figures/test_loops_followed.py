@@ -10,7 +10,10 @@ from bristle.core import Status
 from bristle.report.figures import gain_at_reversal, loop_rows, report_figure
 from bristle.report.figures.following_error import following_error, has_completed, open_loop
 
-AT_REVERSAL, FIGURE = report_figure.FIGURES["first_screen.reversal"], report_figure.FIGURES["following_error.following"]
+AT_REVERSAL, FIGURE = (
+    report_figure.FIGURES["first_screen.reversal"],
+    report_figure.FIGURES["following_error.following"],
+)
 NAMES = ("base", "plain", "fed")
 
 
@@ -21,15 +24,25 @@ def test_zero_errors_have_bars():
     shares, edges, _ = spread.patches[0].get_data()
     assert (shares.size, shares[0], edges[0], edges[-1]) == (80, 100.0, 0.0, 1.0)
     assert spread.get_xlim() == (0.01, 100.0)
-    assert [label.get_text() for label in spread.get_xticklabels()] == ["0.01", "0.1", "1", "10", "100"]
+    assert [label.get_text() for label in spread.get_xticklabels()] == [
+        "0.01",
+        "0.1",
+        "1",
+        "10",
+        "100",
+    ]
 
 
 @pytest.mark.parametrize(
-    ("focus", "panels", "title"), [((), 5, ""), (("plain", "fed"), 6, "plain and fed only"), (NAMES, 5, ""), (("none",), 5, "")]
+    ("focus", "panels", "title"),
+    [((), 5, ""), (("plain", "fed"), 6, "plain and fed only"), (NAMES, 5, ""), (("none",), 5, "")],
 )
 def test_flattened_loops_get_a_separate_panel(focus, panels, title):
     figure = following_error(looped(NAMES), focus)
-    assert (len(figure.axes), figure.get_size_inches()[1]) == (panels, pytest.approx(1.6 * (panels - 1)))
+    assert (len(figure.axes), figure.get_size_inches()[1]) == (
+        panels,
+        pytest.approx(1.6 * (panels - 1)),
+    )
     assert figure.axes[panels - 4].get_title(loc="right") == title
     shares = sum(patch.get_data()[0].sum() for patch in figure.axes[panels - 3].patches)
     assert shares == pytest.approx(100.0 * (2 if title else 3))
@@ -56,7 +69,11 @@ def test_the_worst_reversal_of_a_single_loop_has_its_name():
 
 def test_a_name_with_an_underscore_in_front_is_in_the_legend():
     figure = following_error(looped(("_hidden", "plain")))
-    legends = [legend for legend in (*figure.legends, *(axes.get_legend() for axes in figure.axes)) if legend]
+    legends = [
+        legend
+        for legend in (*figure.legends, *(axes.get_legend() for axes in figure.axes))
+        if legend
+    ]
     assert any("_hidden" in text.get_text() for legend in legends for text in legend.get_texts())
 
 
@@ -92,9 +109,16 @@ def test_an_open_loop_has_a_legend_for_several_that_completed():
 
 def test_captions_follow_the_drawing():
     assert "Reference minus encoder reading: over time" in FIGURE.caption(looped(NAMES), (), None)
-    assert "Reference minus encoder reading, measured and simulated: over time" in FIGURE.caption(looped(NAMES), (), 1)
-    assert AT_REVERSAL.alternative(None, ["a", "b"]) == "Error of a and b at the worst reversal; below, the whole run"
-    assert "measured" in lines(FIGURE.draw(looped(NAMES), (), Some(error=np.full(T.size, 9e-6))).axes[1])
+    assert "Reference minus encoder reading, measured and simulated: over time" in FIGURE.caption(
+        looped(NAMES), (), 1
+    )
+    assert (
+        AT_REVERSAL.alternative(None, ["a", "b"])
+        == "Error of a and b at the worst reversal; below, the whole run"
+    )
+    assert "measured" in lines(
+        FIGURE.draw(looped(NAMES), (), Some(error=np.full(T.size, 9e-6))).axes[1]
+    )
     assert "measured" not in lines(FIGURE.draw(looped(NAMES), (), None).axes[1])
 
 
@@ -129,4 +153,6 @@ def test_friction_is_drawn_over_the_raw_and_the_averaged_effort():
         for axes, signal, part in ((whole, mean, LATE), (near, F, (T >= 1.0) & (T <= 2.0))):
             (effort,), (friction,) = drawn(axes, "driving torque"), drawn(axes, "friction")
             np.testing.assert_allclose(effort.get_ydata()[inner], 3.0 * signal[part][inner])
-            np.testing.assert_allclose(friction.get_ydata()[inner], 3.0 * (0.5 + 0.1 * k) * signal[part][inner])
+            np.testing.assert_allclose(
+                friction.get_ydata()[inner], 3.0 * (0.5 + 0.1 * k) * signal[part][inner]
+            )

@@ -16,7 +16,15 @@ from tests.report.figures.test_figures import assert_legible
 
 from bristle import figures
 from bristle.report.figures import as_csv, numbers_of, style
-from bristle.report.figures.drawing import GREY, INK, one_line, printable, shortened, shortened_apart, width
+from bristle.report.figures.drawing import (
+    GREY,
+    INK,
+    one_line,
+    printable,
+    shortened,
+    shortened_apart,
+    width,
+)
 
 # Figures in which no name stands that a person chose.
 NAMELESS = {
@@ -71,16 +79,35 @@ def test_every_figure_takes_every_name(names, only):
     for name in only or draws:
         svg = figures.inline_svg(draws[name](), "a", names[0])
         tree = ElementTree.fromstring(svg)
-        assert {item.tag for item in tree.iter()} <= {"svg", "defs", "style", "g", "path", "text", "use", "clipPath", "rect", "pattern"}, (
-            name
-        )
+        assert {item.tag for item in tree.iter()} <= {
+            "svg",
+            "defs",
+            "style",
+            "g",
+            "path",
+            "text",
+            "use",
+            "clipPath",
+            "rect",
+            "pattern",
+        }, name
         assert FORBIDDEN.search(svg) is None, name
         # The names of the lines stand in `data-panels` as written.
-        used = set(re.findall(r'<[^>]*(?:href="#|url\(#)([^")]+)', re.sub(r' data-panels="[^"]*"', "", svg)))
+        used = set(
+            re.findall(
+                r'<[^>]*(?:href="#|url\(#)([^")]+)', re.sub(r' data-panels="[^"]*"', "", svg)
+            )
+        )
         assert used <= {item.get("id") for item in tree.iter()}, name
 
 
-@pytest.mark.parametrize("name", [name if name in WAYS else pytest.param(name, marks=pytest.mark.slow) for name in named(NAMES[:2])])
+@pytest.mark.parametrize(
+    "name",
+    [
+        name if name in WAYS else pytest.param(name, marks=pytest.mark.slow)
+        for name in named(NAMES[:2])
+    ],
+)
 def test_a_name_appears_in_its_figure_as_written(name):
     short = ('<b d="1.23456"', "_$x_1^2$ 5%")
     text = letters(figures.inline_svg(gallery(short)[name](), "a", ""))
@@ -109,7 +136,9 @@ def test_names_of_any_length_neither_overlap_nor_leave_the_figure(names, many, w
 def test_a_long_name_is_cut_visibly_and_a_number_after_it_is_kept():
     draws = gallery([f"{LONG}_{k}" for k in range(5)])
     for name, behind in (("closure", "−30.0 %"), ("marked_path", "0.5 µm")):
-        titles = [item for item in (axes.get_title(loc="right") for axes in draws[name]().axes) if item]
+        titles = [
+            item for item in (axes.get_title(loc="right") for axes in draws[name]().axes) if item
+        ]
         assert len(titles) == 5
         for number, title in enumerate(titles):
             assert re.fullmatch(rf"a.*….*{number}: {re.escape(behind)}", title)
@@ -176,7 +205,9 @@ def read(figure):
     head, *lines = csv.reader(io.StringIO(as_csv(panel)))
     result = {}
     for _, series, mark, stroke, *cells in lines:
-        result.setdefault((series, mark), {}).setdefault(stroke, []).append([float(cell) for cell in cells[:2]])
+        result.setdefault((series, mark), {}).setdefault(stroke, []).append(
+            [float(cell) for cell in cells[:2]]
+        )
     return head, {name: list(strokes.values()) for name, strokes in result.items()}
 
 
@@ -187,19 +218,25 @@ def axes():
 
 @pytest.mark.fast_cases(20)
 @pytest.mark.parametrize("name", sorted(set(gallery()) - {"rig_layout"}))
-def test_every_point_that_a_figure_plots_is_in_its_numbers_under_a_head_and_a_name(name, monkeypatch):
+def test_every_point_that_a_figure_plots_is_in_its_numbers_under_a_head_and_a_name(
+    name, monkeypatch
+):
     plotted, plot = defaultdict(set), Axes.plot
 
     def noting(axes, *values, **how):
         x, y = (np.atleast_1d(side).astype(float) for side in values[:2])
-        plotted[axes] |= {(f"{a:.12g}", f"{b:.12g}") for a, b in np.broadcast(x, y) if np.isfinite(a + b)}
+        plotted[axes] |= {
+            (f"{a:.12g}", f"{b:.12g}") for a, b in np.broadcast(x, y) if np.isfinite(a + b)
+        }
         return plot(axes, *values, **how)
 
     monkeypatch.setattr(Axes, "plot", noting)
     figure = gallery()[name]()
     drawn = [axes for axes in figure.axes if axes.lines or axes.collections or axes.patches]
     for axes, panel in zip(drawn, numbers_of(figure), strict=True):
-        assert plotted[axes] <= {tuple(line[4:6]) for line in csv.reader(io.StringIO(as_csv(panel)))}
+        assert plotted[axes] <= {
+            tuple(line[4:6]) for line in csv.reader(io.StringIO(as_csv(panel)))
+        }
         assert len({panel.x, panel.y, "", "x", "y"}) == 5
         assert all(series.strip("_ ") and item.strokes for series, item in panel.drawn)
 
@@ -226,12 +263,18 @@ def test_names_are_those_of_the_legend_at_any_place():
     for panel in numbers_of(figure_of("following_error"))[1:]:
         assert [series for series, item in panel.drawn if item.mark != "area"] == list(PLAIN)
     _, poles, _ = numbers_of(figure_of("margins"))
-    assert [name for name, item in poles.drawn if item.mark == "points"] == ["small motions", "large motions"]
+    assert [name for name, item in poles.drawn if item.mark == "points"] == [
+        "small motions",
+        "large motions",
+    ]
 
 
 def test_a_colour_of_another_panel_gives_no_name():
     over_time, spread, _ = numbers_of(figure_of("residuals"))
-    assert [[name for name, _ in panel.drawn] for panel in (over_time, spread)] == [["Residual"], ["normal", "residual"]]
+    assert [[name for name, _ in panel.drawn] for panel in (over_time, spread)] == [
+        ["Residual"],
+        ["normal", "residual"],
+    ]
 
 
 def test_a_series_is_named_by_its_hidden_label(axes):
@@ -239,7 +282,12 @@ def test_a_series_is_named_by_its_hidden_label(axes):
     axes.plot(1.0, 1.0, "o", color="#aa0000", label="_reached")
     axes.vlines([0.2, 0.4], 0.0, 1.0, color="#aa0000")
     axes.plot([0.0, 1.0], [1.0, 0.0], color="#aa0000", label="rig")
-    assert sorted(name for name, _ in numbers_of(axes.figure)[0].drawn) == ["reached", "rig", "rig", "y"]
+    assert sorted(name for name, _ in numbers_of(axes.figure)[0].drawn) == [
+        "reached",
+        "rig",
+        "rig",
+        "y",
+    ]
 
 
 def test_things_without_a_label_are_counted(axes):
@@ -247,7 +295,12 @@ def test_things_without_a_label_are_counted(axes):
     axes.axhline(0.0, color=GREY)
     axes.plot([0.0, 1.0], [0.0, 1.0], color=INK, linewidth=3.0)
     axes.plot([0.0, 1.0], [0.0, 2.0], color=INK, linewidth=4.0)
-    assert [name for name, _ in numbers_of(axes.figure)[0].drawn] == ["the paper", "line 1", "line 2", "line 3"]
+    assert [name for name, _ in numbers_of(axes.figure)[0].drawn] == [
+        "the paper",
+        "line 1",
+        "line 2",
+        "line 3",
+    ]
 
 
 def test_logarithmic_axes_have_the_numbers_themselves(axes):
@@ -272,13 +325,19 @@ def test_bars_are_read_at_their_ends_with_their_names(axes):
     axes.set_xticks([0, 1], ["first", "second"])
     _, result = read(axes.figure)
     assert result == {("up", "bars"): [[[0.0, 3.0], [1.0, 5.0]]]}
-    assert [item["name at x"] for item in rows_of(numbers_of(axes.figure)[0])] == ["first", "second"]
+    assert [item["name at x"] for item in rows_of(numbers_of(axes.figure)[0])] == [
+        "first",
+        "second",
+    ]
 
 
 def test_horizontal_bars_have_the_name_of_their_row(axes):
     axes.barh([-0.2, 0.8], [3.0, 5.0], height=0.3, label="a")
     axes.set_yticks([0, 1], ["first", "second"])
-    assert [(item["x"], item["name at y"]) for item in rows_of(numbers_of(axes.figure)[0])] == [("3", "first"), ("5", "second")]
+    assert [(item["x"], item["name at y"]) for item in rows_of(numbers_of(axes.figure)[0])] == [
+        ("3", "first"),
+        ("5", "second"),
+    ]
 
 
 def test_ticks_with_numbers_are_no_names(axes):
@@ -298,7 +357,12 @@ def test_areas_and_steps(axes):
     (shares,) = result["shares", "steps"]
     assert {(0.0, 1.0), (0.5, 1.0), (0.5, 3.0), (1.0, 3.0)} <= {tuple(share) for share in shares}
     (window,) = result["window", "area"]
-    assert {(x, round(y, 9)) for x, y in window} == {(0.25, 0.0), (0.75, 0.0), (0.75, 8.0), (0.25, 8.0)}
+    assert {(x, round(y, 9)) for x, y in window} == {
+        (0.25, 0.0),
+        (0.75, 0.0),
+        (0.75, 8.0),
+        (0.25, 8.0),
+    }
 
 
 def test_contours_and_cells_are_no_areas(axes):
@@ -309,7 +373,12 @@ def test_contours_and_cells_are_no_areas(axes):
 
 @pytest.mark.parametrize("name", ["errors_by_truth", "break_away"])
 def test_marks_of_several_series_have_the_names_of_their_series(name):
-    marks = {series for panel in numbers_of(figure_of(name)) for series, item in panel.drawn if item.mark == "points"}
+    marks = {
+        series
+        for panel in numbers_of(figure_of(name))
+        for series, item in panel.drawn
+        if item.mark == "points"
+    }
     assert marks
     assert not marks & {"loop", "reached"}
 

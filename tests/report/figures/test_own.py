@@ -21,7 +21,14 @@ def draw(simulation):
     return style.panels(2.0)[0]
 FIGURE = ReportFigure(name="{name}", title="{title}", caption="{caption}", alternative="{alternative}", takes={takes}, draw={draw})
 """
-USUAL = {"name": "mine", "title": "Mine", "caption": "See.", "alternative": "mine", "takes": '"simulation"', "draw": "draw"}
+USUAL = {
+    "name": "mine",
+    "title": "Mine",
+    "caption": "See.",
+    "alternative": "mine",
+    "takes": '"simulation"',
+    "draw": "draw",
+}
 
 
 def written(folder, **changes):
@@ -34,7 +41,10 @@ def test_a_file_defines_a_figure(tmp_path):
     figure = own.load_figure_file(written(tmp_path))
     assert (figure.name, figure.needs) == ("mine", ("simulation",))
     assert own.load_figure_file(written(tmp_path, name="a" + "b" * 40)).name == "a" + "b" * 40
-    assert own.load_figure_file(written(tmp_path, takes='("log", "design")')).needs == ("log", "design")
+    assert own.load_figure_file(written(tmp_path, takes='("log", "design")')).needs == (
+        "log",
+        "design",
+    )
 
 
 @pytest.mark.parametrize(
@@ -59,13 +69,20 @@ def test_an_incomplete_file_is_refused(tmp_path, changes, words):
 
 
 def figure(name="mine", takes="simulation", draw=lambda simulation: style.panels(2.0)[0], **more):
-    return ReportFigure(name=name, takes=takes, draw=draw, caption="See.", alternative="mine", **more)
+    return ReportFigure(
+        name=name, takes=takes, draw=draw, caption="See.", alternative="mine", **more
+    )
 
 
 @pytest.mark.parametrize(
     ("takes", "report", "others", "words"),
     [
-        ("simulation", "study", 1, r"the report of study lacks.*simulation.*bristle identify or bristle run"),
+        (
+            "simulation",
+            "study",
+            1,
+            r"the report of study lacks.*simulation.*bristle identify or bristle run",
+        ),
         (("study", "design"), "study", 0, r"lacks(?!.*Use the figure with)"),
         ("simulation", "run", 2, "another figure has the same name"),
     ],
@@ -110,22 +127,41 @@ def test_a_figure_applies_with_all_its_inputs_and_takes_optional_results():
     assert item.arguments({"log": 1, "fit": 2}) == (1, 2, None)
     assert [item.applies_to(facts) for facts in ({"log": 1, "fit": 2}, {"log": 1})] == [True, False]
     choosy = figure(takes=("log",), applies=lambda log: log > 1)
-    assert [choosy.applies_to(facts) for facts in ({"log": 1}, {"log": 2}, {})] == [False, True, False]
+    assert [choosy.applies_to(facts) for facts in ({"log": 1}, {"log": 2}, {})] == [
+        False,
+        True,
+        False,
+    ]
 
 
 # --- A figure is a file and a line: what is registered is drawn, and what is drawn stands on the page
 
 
 FOLDER = Path(figures.__file__).parent
-FACT = {"identification": "fit", "comparison": "comparison", "excitation": "motion", "operator": "recorded", "arm": "joints"}
+FACT = {
+    "identification": "fit",
+    "comparison": "comparison",
+    "excitation": "motion",
+    "operator": "recorded",
+    "arm": "joints",
+}
 
 
 @pytest.mark.slow
 def test_every_figure_of_a_file_is_on_a_report_and_every_line_is_a_figure():
-    for module in (*(f"bristle.report.figures.{file.stem}" for file in FOLDER.glob("[a-z]*.py")), *on_reports.OF_APPS.values()):
+    for module in (
+        *(f"bristle.report.figures.{file.stem}" for file in FOLDER.glob("[a-z]*.py")),
+        *on_reports.OF_APPS.values(),
+    ):
         import_module(module)
-    assert set(report_figure.FIGURES) == {place.name for places in on_reports.REPORTS.values() for place in places}
-    assert all(isinstance(place.figure, ReportFigure) for places in on_reports.REPORTS.values() for place in places)
+    assert set(report_figure.FIGURES) == {
+        place.name for places in on_reports.REPORTS.values() for place in places
+    }
+    assert all(
+        isinstance(place.figure, ReportFigure)
+        for places in on_reports.REPORTS.values()
+        for place in places
+    )
 
 
 @pytest.mark.slow
@@ -152,11 +188,18 @@ UNLABELLED = {
 def test_figures_of_bristle_meet_the_contract_of_figures(report):
     for plate in report_of(report)[2]:
         faults = legibility.unlabelled_axes(plate.figure)
-        assert faults[:1] == [fault for key, fault in UNLABELLED.items() if key == (report, plate.name)], plate.name
+        assert faults[:1] == [
+            fault for key, fault in UNLABELLED.items() if key == (report, plate.name)
+        ], plate.name
         assert legibility.illegible_texts(plate.figure) == [], plate.name
         assert not plate.caption or plate.caption.endswith((".", "!", "?")), plate.name
         assert "\n" not in plate.alternative.strip(), plate.name
-        points = sum(len(stroke) for panel in figures.numbers_of(plate.figure) for _, drawn in panel.drawn for stroke in drawn.strokes)
+        points = sum(
+            len(stroke)
+            for panel in figures.numbers_of(plate.figure)
+            for _, drawn in panel.drawn
+            for stroke in drawn.strokes
+        )
         assert points > 1, plate.name
     assert figures.figure_file(plate.figure, "pdf", plate.alternative), plate.name
 
@@ -166,7 +209,9 @@ def test_nearly_every_registered_figure_is_drawn_from_the_small_results():
     missing = set()
     for report, places in on_reports.REPORTS.items():
         drawn = {plate.name for plate in report_of(report)[2]}
-        missing |= {(report, place.figure.name) for place in places} - {(report, name) for name in drawn}
+        missing |= {(report, place.figure.name) for place in places} - {
+            (report, name) for name in drawn
+        }
     # An open loop, a loop without a pair, a log that only sticks, a log with loops, pre-sliding, two masses, and several numbers.
     assert missing == {
         ("simulation", "motion"),
@@ -191,17 +236,36 @@ def test_nearly_every_registered_figure_is_drawn_from_the_small_results():
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("report", "section"),
-    [(report, section) for report in on_reports.REPORTS for section in sorted({place.section for place in on_reports.REPORTS[report]})],
+    [
+        (report, section)
+        for report in on_reports.REPORTS
+        for section in sorted({place.section for place in on_reports.REPORTS[report]})
+    ],
 )
 def test_a_figure_added_to_a_section_is_on_the_page(report, section, monkeypatch):
-    monkeypatch.setitem(sys.modules, "bristle.report.figures.added", ModuleType("bristle.report.figures.added"))
+    monkeypatch.setitem(
+        sys.modules, "bristle.report.figures.added", ModuleType("bristle.report.figures.added")
+    )
     added = ReportFigure(
-        name="added", takes=FACT.get(report, report), draw=lambda fact: style.panels(2.0)[0], alternative="added", caption="Added."
+        name="added",
+        takes=FACT.get(report, report),
+        draw=lambda fact: style.panels(2.0)[0],
+        alternative="added",
+        caption="Added.",
     )
     monkeypatch.setitem(report_figure.FIGURES, "added.added", added)
-    places = [place for place in on_reports.REPORTS[report] if section != "front" or place.section != "front"]
-    monkeypatch.setitem(on_reports.REPORTS, report, (*places, on_reports.Place(section, "added.added")))
-    assert 'id="figure-added"' in rendered(report, **({"by_position": True} if section == "position" else {}))[0]
+    places = [
+        place
+        for place in on_reports.REPORTS[report]
+        if section != "front" or place.section != "front"
+    ]
+    monkeypatch.setitem(
+        on_reports.REPORTS, report, (*places, on_reports.Place(section, "added.added"))
+    )
+    assert (
+        'id="figure-added"'
+        in rendered(report, **({"by_position": True} if section == "position" else {}))[0]
+    )
 
 
 @pytest.mark.slow

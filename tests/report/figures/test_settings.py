@@ -52,7 +52,9 @@ def plain():
     """Some figures as they are usually drawn."""
     with usual():
         draws = gallery()
-        return {name: figures.inline_svg(draws[name](), name.replace("_", "-"), name) for name in SOME}
+        return {
+            name: figures.inline_svg(draws[name](), name.replace("_", "-"), name) for name in SOME
+        }
 
 
 @pytest.fixture
@@ -89,7 +91,11 @@ def shown(figure):
     return bytes(canvas.buffer_rgba())
 
 
-@pytest.mark.parametrize("show", [partial(saved, format="svg", metadata={"Date": None}), saved, shown], ids=["svg", "png", "canvas"])
+@pytest.mark.parametrize(
+    "show",
+    [partial(saved, format="svg", metadata={"Date": None}), saved, shown],
+    ids=["svg", "png", "canvas"],
+)
 def test_a_figure_saved_or_shown_by_the_user_is_the_same(show, hostile):
     result = show(gallery()["expected"]())
     with usual():
@@ -101,7 +107,9 @@ def test_concurrent_threads_restore_all_settings(hostile, plain):
     names = SOME * 2
     with Abreast(4) as pool:
         draws = gallery()
-        result = pool.map(lambda name: figures.inline_svg(draws[name](), name.replace("_", "-"), name), names)
+        result = pool.map(
+            lambda name: figures.inline_svg(draws[name](), name.replace("_", "-"), name), names
+        )
         assert [name for name, svg in zip(names, result, strict=True) if svg != plain[name]] == []
     assert dict(matplotlib.rcParams.copy()) == hostile
 
@@ -110,7 +118,13 @@ def run(code, folder, **environment):
     """Run Python in a folder; return what it printed, and what it remarked."""
     variables = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])} | environment
     ended = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, env=variables, capture_output=True, text=True, check=False, timeout=100
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env=variables,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=100,
     )
     assert ended.returncode == 0, ended.stderr
     return ended.stdout, ended.stderr
@@ -121,11 +135,22 @@ def run(code, folder, **environment):
     ("file", "environment"),
     [
         pytest.param(SETTINGS.encode(), {}, id="settings", marks=pytest.mark.slow),
-        pytest.param(b"text.usetex = True\n<html>\n::\n\x00\n", {"MPLBACKEND": "module://no.such"}, id="no settings"),
-        pytest.param(None, {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir}, id="folders", marks=pytest.mark.slow),
+        pytest.param(
+            b"text.usetex = True\n<html>\n::\n\x00\n",
+            {"MPLBACKEND": "module://no.such"},
+            id="no settings",
+        ),
+        pytest.param(
+            None,
+            {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir},
+            id="folders",
+            marks=pytest.mark.slow,
+        ),
     ],
 )
-def test_no_settings_file_or_variable_changes_a_figure_or_causes_a_warning(file, environment, tmp_path, plain):
+def test_no_settings_file_or_variable_changes_a_figure_or_causes_a_warning(
+    file, environment, tmp_path, plain
+):
     if file is not None:
         (tmp_path / "matplotlibrc").write_bytes(file)
     after = "import os; print(os.environ.get('MPLBACKEND'))"
@@ -133,7 +158,9 @@ def test_no_settings_file_or_variable_changes_a_figure_or_causes_a_warning(file,
     assert remarks == ""
     result, left = message.splitlines()
     assert left == str(environment.get("MPLBACKEND"))
-    assert json.loads(result) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
+    assert json.loads(result) == {
+        name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME
+    }
 
 
 @pytest.mark.fast_cases(1)
@@ -142,15 +169,25 @@ def test_no_settings_file_or_variable_changes_a_figure_or_causes_a_warning(file,
     [
         (b"font.family: caf\xe9\n", {}, "can't decode byte"),
         (b"", {"MPLBACKEND": "nonsense"}, "'nonsense' is not a valid value"),
-        (b"axes.formatter.use_locale: True\n", {"LC_ALL": "xx_YY.nonsense"}, "unsupported locale setting"),
+        (
+            b"axes.formatter.use_locale: True\n",
+            {"LC_ALL": "xx_YY.nonsense"},
+            "unsupported locale setting",
+        ),
     ],
 )
-def test_settings_that_break_the_import_of_matplotlib_are_reported(file, environment, words, tmp_path):
+def test_settings_that_break_the_import_of_matplotlib_are_reported(
+    file, environment, words, tmp_path
+):
     (tmp_path / "matplotlibrc").write_bytes(file)
     code = "from bristle.core import InputError\ntry:\n    import bristle.report.figures\nexcept InputError as error:\n    print(error)"
     message, remarks = run(code, tmp_path, **environment)
     assert remarks == ""
-    assert re.search(f"cannot be imported with the settings of this machine.*{words}.*Correct the file matplotlibrc", message, re.DOTALL)
+    assert re.search(
+        f"cannot be imported with the settings of this machine.*{words}.*Correct the file matplotlibrc",
+        message,
+        re.DOTALL,
+    )
 
 
 @pytest.mark.slow

@@ -26,9 +26,13 @@ def titles(figure):
 
 
 def test_forces_have_the_same_unit_and_a_margin():
-    units = small_multiples.loop_units([(X, -4.0 * X / 2e-6), (X, 1e-3 + X)], "translational", "rotational")
+    units = small_multiples.loop_units(
+        [(X, -4.0 * X / 2e-6), (X, 1e-3 + X)], "translational", "rotational"
+    )
     assert (units.x, units.y) == ("Position [µm]", "Friction torque [N·m]")
-    assert units.height([(X, np.array([-4.0, 1.0])), (X, np.array([0.0, 6.0]))]) == pytest.approx((-4.5, 6.5))
+    assert units.height([(X, np.array([-4.0, 1.0])), (X, np.array([0.0, 6.0]))]) == pytest.approx(
+        (-4.5, 6.5)
+    )
     assert units.height([(X, np.array([-4.0, 6.0]))], 0.1) == pytest.approx((-5.0, 7.0))
     axes = Figure().add_subplot()
     units.plot(axes, 2e-6, 3.0, "o")
@@ -38,12 +42,24 @@ def test_forces_have_the_same_unit_and_a_margin():
 def test_panels_are_in_rows_of_three_with_numbers_at_the_first():
     figure = small_multiples.minor_loops(dict.fromkeys("abcd", (UP, FORCE)))
     assert titles(figure) == list("abcd")
-    assert [axes.get_ylabel() for axes in figure.axes] == ["Friction force [N]", "", "", "Friction force [N]"]
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "Friction force [N]",
+        "",
+        "",
+        "Friction force [N]",
+    ]
     assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in figure.axes)
 
 
 @pytest.mark.parametrize(
-    ("step", "text"), [(2.1e-12, "0.0021 nm"), (1.9e-12, "no drift"), (-2.1e-12, "−0.0021 nm"), (0.0, "no drift"), (5e-7, "500 nm")]
+    ("step", "text"),
+    [
+        (2.1e-12, "0.0021 nm"),
+        (1.9e-12, "no drift"),
+        (-2.1e-12, "−0.0021 nm"),
+        (0.0, "no drift"),
+        (5e-7, "500 nm"),
+    ],
 )
 def test_a_drift_below_a_millionth_of_the_way_is_zero(step, text):
     figure = small_multiples.drift({"a": (UP, FORCE)}, {"a": step})
@@ -52,7 +68,9 @@ def test_a_drift_below_a_millionth_of_the_way_is_zero(step, text):
     assert lines(figure.axes[0])["first loading"].get_xdata().size == 21
 
 
-@pytest.mark.parametrize(("share", "text"), [(-0.307, "−30.7 %"), (4e-5, "closes"), (6e-5, "0.0 %"), (0.0, "closes")])
+@pytest.mark.parametrize(
+    ("share", "text"), [(-0.307, "−30.7 %"), (4e-5, "closes"), (6e-5, "0.0 %"), (0.0, "closes")]
+)
 def test_a_loop_that_misses_less_than_a_hundredth_of_a_percent_closes(share, text):
     figure = small_multiples.closure({"a": (UP, FORCE)}, {"a": share})
     assert titles(figure) == [f"a: {text}"]
@@ -66,15 +84,22 @@ def letters(axes):
 
 
 def test_letters_of_turns_are_away_from_the_middle():
-    figure = small_multiples.marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "abc", {"a": "A", "b": "B"})
+    figure = small_multiples.marked_path(
+        TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "abc", {"a": "A", "b": "B"}
+    )
     assert letters(figure.axes[0]) == [("a", "right"), ("b", "left"), ("c", "right")]
-    blank = small_multiples.marked_path(TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "a a", {"a": "A", "b": "B"}).axes[0]
+    blank = small_multiples.marked_path(
+        TRACES, {"a": [0, 20, 41], "b": [0, 20, 41]}, "a a", {"a": "A", "b": "B"}
+    ).axes[0]
     assert letters(blank) == [("a", "right")]  # the same letter at the same place is written once
 
 
 @pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (3, 2), (4, 2)])
 def test_marked_paths_are_in_rows_of_two(count, columns):
-    traces, turns = dict.fromkeys("abcd"[:count], (UP, FORCE)), {name: [0, 20, 41] for name in "abcd"[:count]}
+    traces, turns = (
+        dict.fromkeys("abcd"[:count], (UP, FORCE)),
+        {name: [0, 20, 41] for name in "abcd"[:count]},
+    )
     figure = small_multiples.marked_path(traces, turns, "xyz", dict.fromkeys("abcd", ""))
     assert len({round(axes.get_position().x0, 6) for axes in figure.axes}) == columns
     assert [bool(axes.get_ylabel()) for axes in figure.axes] == [True, False, True, False][:count]
@@ -93,7 +118,9 @@ def test_a_letter_is_written_twice_if_the_points_are_apart():
 
 def test_a_family_of_loops_has_the_same_name_and_lies_in_the_same_height():
     loops = [(UP, FORCE), (UP, 2.0 * FORCE)]
-    figure = small_multiples.loop_family({"A": {"one": loops, "two": loops[:1]}, "B": {"two": loops}})
+    figure = small_multiples.loop_family(
+        {"A": {"one": loops, "two": loops[:1]}, "B": {"two": loops}}
+    )
     widths = [[line.get_linewidth() for line in axes.get_lines()] for axes in figure.axes]
     assert widths == [[2.2, 2.2, 0.9], [0.9, 0.9]]
     assert [axes.get_ylim() for axes in figure.axes] == [pytest.approx((-0.4, 8.4))] * 2
@@ -103,7 +130,9 @@ def test_a_family_of_loops_has_the_same_name_and_lies_in_the_same_height():
 
 
 def test_break_away_is_marked_where_the_largest_force_is_nearly_reached():
-    figure = small_multiples.break_away({"a": (X, 4.0 * X / 2e-6), "b": (X, X)}, {"a": 1e-6, "b": np.nan}, 1.5e-6)
+    figure = small_multiples.break_away(
+        {"a": (X, 4.0 * X / 2e-6), "b": (X, X)}, {"a": 1e-6, "b": np.nan}, 1.5e-6
+    )
     (axes,) = figure.axes
     drawn = lines(axes)
     assert drawn["the paper"].get_xdata()[0] == pytest.approx(1.5)
@@ -111,21 +140,34 @@ def test_break_away_is_marked_where_the_largest_force_is_nearly_reached():
     assert "_b, reached" not in drawn
 
 
-@pytest.mark.parametrize(("count", "height"), [(1, 1.6 + 2.2 + 0.4), (2, 1.6 + 2.2 + 0.4), (3, 1.6 + 4.4 + 0.4)])
+@pytest.mark.parametrize(
+    ("count", "height"), [(1, 1.6 + 2.2 + 0.4), (2, 1.6 + 2.2 + 0.4), (3, 1.6 + 4.4 + 0.4)]
+)
 def test_a_ripple_is_above_a_panel_for_each_contact(count, height):
     traces = dict.fromkeys("abc"[:count], (UP, FORCE))
     time = np.linspace(0.0, 0.2, 42)
-    figure = small_multiples.ripple(time, FORCE, traces, 20, {name: name.upper() for name in traces})
+    figure = small_multiples.ripple(
+        time, FORCE, traces, 20, {name: name.upper() for name in traces}
+    )
     _, *below = figure.axes
     assert figure.get_size_inches()[1] == pytest.approx(height)
-    assert [axes.get_ylabel() for axes in below] == ["Friction force [N]", "", "Friction force [N]"][:count]
+    assert [axes.get_ylabel() for axes in below] == [
+        "Friction force [N]",
+        "",
+        "Friction force [N]",
+    ][:count]
     assert all(axes.get_ylim() == pytest.approx((-0.2, 4.2)) for axes in below)
 
 
 # --- Figures of friction with memory: drift, closure, and loops side by side
 
 
-MODELS = {"LuGre": lugre(), "as printed": composite("paper"), "gate": composite(), "Maxwell slip": maxwell_slip()}
+MODELS = {
+    "LuGre": lugre(),
+    "as printed": composite("paper"),
+    "gate": composite(),
+    "Maxwell slip": maxwell_slip(),
+}
 RIPPLE, LOOP = (0.04, 0.08), (3 * UM, 1.5 * UM)
 
 
@@ -135,18 +177,29 @@ def result():
 
 
 def drift_of(result):
-    traces = {name: traced(model, Path.to_force, [RIPPLE[1], *(RIPPLE * 4)]) for name, model in MODELS.items()}
-    return figures.drift(traces, {name: item["drift"].value for name, item in result.items()}, "rotational")
+    traces = {
+        name: traced(model, Path.to_force, [RIPPLE[1], *(RIPPLE * 4)])
+        for name, model in MODELS.items()
+    }
+    return figures.drift(
+        traces, {name: item["drift"].value for name, item in result.items()}, "rotational"
+    )
 
 
 def closure_of(result):
-    traces = {name: traced(model, Path.to_position, [*LOOP, LOOP[0]]) for name, model in MODELS.items()}
-    return figures.closure(traces, {name: item["closure"].value for name, item in result.items()}, "rotational")
+    traces = {
+        name: traced(model, Path.to_position, [*LOOP, LOOP[0]]) for name, model in MODELS.items()
+    }
+    return figures.closure(
+        traces, {name: item["closure"].value for name, item in result.items()}, "rotational"
+    )
 
 
 def loops_of(result):
     turns = [5 * UM, -5 * UM, UM, -2 * UM, UM, 5 * UM]
-    return figures.minor_loops({name: traced(m, Path.to_position, turns) for name, m in MODELS.items()}, "rotational")
+    return figures.minor_loops(
+        {name: traced(m, Path.to_position, turns) for name, m in MODELS.items()}, "rotational"
+    )
 
 
 @pytest.mark.fast_cases(1)
@@ -203,13 +256,20 @@ def test_below_the_staircase_are_the_relays_that_are_up(history):
     for i, j, relay in zip(*np.tril_indices(40), relays, strict=True):
         if relay and abs(cells[i] + cells[j]) > 1e-9:
             # The line falls from the left: at a threshold beta its height is that of the corner before it.
-            height = -cells[j] if cells[j] < beta[0] else float(alpha[np.searchsorted(beta, cells[j], "right") - 1])
+            height = (
+                -cells[j]
+                if cells[j] < beta[0]
+                else float(alpha[np.searchsorted(beta, cells[j], "right") - 1])
+            )
             assert relay == (1.0 if cells[i] < height else -1.0)
 
 
 @pytest.mark.parametrize(
     ("operator", "history", "words"),
-    [(hysteresis.play(r=1.0), [1.0], "has no turning points"), (hysteresis.preisach(s=1.0, f_p=1.0), [], "is empty")],
+    [
+        (hysteresis.play(r=1.0), [1.0], "has no turning points"),
+        (hysteresis.preisach(s=1.0, f_p=1.0), [], "is empty"),
+    ],
 )
 def test_an_operator_without_turning_points_has_no_plane(operator, history, words):
     with pytest.raises(InputError, match=words):

@@ -24,14 +24,19 @@ def inches(axes):
     """Left, right, lower and upper edge of a panel, from the edges of its figure [inch]."""
     wide, tall = axes.figure.get_size_inches()
     box = axes.get_position()
-    return tuple(round(float(edge), 9) for edge in (box.x0 * wide, (1.0 - box.x1) * wide, box.y0 * tall, (1.0 - box.y1) * tall))
+    return tuple(
+        round(float(edge), 9)
+        for edge in (box.x0 * wide, (1.0 - box.x1) * wide, box.y0 * tall, (1.0 - box.y1) * tall)
+    )
 
 
 def of_arrays(function):
     """Return the function for lists, which gives lists."""
 
     def called(*given):
-        found = function(*(np.array(item, dtype=float) if isinstance(item, list) else item for item in given))
+        found = function(
+            *(np.array(item, dtype=float) if isinstance(item, list) else item for item in given)
+        )
         return found.tolist() if isinstance(found, np.ndarray) else found
 
     return called
@@ -61,7 +66,11 @@ LARGEST, ENVELOPE, RUNS, SPREAD, SHARES, WINDOW = map(
         (LARGEST, ([],), 0.0),
         # A column keeps the ends and the extremes.
         (ENVELOPE, ([0.0] * 8, 2), list(range(8))),
-        (ENVELOPE, ([0.0, 5.0, 1.0, -4.0, 2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 9.0], 2), [0, 1, 3, 5, 6, 10]),
+        (
+            ENVELOPE,
+            ([0.0, 5.0, 1.0, -4.0, 2.0, 0.0, 1.0, 2.0, 3.0, 4.0, 9.0], 2),
+            [0, 1, 3, 5, 6, 10],
+        ),
         # A single sample is a stretch.
         (RUNS, ([0.0], [0.0]), [slice(0, 1)]),
         (RUNS, ([0.0, 1.0, 2.0], [1.0, np.nan, 2.0]), [slice(0, 1), slice(2, 3)]),
@@ -71,7 +80,11 @@ LARGEST, ENVELOPE, RUNS, SPREAD, SHARES, WINDOW = map(
         (SPREAD, ([], [], (9, 9)), []),
         (SPREAD, ([1.0] * 3, [1.0] * 3, (9, 9)), [0]),
         (SPREAD, ([0.0, 1.0, 2.0, 3.0], [0.0] * 4, (2, 1)), [0, 2, 3]),
-        (SPREAD, ([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [0.0, 0.5, 1.0, 0.5, 0.0, 1.0], (2, 3)), list(range(6))),
+        (
+            SPREAD,
+            ([0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [0.0, 0.5, 1.0, 0.5, 0.0, 1.0], (2, 3)),
+            list(range(6)),
+        ),
         # Shares are percent of all values.
         (SHARES, ([1.0, 2.0, 3.0, 9.0], [0.0, 2.5, 5.0]), [50.0, 25.0]),
         (SHARES, ([], [0.0, 1.0]), [0.0]),
@@ -90,7 +103,10 @@ def test_a_common_multiple_of_the_unit_suits_all_signals():
     assert (scale.unit, word) == ("mN·m", "Torque")
 
 
-@pytest.mark.parametrize(("end", "unit", "factor"), [(3.0, "s", 1.0), (0.5, "s", 1.0), (0.49, "ms", 1e3), (2e-4, "µs", 1e6)])
+@pytest.mark.parametrize(
+    ("end", "unit", "factor"),
+    [(3.0, "s", 1.0), (0.5, "s", 1.0), (0.49, "ms", 1e3), (2e-4, "µs", 1e6)],
+)
 def test_time_is_in_milliseconds_below_half_a_second(end, unit, factor):
     scale = style.time_scale(np.array([0.0, end]))
     assert (scale.unit, scale.factor) == (unit, pytest.approx(factor))
@@ -120,11 +136,17 @@ def test_the_grid_of_a_cloud_is_240_by_120_wherever_it_lies():
     x, y = (side.ravel() for side in np.meshgrid(np.arange(480.0), np.arange(240.0)))
     assert 240 * 120 <= style.spread(x, y).size <= 240 * 120 + 4
     cloud = np.random.default_rng(2).normal(size=(2, 500))
-    assert style.spread(*cloud, (8, 6)).tolist() == style.spread(cloud[0] + 90.0, cloud[1] - 40.0, (8, 6)).tolist()
+    assert (
+        style.spread(*cloud, (8, 6)).tolist()
+        == style.spread(cloud[0] + 90.0, cloud[1] - 40.0, (8, 6)).tolist()
+    )
 
 
 def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
-    light, dark = (np.dot(to_rgb(look["color"]), (0.299, 0.587, 0.114)) for look in (style.MEASURED, style.PREDICTED))
+    light, dark = (
+        np.dot(to_rgb(look["color"]), (0.299, 0.587, 0.114))
+        for look in (style.MEASURED, style.PREDICTED)
+    )
     assert light > 2.0 * dark
     assert style.MEASURED["linewidth"] > 2.0 * style.PREDICTED["linewidth"]
     assert len({look["linestyle"] for look in style.LINES[1:]}) == 4
@@ -132,7 +154,10 @@ def test_lines_differ_in_lightness_or_dashes_and_series_in_marks():
     assert [look["color"] for look in style.SERIES] == [look["color"] for look in style.LINES]
 
 
-@pytest.mark.parametrize(("names", "over", "lines"), [((), True, 0), (("a",), False, 0), (("a",), True, 1), (["n" * 40] * 8, False, 2)])
+@pytest.mark.parametrize(
+    ("names", "over", "lines"),
+    [((), True, 0), (("a",), False, 0), (("a",), True, 1), (["n" * 40] * 8, False, 2)],
+)
 def test_room_is_made_for_the_lines_of_a_legend(names, over, lines):
     figure, ((axes,),) = style.panels(3.0, names=names, over_titles=over)
     assert figure.get_size_inches()[1] == pytest.approx(3.0 + 0.18 * lines)
@@ -146,11 +171,15 @@ def test_a_grid_has_the_given_number_of_panels(count, rows, columns):
     assert figure.axes == axes
     assert figure.get_size_inches()[1] == pytest.approx(0.32 + 2.2 * rows)
     assert len({round(item.get_position().x0, 6) for item in axes}) == columns
-    assert [item.get_position().y0 for item in axes] == sorted((item.get_position().y0 for item in axes), reverse=True)
+    assert [item.get_position().y0 for item in axes] == sorted(
+        (item.get_position().y0 for item in axes), reverse=True
+    )
     assert style.grid_of(count, top=0.5)[0].get_size_inches()[1] == pytest.approx(0.5 + 2.2 * rows)
 
 
-@pytest.mark.parametrize(("name", "left"), [("a", 1.0), ("i" * 18, 0.45 + 18 * 0.085), ("W" * 90, 0.45 + 2.4)])
+@pytest.mark.parametrize(
+    ("name", "left"), [("a", 1.0), ("i" * 18, 0.45 + 18 * 0.085), ("W" * 90, 0.45 + 2.4)]
+)
 def test_names_of_rows_have_room_up_to_the_longest(name, left):
     figure, (axes,) = style.named_rows([name])
     assert left - 0.15 < inches(axes)[0] <= left + 1e-9
@@ -222,7 +251,9 @@ def test_names_that_fit_in_full_take_at_most_three_lines(letters, columns):
 def test_a_long_name_takes_the_room_that_short_names_leave():
     figure, axes = named("a", "W" * 200)
     style.legend(axes)
-    texts = {text.get_text()[0]: box for text, box in texts_of(figure) if text.get_text()[0] in "aW"}
+    texts = {
+        text.get_text()[0]: box for text, box in texts_of(figure) if text.get_text()[0] in "aW"
+    }
     assert texts["W"].width / figure.dpi > 4.5
     assert texts["W"].x1 < figure.bbox.x1
 
@@ -230,7 +261,9 @@ def test_a_long_name_takes_the_room_that_short_names_leave():
 def test_two_long_names_share_the_room_of_a_legend():
     figure, axes = named("W" * 60, "V" * 60)
     style.legend(axes)
-    first, second = (box.width / figure.dpi for text, box in texts_of(figure) if text.get_text()[0] in "WV")
+    first, second = (
+        box.width / figure.dpi for text, box in texts_of(figure) if text.get_text()[0] in "WV"
+    )
     assert first == pytest.approx(second, rel=0.1)
     assert 2.4 < first < 3.3
     assert illegible_texts(figure) == []
@@ -262,8 +295,12 @@ def test_a_window_is_around_the_largest_error_and_within_the_log(worst):
     error = np.zeros(1000)
     error[worst] = -0.5
     error[[10, 20]] = np.nan, np.inf
-    assert style.window(np.arange(2000.0), np.tile(error, 2)) == slice(max(worst - 30, 0), max(worst - 30, 0) + 60)
-    assert style.window(np.arange(1000.0), error, 0.03) == slice(min(max(worst - 20, 0), 960), min(max(worst - 20, 0), 960) + 40)
+    assert style.window(np.arange(2000.0), np.tile(error, 2)) == slice(
+        max(worst - 30, 0), max(worst - 30, 0) + 60
+    )
+    assert style.window(np.arange(1000.0), error, 0.03) == slice(
+        min(max(worst - 20, 0), 960), min(max(worst - 20, 0), 960) + 40
+    )
 
 
 def test_a_function_of_figures_draws_with_the_common_look():
@@ -304,7 +341,9 @@ def test_each_sample_lies_between_kept_samples_nearby(y, columns):
 @given(lengths=st.lists(st.integers(2, 50), min_size=1, max_size=5))
 def test_a_line_breaks_only_at_gaps(lengths):
     starts = np.cumsum([0, *(1.0 + 0.01 * n for n in lengths[:-1])])
-    t = np.concatenate([start + 0.01 * np.arange(n) for start, n in zip(starts, lengths, strict=True)])
+    t = np.concatenate(
+        [start + 0.01 * np.arange(n) for start, n in zip(starts, lengths, strict=True)]
+    )
     x, y = style.line(t, np.cos(t))
     assert np.isnan(y).sum() == len(lengths) - 1
     assert set(x[np.isfinite(x)]) <= set(t)
@@ -324,7 +363,9 @@ def test_short_stretches_do_not_make_a_long_stretch_coarse():
 
 
 @settings(max_examples=50)
-@given(points=arrays(float, st.tuples(st.just(2), st.integers(1, 400)), elements=st.floats(-10, 10)))
+@given(
+    points=arrays(float, st.tuples(st.just(2), st.integers(1, 400)), elements=st.floats(-10, 10))
+)
 def test_every_point_of_a_cloud_is_near_a_drawn_point(points):
     x, y = points
     cells = (12, 8)
@@ -391,7 +432,9 @@ def test_exactly_the_visible_texts_of_a_figure_are_found(axes):
     figure = axes.figure
     axes.plot([0.0, 1.0], [0.0, 1.0], label="of the panel")
     axes.legend()
-    figure.legend(*axes.get_legend_handles_labels(), loc="lower left").get_texts()[0].set_text("of the page")
+    figure.legend(*axes.get_legend_handles_labels(), loc="lower left").get_texts()[0].set_text(
+        "of the page"
+    )
     for place in ("left", "center", "right"):
         axes.set_title(place, loc=place)
     axes.text(0.5, 0.5, "inside")
@@ -401,7 +444,19 @@ def test_exactly_the_visible_texts_of_a_figure_are_found(axes):
     axes.set_xticks([0.0, 0.1 + 0.2, 1.0], ["zero", "some", "beyond"])
     axes.set_xlim(0.3, 0.0)  # against the usual way, and a rounding below the tick
     axes.set_yticks([])
-    named = {"of the panel", "of the page", "left", "center", "right", "inside", "aside", "zero", "some", "Time [s]", "Force [N]"}
+    named = {
+        "of the panel",
+        "of the page",
+        "left",
+        "center",
+        "right",
+        "inside",
+        "aside",
+        "zero",
+        "some",
+        "Time [s]",
+        "Force [N]",
+    }
     assert sorted(text.get_text() for text, _ in texts_of(figure)) == sorted(named)
 
 
@@ -410,7 +465,13 @@ def test_ticks_beyond_the_ends_are_ignored(axes, ticks):
     axes.set_xticks(ticks)
     axes.set_xlim(0.0, 1.0)
     axes.set_yticks([])
-    assert sorted(text.get_text() for text, _ in texts_of(axes.figure)) == ["0.0", "0.5", "1.0", "Force [N]", "Time [s]"]
+    assert sorted(text.get_text() for text, _ in texts_of(axes.figure)) == [
+        "0.0",
+        "0.5",
+        "1.0",
+        "Force [N]",
+        "Time [s]",
+    ]
 
 
 @pytest.mark.parametrize(("overlap", "faults"), [(0.5, 0), (1.5, 1)])
@@ -418,11 +479,17 @@ def test_ticks_beyond_the_ends_are_ignored(axes, ticks):
 def test_texts_may_touch_by_a_pixel(overlap, faults, beside):
     figure, box = Figure(figsize=(4.0, 3.0), dpi=100.0), box_of("word")
     at(figure, 100.0, 100.0)
-    at(figure, 100.0 + (box.width - overlap) * beside, 100.0 + (box.height - overlap) * (not beside))
+    at(
+        figure,
+        100.0 + (box.width - overlap) * beside,
+        100.0 + (box.height - overlap) * (not beside),
+    )
     assert illegible_texts(figure) == ["'word' and 'word' overlap"] * faults
 
 
-@pytest.mark.parametrize(("angles", "faults"), [((45.0, 45.0), 0), ((45.0, 0.0), 1), ((30.0, 30.0), 1)])
+@pytest.mark.parametrize(
+    ("angles", "faults"), [((45.0, 45.0), 0), ((45.0, 0.0), 1), ((30.0, 30.0), 1)]
+)
 def test_texts_with_the_same_slant_do_not_overlap(angles, faults):
     figure = Figure(figsize=(4.0, 3.0), dpi=100.0)
     for angle in angles:

@@ -21,8 +21,16 @@ def composite(transition="elastoplastic", *, validate=True, **values):
 
 
 def maxwell_slip():
-    return friction.maxwell_slip(kind="rotational", F_C=F_S, k_i=[20.0, 30.0, 30.0, 20.0], nu_i=[0.1, 0.2, 0.3, 0.4], sigma_2=2e-3)
+    return friction.maxwell_slip(
+        kind="rotational",
+        F_C=F_S,
+        k_i=[20.0, 30.0, 30.0, 20.0],
+        nu_i=[0.1, 0.2, 0.3, 0.4],
+        sigma_2=2e-3,
+    )
 
 
 def gms():
-    return friction.gms(**SLIDING, C=10.0, k_i=[20.0, 30.0, 30.0, 20.0], nu_i=[0.1, 0.2, 0.3, 0.4], sigma_2=2e-3)
+    return friction.gms(
+        **SLIDING, C=10.0, k_i=[20.0, 30.0, 30.0, 20.0], nu_i=[0.1, 0.2, 0.3, 0.4], sigma_2=2e-3
+    )

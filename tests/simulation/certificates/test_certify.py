@@ -21,14 +21,25 @@ def test_the_public_function_is_check():
 def test_every_question_is_answered_with_every_field():
     result = check(composite(sigma_2=0.04))
     assert list(result) == QUESTIONS
-    assert [field.name for field in fields(Certificate)] == ["applies", "value", "unit", "threshold", "passed", "advice"]
+    assert [field.name for field in fields(Certificate)] == [
+        "applies",
+        "value",
+        "unit",
+        "threshold",
+        "passed",
+        "advice",
+    ]
     assert all(field.applies and field.passed is True for field in result.values())
     assert all(field.advice and "\n" not in field.advice for field in result.values())
 
 
 def test_a_model_that_fails_gets_advice():
     result = check(lugre())
-    assert [name for name, item in result.items() if item.passed is False] == ["passive", "drift", "closure"]
+    assert [name for name, item in result.items() if item.passed is False] == [
+        "passive",
+        "drift",
+        "closure",
+    ]
     assert "sigma_2 to at least 30 mN·m·s/rad" in result["passive"].advice
     assert all("preisach_lugre" in result[name].advice for name in ("drift", "closure"))
 
@@ -40,7 +51,12 @@ def test_every_model_has_its_certificates(name):
     assert list(result) == QUESTIONS
     assert result["dissipation"].passed
     for item in result.values():
-        assert (item.passed is None) == (not item.applies) == (item.value is None) == (item.threshold is None)
+        assert (
+            (item.passed is None)
+            == (not item.applies)
+            == (item.value is None)
+            == (item.threshold is None)
+        )
 
 
 def test_coulomb_friction_rests_and_has_no_loop_to_close():
@@ -57,7 +73,11 @@ def test_a_viscous_film_has_no_break_away_force():
 
 def test_units_are_those_of_the_kind_of_axis():
     result = check(friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7))
-    assert (result["drift"].unit, result["passive"].unit, result["well_posed"].unit) == ("m", "N*s/m", "m")
+    assert (result["drift"].unit, result["passive"].unit, result["well_posed"].unit) == (
+        "m",
+        "N*s/m",
+        "m",
+    )
 
 
 @pytest.mark.slow
@@ -80,17 +100,29 @@ def test_friction_that_varies_along_the_axis_is_tested_in_the_middle():
     place = {"x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08}
     plain, varied = friction.lugre(**values), friction.find("lugre+position")(**values, **place)
     ripple = (0.04, 0.08)
-    assert check(varied, force_ripple=ripple)["drift"].value == check(plain, force_ripple=ripple)["drift"].value
+    assert (
+        check(varied, force_ripple=ripple)["drift"].value
+        == check(plain, force_ripple=ripple)["drift"].value
+    )
 
 
 def slots(offset):
-    both = {f"{name}_{side}": value for name, value in (("F_C", 0.1), ("F_S", 0.13)) for side in ("pos", "neg")}
+    both = {
+        f"{name}_{side}": value
+        for name, value in (("F_C", 0.1), ("F_S", 0.13))
+        for side in ("pos", "neg")
+    }
     return both | {"kind": "rotational", "v_S": 0.3, "sigma_0": 100.0, "offset": offset}
 
 
 def test_a_friction_operator_is_friction():
     result = check(hysteresis.preisach(kernel="dahl_masing", s=1.25e7, f_p=150.0))
-    assert [name for name, item in result.items() if item.applies] == ["passive", "drift", "closure", "dissipation"]
+    assert [name for name, item in result.items() if item.applies] == [
+        "passive",
+        "drift",
+        "closure",
+        "dissipation",
+    ]
     assert all(item.passed for item in result.values() if item.applies)
 
 

@@ -30,7 +30,9 @@ def closure_of(model, loop):
 )
 def test_the_missing_force_has_its_known_value(model, loop, percent):
     result = closure_of(model, loop)
-    assert 100.0 * result.value == pytest.approx(percent, abs=0.051 if abs(percent) < 30 and percent != -17.03 else 0.05)
+    assert 100.0 * result.value == pytest.approx(
+        percent, abs=0.051 if abs(percent) < 30 and percent != -17.03 else 0.05
+    )
     assert not result.passed
 
 

@@ -12,7 +12,9 @@ from bristle.core.mathematics import direction
 from bristle.simulation.certificates import certify, check
 
 
-@pytest.mark.parametrize("model", [lugre(), composite(), maxwell_slip(), pytest.param(gms(), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "model", [lugre(), composite(), maxwell_slip(), pytest.param(gms(), marks=pytest.mark.slow)]
+)
 def test_friction_takes_energy_out_of_every_cycle(model):
     result = certify.dissipation(model, certify.holding_of(model), certify.fattest_loop(model))
     assert result.passed
@@ -53,7 +55,14 @@ def stay(state, memory, move, p):
 
 
 def test_a_model_that_creates_energy_at_speed_is_found():
-    pushes = FrictionModel(name="pushes", description="pushes", Parameters=Parameters, State=State, trial=push, commit=stay)
+    pushes = FrictionModel(
+        name="pushes",
+        description="pushes",
+        Parameters=Parameters,
+        State=State,
+        trial=push,
+        commit=stay,
+    )
     result = check(pushes(F_C=1.0))
     assert not result["dissipation"].passed
     assert result["dissipation"].value < -0.1
@@ -62,7 +71,11 @@ def test_a_model_that_creates_energy_at_speed_is_found():
 
 def test_a_magnet_has_no_passivity_and_still_dissipates():
     # Its output lags behind the input, where that of friction runs ahead.
-    result = check(hysteresis.tabulated(lambda a, b: 0.25 * (a - b) ** 2 + 0.1 * (a - b), 1.0, rows=11, columns=11))
+    result = check(
+        hysteresis.tabulated(
+            lambda a, b: 0.25 * (a - b) ** 2 + 0.1 * (a - b), 1.0, rows=11, columns=11
+        )
+    )
     assert [name for name, item in result.items() if item.applies] == ["closure", "dissipation"]
     assert result["dissipation"].passed
     assert result["closure"].passed

@@ -2,7 +2,16 @@
 
 import numpy as np
 import pytest
-from tests.simulation.certificates.ballscrew import F_S, RIPPLE, STIFFNESS, UM, composite, gms, lugre, maxwell_slip
+from tests.simulation.certificates.ballscrew import (
+    F_S,
+    RIPPLE,
+    STIFFNESS,
+    UM,
+    composite,
+    gms,
+    lugre,
+    maxwell_slip,
+)
 
 from bristle import plants
 from bristle.engine import run_open_loop
@@ -35,10 +44,14 @@ def test_the_drift_of_lugre_has_a_closed_form(low, high):
     # Loading: dx = dz/(1 - r), unloading: dx = dz/(1 + r), r = f/F_S.
     up = np.log((1.0 - low / F_S) / (1.0 - high / F_S))
     down = np.log((1.0 + high / F_S) / (1.0 + low / F_S))
-    assert drift_of(lugre(), (low, high)).value == pytest.approx(F_S / STIFFNESS * (up - down), rel=1e-6)
+    assert drift_of(lugre(), (low, high)).value == pytest.approx(
+        F_S / STIFFNESS * (up - down), rel=1e-6
+    )
 
 
-@pytest.mark.parametrize("model", [composite(), composite(kernel="reformed_dahl_exact"), maxwell_slip(), gms()])
+@pytest.mark.parametrize(
+    "model", [composite(), composite(kernel="reformed_dahl_exact"), maxwell_slip(), gms()]
+)
 def test_a_memory_in_the_position_does_not_drift(model):
     result = drift_of(model)
     assert abs(result.value) <= 1e-8 * UM
@@ -51,7 +64,9 @@ def test_an_opening_gate_drifts_before_break_away():
     assert not result.passed
 
 
-@pytest.mark.parametrize("model", [lugre(), pytest.param(composite("paper"), marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "model", [lugre(), pytest.param(composite("paper"), marks=pytest.mark.slow)]
+)
 def test_a_mass_on_the_contact_drifts_as_far(model):
     # A slow triangle of the force on a body, by the integrator: nothing quasi-static in it.
     dt, period, cycles = 2e-4, 0.5, 6

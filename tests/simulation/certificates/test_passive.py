@@ -4,7 +4,16 @@ import math
 from pathlib import Path
 
 import pytest
-from tests.simulation.certificates.ballscrew import F_C, F_S, SLIDING, STIFFNESS, V_S, composite, gms, lugre
+from tests.simulation.certificates.ballscrew import (
+    F_C,
+    F_S,
+    SLIDING,
+    STIFFNESS,
+    V_S,
+    composite,
+    gms,
+    lugre,
+)
 
 from bristle import friction
 from bristle.core.variable import unit_of
@@ -64,14 +73,22 @@ def test_friction_that_returns_no_energy_is_passive_for_any_viscosity(model, pre
 
 
 # The bound 4 sqrt(2e) F_C is sufficient, and known to be violated pointwise at its double.
-@pytest.mark.parametrize(("v_d", "passed"), [(EDGE / 0.1, True), (2.0 * EDGE / 0.1, False), (math.inf, False)])
+@pytest.mark.parametrize(
+    ("v_d", "passed"), [(EDGE / 0.1, True), (2.0 * EDGE / 0.1, False), (math.inf, False)]
+)
 def test_micro_damping_that_fades_early_needs_no_viscosity(v_d, passed):
     assert passive_of(lugre(sigma_1=0.1, sigma_2=0.0, v_d=v_d)).passed is passed
 
 
 def test_the_bound_is_sharp_for_an_unlimited_bristle_force():
     def needed(v_d):
-        return needed_damping(10.0 * F_S, V_S, lambda v: F_C, lambda v: 0.1 * math.exp(-((v / v_d) ** 2)), lambda q, G: q / G)
+        return needed_damping(
+            10.0 * F_S,
+            V_S,
+            lambda v: F_C,
+            lambda v: 0.1 * math.exp(-((v / v_d) ** 2)),
+            lambda q, G: q / G,
+        )
 
     assert needed(0.999 * EDGE / 0.1) == 0.0
     assert needed(1.01 * EDGE / 0.1) > 0.0
@@ -81,7 +98,15 @@ def test_the_worse_direction_counts():
     asymmetric = friction.find("lugre+asymmetry")
     result = passive_of(
         asymmetric(
-            F_C_pos=20.0, F_C_neg=20.0, F_S_pos=28.0, F_S_neg=24.0, v_S=2e-3, sigma_0=1e7, sigma_1=1e3, sigma_2_pos=300.0, sigma_2_neg=300.0
+            F_C_pos=20.0,
+            F_C_neg=20.0,
+            F_S_pos=28.0,
+            F_S_neg=24.0,
+            v_S=2e-3,
+            sigma_0=1e7,
+            sigma_1=1e3,
+            sigma_2_pos=300.0,
+            sigma_2_neg=300.0,
         )
     )
     assert result.threshold == pytest.approx(400.0, rel=1e-8)
@@ -94,7 +119,11 @@ ACTIVE = friction.gms(F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[1e7], nu_i=[1.0]
 # From the elements of GMS and from the last turn of reformed Dahl more energy comes back than went in.
 @pytest.mark.parametrize("model", [ACTIVE, gms(), friction.reformed_dahl(s=1e7, f_p=20.0)])
 def test_friction_that_returns_more_energy_is_not_passive_for_any_viscosity(model):
-    assert (passive_of(model).applies, passive_of(model).passed, passive_of(model).threshold) == (True, False, math.inf)
+    assert (passive_of(model).applies, passive_of(model).passed, passive_of(model).threshold) == (
+        True,
+        False,
+        math.inf,
+    )
 
 
 def test_gms_is_passive_without_a_stribeck_effect():

@@ -5,7 +5,14 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tests.simulation.certificates.ballscrew import F_S, STIFFNESS, UM, composite, lugre, maxwell_slip
+from tests.simulation.certificates.ballscrew import (
+    F_S,
+    STIFFNESS,
+    UM,
+    composite,
+    lugre,
+    maxwell_slip,
+)
 
 from bristle import friction, hysteresis
 from bristle.simulation.certificates.certificate import as_friction
@@ -29,7 +36,9 @@ def test_an_offset_shifts_the_range_at_rest():
 @pytest.mark.parametrize("spring", [2e-5, 1e-2])
 def test_a_force_that_grows_without_limit_is_never_passed(spring):
     # 1 N of a stop, and from the spring 0.02 N or 10 N over the longest slide, a kilometre.
-    fixed = holding_of(as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)))
+    fixed = holding_of(
+        as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring))
+    )
     assert (fixed.backward, fixed.forward) == (-math.inf, math.inf)
     assert not fixed.has_presliding
     alone = holding_of(as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6])))
@@ -57,7 +66,15 @@ def test_a_force_is_reached_at_the_place_of_the_equations():
 def test_a_force_at_rest_above_the_previous_means_is_reached():
     # A kernel that holds more than its surface does: after steps whose mean is below the target, it rests above it.
     model = friction.find("leuven")(
-        s=1e7, f_p=23.52, F_C=8.4, F_S=8.4, v_S=0.008, sigma_1=1000.0, sigma_2=240.0, kernel="dahl_masing", n=4.0
+        s=1e7,
+        f_p=23.52,
+        F_C=8.4,
+        F_S=8.4,
+        v_S=0.008,
+        sigma_1=1000.0,
+        sigma_2=240.0,
+        kernel="dahl_masing",
+        n=4.0,
     )
     path = Path(model, holding_of(model))
     for target in (5.04, 2.52, 5.04, 2.52, 5.04):

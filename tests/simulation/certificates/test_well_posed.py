@@ -3,7 +3,14 @@
 import math
 
 import pytest
-from tests.simulation.certificates.ballscrew import F_S, STIFFNESS, UM, composite, lugre, maxwell_slip
+from tests.simulation.certificates.ballscrew import (
+    F_S,
+    STIFFNESS,
+    UM,
+    composite,
+    lugre,
+    maxwell_slip,
+)
 
 from bristle import friction
 from bristle.simulation.certificates import check
@@ -16,7 +23,9 @@ def well_posed_of(model):
 
 
 @pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])
-@pytest.mark.parametrize(("kernel", "micrometres"), [("dahl_masing", 6.207), ("reformed_dahl_exact", 11.380)])
+@pytest.mark.parametrize(
+    ("kernel", "micrometres"), [("dahl_masing", 6.207), ("reformed_dahl_exact", 11.380)]
+)
 def test_the_bound_of_the_deflection(transition, kernel, micrometres):
     result = well_posed_of(composite(transition, kernel=kernel))
     assert result.value / UM == pytest.approx(micrometres, abs=6e-4)
@@ -27,7 +36,9 @@ def test_the_bound_of_the_deflection(transition, kernel, micrometres):
 @pytest.mark.parametrize("ratio", [1.05, 1.5, 2.0])
 def test_the_bound_is_at_the_static_force_of_the_operator(ratio):
     f_p = ratio * F_S
-    assert well_posed_of(composite(f_p=f_p)).value == pytest.approx(f_p * F_S / (STIFFNESS * (f_p - F_S)), rel=1e-6)
+    assert well_posed_of(composite(f_p=f_p)).value == pytest.approx(
+        f_p * F_S / (STIFFNESS * (f_p - F_S)), rel=1e-6
+    )
 
 
 def test_an_elastic_part_that_never_yields_is_found():

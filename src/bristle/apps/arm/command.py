@@ -17,13 +17,22 @@ if TYPE_CHECKING:
     from bristle.simulation import Prediction
 
 
-def identified_arm(logs: Sequence[Path], axes: Sequence[Content], robot: Content, report: Callable[[float, str], None]) -> Arm:
+def identified_arm(
+    logs: Sequence[Path],
+    axes: Sequence[Content],
+    robot: Content,
+    report: Callable[[float, str], None],
+) -> Arm:
     """Identify the dynamics of an arm from one log."""
     from bristle.apps.arm import identify_arm
     from bristle.core import InputError
 
     if len(logs) != 1 or len(axes) != 1:
-        raise InputError("needs one log of all joints and one axis file", path="--robot", value=f"{len(logs)} logs, {len(axes)} axis files")
+        raise InputError(
+            "needs one log of all joints and one axis file",
+            path="--robot",
+            value=f"{len(logs)} logs, {len(axes)} axis files",
+        )
     report(0.0, "identifying the bodies of the arm")
     return identify_arm(logs[0], robot, axes[0], size_limit=size_limit())
 
@@ -39,7 +48,9 @@ def along_the_log(folder: Path, log: Path) -> dict[str, Prediction]:
         if (place := folder / name / "model.toml").exists():
             plant, friction, facts = read_model(place)
             assert plant is not None
-            predictions[name] = predict(plant, friction, recorded, axis, "inverse", **facts["treatment"])
+            predictions[name] = predict(
+                plant, friction, recorded, axis, "inverse", **facts["treatment"]
+            )
     return predictions
 
 
@@ -48,7 +59,9 @@ def write_arm(arm: Arm, folder: Growing) -> None:
     from bristle.files import read_model
 
     places = {name: folder / name / "model.toml" for name in arm.tables}
-    frictions = {name: read_model(place).friction for name, place in places.items() if place.exists()}
+    frictions = {
+        name: read_model(place).friction for name, place in places.items() if place.exists()
+    }
     contents, notes = arm.exported(frictions)
     for name, content in contents.items():
         folder.write(name, content)
@@ -71,12 +84,19 @@ def predict_arm(results: Path, log: Path, mode: str, output: Output, *, allow_co
             report(place / len(joints), name)
             model = results / name / "model.toml"
             if not model.exists():
-                raise InputError("is missing, because the log of the identification did not identify this joint", path=str(model))
+                raise InputError(
+                    "is missing, because the log of the identification did not identify this joint",
+                    path=str(model),
+                )
             options = {"mode": mode, "allow_code": allow_code, "page": bool(folder)}
-            predictions[name], summaries[name], page = predicted_log(toml_content(model), recorded, axis, output, **options)
+            predictions[name], summaries[name], page = predicted_log(
+                toml_content(model), recorded, axis, output, **options
+            )
             if folder:
                 folder.write(f"{name}/report.html", page)
-        summary, table, page = arm_prediction(summaries, predictions, results.name, log.name, output.command)
+        summary, table, page = arm_prediction(
+            summaries, predictions, results.name, log.name, output.command
+        )
         if folder:
             write_report(folder, page, summary)
     output.tell(summary, f"{summary['verdict']['words']}.", table, *summary["verdict"]["reasons"])

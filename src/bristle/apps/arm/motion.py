@@ -54,7 +54,9 @@ class Motion:
         elements = stops(q, WIDTHS * np.ptp(q))
         fall = np.exp(-np.abs(v)[:, None] / (SPEEDS * np.max(np.abs(v))))
         terms = [self.terms[joint][self.rows]] if self.terms else []
-        return np.hstack([elements, elements[:, :1] * fall, v[:, None], *terms, np.ones((len(q), 1))])
+        return np.hstack(
+            [elements, elements[:, :1] * fall, v[:, None], *terms, np.ones((len(q), 1))]
+        )
 
 
 def stops(position: np.ndarray, widths: np.ndarray) -> np.ndarray:
@@ -74,18 +76,36 @@ def motion_of(logs: Sequence[Log], axes: Mapping[str, Axis]) -> Motion:
     first, dt, begin = logs[0], float(logs[0].sample_time), next(iter(axes))
     for name, log in zip(axes, logs, strict=True):
         if log.effort is None:
-            raise InputError("has no effort", path=f"joint {name}", mend="Name its column under [columns]")
+            raise InputError(
+                "has no effort", path=f"joint {name}", mend="Name its column under [columns]"
+            )
         if not np.array_equal(log.time.values, first.time.values):
-            raise InputError(f"has other times than {begin}", path=f"joint {name}", mend="Record all joints in one log")
+            raise InputError(
+                f"has other times than {begin}",
+                path=f"joint {name}",
+                mend="Record all joints in one log",
+            )
     step = max(int(1.0 / (dt * BANDWIDTH * ROWS_PER_PERIOD)), 1)
-    recorded = np.array([[log.position.values for log in logs], [log.effort.values for log in logs if log.effort is not None]])
+    recorded = np.array(
+        [
+            [log.position.values for log in logs],
+            [log.effort.values for log in logs if log.effort is not None],
+        ]
+    )
     terms = [_terms(log, axis) for log, axis in zip(logs, axes.values(), strict=True)]
-    signals = {name: np.empty(recorded.shape[1:]) for name in ("position", "velocity", "acceleration", "effort")}
+    signals = {
+        name: np.empty(recorded.shape[1:])
+        for name in ("position", "velocity", "acceleration", "effort")
+    }
     for part in first.segments or (slice(0, len(first)),):
         times = first.time.values[part]
-        position, effort = low_passed(recorded[..., part], BANDWIDTH, dt) if step > 1 else recorded[..., part]
+        position, effort = (
+            low_passed(recorded[..., part], BANDWIDTH, dt) if step > 1 else recorded[..., part]
+        )
         spline = make_interp_spline(times, position, k=5, axis=1)
-        for signal, values in zip(signals.values(), (position, spline(times, 1), spline(times, 2), effort), strict=True):
+        for signal, values in zip(
+            signals.values(), (position, spline(times, 1), spline(times, 2), effort), strict=True
+        ):
             signal[:, part] = values
         for forces in terms if step > 1 else ():
             forces[:, part] = low_passed(forces[:, part], BANDWIDTH, dt)

@@ -59,12 +59,16 @@ class Dynamics:
     def rotors_in_sums(self) -> frozenset[str]:
         """The joints whose rotor inertia is only determined in a sum with parameters of bodies."""
         rotors = (entry for entry in self.base if entry.name.endswith(f".{ROTOR}"))
-        return frozenset(entry.name.removesuffix(f".{ROTOR}") for entry in rotors if len(entry.members) > 1)
+        return frozenset(
+            entry.name.removesuffix(f".{ROTOR}") for entry in rotors if len(entry.members) > 1
+        )
 
 
 def names_of(joints: Sequence[str]) -> list[str]:
     """Return the names of the dynamic parameters: rotors first, then the bodies."""
-    return [f"{joint}.{ROTOR}" for joint in joints] + [f"{joint}.{name}" for joint in joints for name in OF_BODY]
+    return [f"{joint}.{ROTOR}" for joint in joints] + [
+        f"{joint}.{name}" for joint in joints for name in OF_BODY
+    ]
 
 
 def base_of(robot: Robot) -> tuple[list[int], np.ndarray]:
@@ -73,7 +77,10 @@ def base_of(robot: Robot) -> tuple[list[int], np.ndarray]:
     q, v, a = np.random.default_rng(SEED).uniform(-np.pi, np.pi, (3, POSES, count))
     columns = with_rotors(robot.regressor(q, v, a), a).reshape(POSES * count, -1)
     # Each column in turn either adds a direction or is a sum of earlier columns: outer masses move into inner inertias.
-    order = [*range(count), *(count + 10 * body + k for body in range(count) for k in (*range(4, 10), 1, 2, 3, 0))]
+    order = [
+        *range(count),
+        *(count + 10 * body + k for body in range(count) for k in (*range(4, 10), 1, 2, 3, 0)),
+    ]
     upper = np.asarray(np.linalg.qr(columns[:, order], mode="r"))
     independent = np.flatnonzero(np.abs(np.diag(upper)) > ALIKE * np.abs(upper).max()).tolist()
     factors = np.zeros((len(independent), len(order)))
@@ -84,54 +91,98 @@ def base_of(robot: Robot) -> tuple[list[int], np.ndarray]:
 
 def with_rotors(columns: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
     """Return the columns (row, joint, parameter) with those of the rotors before them."""
-    return np.concatenate([acceleration[..., None] * np.eye(acceleration.shape[1]), columns], axis=2)
+    return np.concatenate(
+        [acceleration[..., None] * np.eye(acceleration.shape[1]), columns], axis=2
+    )
 
 
 def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
     """Return the dynamic parameters that explain the efforts of all joints, besides any friction of each joint."""
-    q, v, a, effort = (signal[motion.rows] for signal in (motion.position, motion.velocity, motion.acceleration, motion.effort))
+    q, v, a, effort = (
+        signal[motion.rows]
+        for signal in (motion.position, motion.velocity, motion.acceleration, motion.effort)
+    )
     columns = with_rotors(robot.regressor(q, v, a), a)
     places, factors = base_of(robot)
     dynamic, left, frictions = np.empty_like(columns), np.empty_like(effort), list[np.ndarray]()
-    reduced = np.empty((len(robot.names), columns.shape[2] + 1, columns.shape[2] + 1))  # with the same sums of squares
+    reduced = np.empty(
+        (len(robot.names), columns.shape[2] + 1, columns.shape[2] + 1)
+    )  # with the same sums of squares
     for joint in range(len(robot.names)):
         friction = np.linalg.qr(motion.friction_columns(joint))[0]
         frictions.append(friction)
-        dynamic[:, joint], left[:, joint] = apart_from(friction, columns[:, joint]), apart_from(friction, effort[:, joint])
-        reduced[joint] = np.linalg.qr(np.column_stack([dynamic[:, joint], left[:, joint]]), mode="r")
-    design, target, deviation = reduced[..., :-1], reduced[..., -1], np.sqrt(np.mean(left**2, axis=0))
+        dynamic[:, joint], left[:, joint] = (
+            apart_from(friction, columns[:, joint]),
+            apart_from(friction, effort[:, joint]),
+        )
+        reduced[joint] = np.linalg.qr(
+            np.column_stack([dynamic[:, joint], left[:, joint]]), mode="r"
+        )
+    design, target, deviation = (
+        reduced[..., :-1],
+        reduced[..., -1],
+        np.sqrt(np.mean(left**2, axis=0)),
+    )
     base = np.zeros(len(places))
     for _ in range(WEIGHTINGS):
-        weighted, right_side = design[..., places] / deviation[:, None, None], target / deviation[:, None]
+        weighted, right_side = (
+            design[..., places] / deviation[:, None, None],
+            target / deviation[:, None],
+        )
         base = _least_squares(weighted.reshape(-1, len(places)), right_side.ravel())
         deviation = np.linalg.norm(target - design[..., places] @ base, axis=1) / np.sqrt(len(q))
     residual = (left - dynamic[..., places] @ base) / deviation
-    half_widths = _half_widths(dynamic[..., places] / deviation[:, None], residual, frictions, _blocks(motion))
+    half_widths = _half_widths(
+        dynamic[..., places] / deviation[:, None], residual, frictions, _blocks(motion)
+    )
     start = np.maximum(
         ROTOR_SHARE * base[: len(deviation)], 1e-3 * np.abs(base[: len(deviation)])
     )  # the base parameters of rotors come first
-    bodies, rotors = _consistent(start, robot.prior, design / deviation[:, None, None], target / deviation[:, None], len(q))
+    bodies, rotors = _consistent(
+        start, robot.prior, design / deviation[:, None, None], target / deviation[:, None], len(q)
+    )
     residual = target - design @ np.concatenate([rotors, bodies.ravel()])
     names = names_of(robot.names)
     described = [
-        BaseParameter(names[place], tuple((names[k], float(row[k])) for k in np.flatnonzero(row)), float(value), float(half))
+        BaseParameter(
+            names[place],
+            tuple((names[k], float(row[k])) for k in np.flatnonzero(row)),
+            float(value),
+            float(half),
+        )
         for place, row, value, half in zip(places, factors, base, half_widths, strict=True)
     ]
-    return Dynamics(tuple(described), bodies, rotors, np.linalg.norm(residual, axis=1) / np.linalg.norm(effort, axis=0))
+    return Dynamics(
+        tuple(described),
+        bodies,
+        rotors,
+        np.linalg.norm(residual, axis=1) / np.linalg.norm(effort, axis=0),
+    )
 
 
 def joints_with_springs(robot: Robot, motion: Motion) -> list[str]:
     """Return the joints whose effort shows a spring or a cable: it lowers the held-out error beside any bodies and friction."""
-    q, v, a, effort = (signal[motion.rows] for signal in (motion.position, motion.velocity, motion.acceleration, motion.effort))
-    columns, blocks = with_rotors(robot.regressor(q, v, a), a)[..., base_of(robot)[0]], _blocks(motion)
+    q, v, a, effort = (
+        signal[motion.rows]
+        for signal in (motion.position, motion.velocity, motion.acceleration, motion.effort)
+    )
+    columns, blocks = (
+        with_rotors(robot.regressor(q, v, a), a)[..., base_of(robot)[0]],
+        _blocks(motion),
+    )
     pulled = list[str]()
     for joint, name in enumerate(robot.names):
         free = np.hstack([motion.friction_columns(joint), columns[:, joint]])
         tried = np.hstack([free, cable(q[:, joint]).T])
         basis, upper = np.linalg.qr(tried / (np.linalg.norm(tried, axis=0) + np.finfo(float).tiny))
         independent = np.abs(np.diag(upper)) > ALIKE**0.5
-        without, beside = basis[:, : free.shape[1]][:, independent[: free.shape[1]]], basis[:, independent]
-        if _held_out(beside, effort[:, joint], blocks) < (1.0 - SPRING_GAIN) * _held_out(without, effort[:, joint], blocks):
+        without, beside = (
+            basis[:, : free.shape[1]][:, independent[: free.shape[1]]],
+            basis[:, independent],
+        )
+        if _held_out(beside, effort[:, joint], blocks) < (1.0 - SPRING_GAIN) * _held_out(
+            without, effort[:, joint], blocks
+        ):
             pulled.append(name)
     return pulled
 
@@ -151,7 +202,12 @@ def _least_squares(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
     return unbounded(columns / scale, right_side, rcond=1e-10) / scale
 
 
-def _half_widths(columns: np.ndarray, residual: np.ndarray, frictions: Sequence[np.ndarray], blocks: Sequence[np.ndarray]) -> np.ndarray:
+def _half_widths(
+    columns: np.ndarray,
+    residual: np.ndarray,
+    frictions: Sequence[np.ndarray],
+    blocks: Sequence[np.ndarray],
+) -> np.ndarray:
     """Return half-widths of 95 % intervals: the scatter of the estimates if one block of rows at a time is left out.
 
     Columns and residual are apart from the orthonormal columns `frictions` of each joint, whose coefficients also change.
@@ -165,12 +221,16 @@ def _half_widths(columns: np.ndarray, residual: np.ndarray, frictions: Sequence[
         left, score = gram.copy(), np.zeros(len(gram))
         for joint, friction in enumerate(frictions):
             part, basis = columns[rows, joint], friction[rows]
-            lost = np.linalg.pinv(np.eye(basis.shape[1]) - basis.T @ basis, rcond=1e-10, hermitian=True)
+            lost = np.linalg.pinv(
+                np.eye(basis.shape[1]) - basis.T @ basis, rcond=1e-10, hermitian=True
+            )
             freed = part + basis @ (lost @ (basis.T @ part))
             left -= freed.T @ part
             score += freed.T @ residual[rows, joint]
         change[:] = np.linalg.pinv(left, rcond=1e-14, hermitian=True) @ score
-    return np.asarray(t.ppf(0.975, count - 1) * np.sqrt((count - 1) / count * np.sum(changes**2, axis=0)) / scale)
+    return np.asarray(
+        t.ppf(0.975, count - 1) * np.sqrt((count - 1) / count * np.sum(changes**2, axis=0)) / scale
+    )
 
 
 def _blocks(motion: Motion) -> list[np.ndarray]:
@@ -184,17 +244,23 @@ def _blocks(motion: Motion) -> list[np.ndarray]:
     return [block for block in rows if block.size]
 
 
-def _consistent(rotors: np.ndarray, prior: np.ndarray, design: np.ndarray, target: np.ndarray, rows: int) -> tuple[np.ndarray, np.ndarray]:
+def _consistent(
+    rotors: np.ndarray, prior: np.ndarray, design: np.ndarray, target: np.ndarray, rows: int
+) -> tuple[np.ndarray, np.ndarray]:
     """Return bodies and rotors of positive mass that explain the efforts best, near the bodies of the file where these are free."""
     from scipy.optimize import least_squares
 
     count, weight = len(prior), TO_PRIOR * np.sqrt(rows * len(prior))
-    upper = np.asarray(np.linalg.qr(np.column_stack([design.reshape(-1, 11 * count), target.ravel()]), mode="r"))
+    upper = np.asarray(
+        np.linalg.qr(np.column_stack([design.reshape(-1, 11 * count), target.ravel()]), mode="r")
+    )
     design, target = upper[:-1, :-1], upper[:-1, -1]
     begin = np.concatenate([np.log(rotors), *map(_factor_of, prior)])
 
     def residual(theta: np.ndarray) -> np.ndarray:
-        return np.concatenate([design @ _parameters(theta, count) - target, weight * (theta - begin)])
+        return np.concatenate(
+            [design @ _parameters(theta, count) - target, weight * (theta - begin)]
+        )
 
     def slope(theta: np.ndarray) -> np.ndarray:
         inner = np.zeros((11 * count, 11 * count))
@@ -205,7 +271,9 @@ def _consistent(rotors: np.ndarray, prior: np.ndarray, design: np.ndarray, targe
         return np.vstack([design @ inner, weight * np.eye(len(theta))])
 
     search: Any = least_squares
-    values = _parameters(search(residual, begin, jac=slope, x_scale="jac", max_nfev=SEARCH).x, count)
+    values = _parameters(
+        search(residual, begin, jac=slope, x_scale="jac", max_nfev=SEARCH).x, count
+    )
     return values[count:].reshape(count, 10), values[:count]
 
 
@@ -229,7 +297,10 @@ def _upper(entries: np.ndarray) -> np.ndarray:
 
 def _rows_of(moments: np.ndarray) -> np.ndarray:
     """Return the dynamic parameters of bodies with these second moments, or of changes, (..., 10); reverses `pseudo_inertia`."""
-    about = np.trace(moments[..., :3, :3], axis1=-2, axis2=-1)[..., None, None] * np.eye(3) - moments[..., :3, :3]
+    about = (
+        np.trace(moments[..., :3, :3], axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+        - moments[..., :3, :3]
+    )
     inner = [about[..., i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2))]
     return np.stack([moments[..., 3, 3], *np.moveaxis(moments[..., :3, 3], -1, 0), *inner], axis=-1)
 
@@ -244,4 +315,6 @@ def _slope_of_body(entries: np.ndarray) -> np.ndarray:
 
 def _parameters(theta: np.ndarray, count: int) -> np.ndarray:
     factors = map(_upper, theta[count:].reshape(count, 10))
-    return np.concatenate([np.exp(theta[:count]), *(_rows_of(factor @ factor.T) for factor in factors)])
+    return np.concatenate(
+        [np.exp(theta[:count]), *(_rows_of(factor @ factor.T) for factor in factors)]
+    )

@@ -27,7 +27,13 @@ OF_BODY = ("m", "mc_x", "mc_y", "mc_z", "I_xx", "I_xy", "I_yy", "I_xz", "I_yz", 
 """Dynamic parameters of a body: mass [kg], first moments [kg*m], moments of inertia about the origin of its joint [kg*m^2]."""
 PRIOR_DENSITY = 0.1  # moment of inertia over mass of a body that no file describes [m^2]
 PRIOR_MASS = 1.0  # of such a body [kg]
-KEYS = {"d": "translational", "a": "translational", "alpha": "rotational", "offset": "rotational", "mass": "translational"}
+KEYS = {
+    "d": "translational",
+    "a": "translational",
+    "alpha": "rotational",
+    "offset": "rotational",
+    "mass": "translational",
+}
 
 
 def pinocchio() -> Any:
@@ -54,20 +60,40 @@ class Robot:
     def of(self, names: Sequence[str]) -> Robot:
         """Return the arm with these joints only; the others stay at 0."""
         if unknown := [name for name in names if name not in self.names]:
-            raise InputError("is not a joint of the robot", path="joint.name", value=unknown[0], allowed=", ".join(self.names))
+            raise InputError(
+                "is not a joint of the robot",
+                path="joint.name",
+                value=unknown[0],
+                allowed=", ".join(self.names),
+            )
         pin = pinocchio()
         fixed = [self.model.getJointId(name) for name in self.names if name not in names]
-        model = pin.buildReducedModel(self.model, fixed, pin.neutral(self.model)) if fixed else self.model
+        model = (
+            pin.buildReducedModel(self.model, fixed, pin.neutral(self.model))
+            if fixed
+            else self.model
+        )
         if tuple(model.names)[1:] != tuple(names):
-            raise InputError("are not in the order of the robot", path="joint", value=", ".join(names), allowed=", ".join(model.names[1:]))
+            raise InputError(
+                "are not in the order of the robot",
+                path="joint",
+                value=", ".join(names),
+                allowed=", ".join(model.names[1:]),
+            )
         return Robot(model, self.urdf)
 
     @property
     def prior(self) -> np.ndarray:
         """Dynamic parameters in the file, shape (body, 10); a usual body in place of a body without a valid inertia."""
-        usual = np.array([1.0, 0.0, 0.0, 0.0, *(PRIOR_DENSITY * np.array([1.0, 0.0, 1.0, 0.0, 0.0, 1.0]))])
-        rows = [np.asarray(inertia.toDynamicParameters()) for inertia in list(self.model.inertias)[1:]]
-        return np.array([row if is_consistent(row) else usual * max(row[0], PRIOR_MASS) for row in rows])
+        usual = np.array(
+            [1.0, 0.0, 0.0, 0.0, *(PRIOR_DENSITY * np.array([1.0, 0.0, 1.0, 0.0, 0.0, 1.0]))]
+        )
+        rows = [
+            np.asarray(inertia.toDynamicParameters()) for inertia in list(self.model.inertias)[1:]
+        ]
+        return np.array(
+            [row if is_consistent(row) else usual * max(row[0], PRIOR_MASS) for row in rows]
+        )
 
     def regressor(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
         """Return the columns of the dynamic parameters in the joint efforts, shape (row, joint, 10 * joint), for (row, joint)."""
@@ -77,7 +103,9 @@ class Robot:
             columns[row] = pin.computeJointTorqueRegressor(self.model, data, *motion)
         return columns
 
-    def effort(self, parameters: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    def effort(
+        self, parameters: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray
+    ) -> np.ndarray:
         """Return the joint efforts [N or N*m] of the bodies with these dynamic parameters, shape (row, joint)."""
         pin, model = pinocchio(), self.model.copy()
         for body, row in enumerate(parameters, start=1):
@@ -126,9 +154,18 @@ def read_robot(content: Content) -> Robot:
     try:
         model = pin.buildModelFromXML(content.data.decode("utf-8"))
     except (ValueError, RuntimeError, UnicodeDecodeError) as error:
-        raise InputError(f"is not a URDF that Pinocchio can read ({error})", path=str(content.source)) from None
-    if many := [name for name, joint in zip(model.names, model.joints, strict=True) if joint.nv > 1]:
-        raise InputError("has several degrees of freedom", path=str(content.source), value=many[0], allowed="revolute and prismatic joints")
+        raise InputError(
+            f"is not a URDF that Pinocchio can read ({error})", path=str(content.source)
+        ) from None
+    if many := [
+        name for name, joint in zip(model.names, model.joints, strict=True) if joint.nv > 1
+    ]:
+        raise InputError(
+            "has several degrees of freedom",
+            path=str(content.source),
+            value=many[0],
+            allowed="revolute and prismatic joints",
+        )
     if model.nv == 0:
         raise InputError("has no moved joint", path=str(content.source))
     return Robot(model, content.data)
@@ -140,21 +177,34 @@ def chain_of(joints: Sequence[Mapping[str, Any]]) -> Robot:
     model, parent, place = pin.Model(), 0, pin.SE3.Identity()
     if not joints:
         raise InputError(
-            "is missing", path="joint", mend="Write a [[joint]] table with d, a, alpha and offset for each joint, or name a URDF"
+            "is missing",
+            path="joint",
+            mend="Write a [[joint]] table with d, a, alpha and offset for each joint, or name a URDF",
         )
     for number, joint in enumerate(joints):
         path = f"joint[{number}]"
         if unknown := set(joint) - {"name", "reversed", *KEYS}:
-            raise InputError("unknown key", path=f"{path}.{min(unknown)}", allowed=f"name, reversed, {', '.join(KEYS)}")
+            raise InputError(
+                "unknown key",
+                path=f"{path}.{min(unknown)}",
+                allowed=f"name, reversed, {', '.join(KEYS)}",
+            )
         values = {key: _value(joint, key, path) for key in KEYS}
         turned = pin.SE3(pin.utils.rotate("z", values["offset"]), np.zeros(3))
         axis = [0.0, 0.0, -1.0 if joint.get("reversed", False) else 1.0]
         parent = model.addJoint(
-            parent, pin.JointModelRevoluteUnaligned(*axis), place * turned, str(joint.get("name", f"joint_{number + 1}"))
+            parent,
+            pin.JointModelRevoluteUnaligned(*axis),
+            place * turned,
+            str(joint.get("name", f"joint_{number + 1}")),
         )
         density = values["mass"] * PRIOR_DENSITY
         model.addJointFrame(parent)
-        model.appendBodyToJoint(parent, pin.Inertia(values["mass"], np.zeros(3), density * np.eye(3)), pin.SE3.Identity())
+        model.appendBodyToJoint(
+            parent,
+            pin.Inertia(values["mass"], np.zeros(3), density * np.eye(3)),
+            pin.SE3.Identity(),
+        )
         along = pin.SE3(np.eye(3), np.array([values["a"], 0.0, values["d"]]))
         place = along * pin.SE3(pin.utils.rotate("x", values["alpha"]), np.zeros(3))
     return Robot(model)
@@ -162,5 +212,15 @@ def chain_of(joints: Sequence[Mapping[str, Any]]) -> Robot:
 
 def _value(joint: Mapping[str, Any], key: str, path: str) -> float:
     if key == "mass":
-        return quantity(joint.get(key, PRIOR_MASS), Variable("mass", "mass of a body", min=0.0), "translational", path=f"{path}.{key}")
-    return quantity(joint.get(key, 0.0), Variable("length", "Denavit-Hartenberg parameter"), KEYS[key], path=f"{path}.{key}")  # type: ignore[arg-type]
+        return quantity(
+            joint.get(key, PRIOR_MASS),
+            Variable("mass", "mass of a body", min=0.0),
+            "translational",
+            path=f"{path}.{key}",
+        )
+    return quantity(
+        joint.get(key, 0.0),
+        Variable("length", "Denavit-Hartenberg parameter"),
+        KEYS[key],  # type: ignore[arg-type]
+        path=f"{path}.{key}",
+    )

@@ -88,12 +88,16 @@ class Design:
     circles: tuple[Circle, ...]
 
     usual_phase = PHASE_ENOUGH  # smallest usual phase margin [deg]
-    unstated_lags = UNSTATED  # assumed lags of an unspecified current loop: smallest and largest [s]
+    unstated_lags = (
+        UNSTATED  # assumed lags of an unspecified current loop: smallest and largest [s]
+    )
 
     @property
     def assessment(self) -> Assessment:
         """Poles and margins of the designed loop."""
-        return next(assessment for assessment in self.assessments if assessment.name == self.variant.name)
+        return next(
+            assessment for assessment in self.assessments if assessment.name == self.variant.name
+        )
 
     @property
     def late(self) -> Assessment | None:
@@ -118,7 +122,9 @@ class Design:
     @property
     def best(self) -> Proposal | None:
         """Proposal with the smallest error; None without a simulation."""
-        simulated = [proposal for proposal in self.proposals[1:] if proposal.following_error is not None]
+        simulated = [
+            proposal for proposal in self.proposals[1:] if proposal.following_error is not None
+        ]
         return min(simulated, key=lambda proposal: proposal.peak_to_peak, default=None)
 
     @property
@@ -127,7 +133,9 @@ class Design:
         present = self.proposals[0]
         best = self.best
         # A smaller gain in error is not worth the lower margins.
-        if best is not None and (not self.is_stable or best.peak_to_peak < 0.8 * present.peak_to_peak):
+        if best is not None and (
+            not self.is_stable or best.peak_to_peak < 0.8 * present.peak_to_peak
+        ):
             return best
         return present
 
@@ -147,7 +155,13 @@ def _bandwidth(raw: Any, path: str, kind: Kind | None) -> float:
 
 
 @guarded(experiment=EXPERIMENT, bandwidth=optional(_bandwidth))
-def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | None = None, progress: Progress | None = None) -> Design:
+def design(
+    experiment: Any,
+    *,
+    variant: str | None = None,
+    bandwidth: Amount | None = None,
+    progress: Progress | None = None,
+) -> Design:
     """Design the loop of an experiment.
 
     Parameters
@@ -180,13 +194,27 @@ def design(experiment: Any, *, variant: str | None = None, bandwidth: Amount | N
             mend="Write [controller] and [reference] into the experiment instead of [effort]",
         )
     assessments = tuple(assess(entry) for entry in experiment.variants)
-    runs = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name) is not Verdict.DIVERGES
+    runs = (
+        next(assessment.verdict for assessment in assessments if assessment.name == chosen.name)
+        is not Verdict.DIVERGES
+    )
     budget = None
     if runs:
         budget = error_budget(chosen, _part(progress, 0.0, 0.6))
-    proposals = proposals_for(chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85))
+    proposals = proposals_for(
+        chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85)
+    )
     circles = _circles(chosen, proposals, _part(progress, 0.85, 1.0))
-    return Design(experiment, chosen, assessments, delays_of(chosen), _friction_at(chosen, top_speed(chosen)), budget, proposals, circles)
+    return Design(
+        experiment,
+        chosen,
+        assessments,
+        delays_of(chosen),
+        _friction_at(chosen, top_speed(chosen)),
+        budget,
+        proposals,
+        circles,
+    )
 
 
 def _chosen_variant(experiment: Experiment, name: str | None) -> Variant:
@@ -195,19 +223,36 @@ def _chosen_variant(experiment: Experiment, name: str | None) -> Variant:
     if not by_name:
         raise InputError("has no variants", path="experiment")
     if name is None:
-        return next((entry for entry in experiment.variants if entry.feedforward.friction is not None), experiment.variants[0])
+        return next(
+            (entry for entry in experiment.variants if entry.feedforward.friction is not None),
+            experiment.variants[0],
+        )
     if name not in by_name:
         mend = did_you_mean(name, by_name)
-        raise InputError("there is no such variant", path="variant", value=name, allowed=", ".join(by_name), mend=mend)
+        raise InputError(
+            "there is no such variant",
+            path="variant",
+            value=name,
+            allowed=", ".join(by_name),
+            mend=mend,
+        )
     return by_name[name]
 
 
-def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress | None) -> tuple[Circle, ...]:
+def _circles(
+    chosen: Variant, proposals: Sequence[Proposal], progress: Progress | None
+) -> tuple[Circle, ...]:
     radius, feed = circle_of(chosen)
     # Skip a circle that is too fast for its samples.
-    if radius <= 0.0 or feed <= 0.0 or 2.0 * math.pi * radius / feed < SAMPLES_LEAST * chosen.run.sample_time:
+    if (
+        radius <= 0.0
+        or feed <= 0.0
+        or 2.0 * math.pi * radius / feed < SAMPLES_LEAST * chosen.run.sample_time
+    ):
         return ()
-    plain = replace(chosen, name="without compensation", feedforward=replace(chosen.feedforward, friction=None))
+    plain = replace(
+        chosen, name="without compensation", feedforward=replace(chosen.feedforward, friction=None)
+    )
     loops = {loop.name: loop for loop in (plain, *(proposal.variant for proposal in proposals))}
     stable = tuple(loop for loop in loops.values() if assess(loop).verdict is not Verdict.DIVERGES)
     if not stable:
@@ -266,8 +311,13 @@ class Circle:
     @property
     def glitches(self) -> tuple[float, ...]:
         """Peak-to-peak deviation within 30° of each reversal, at 0°, 90°, 180° and 270° [m or rad]."""
-        apart = (np.abs((self.angle - turn + np.pi) % (2.0 * np.pi) - np.pi) for turn in 0.5 * np.pi * np.arange(4))
-        return tuple(float(np.ptp(self.deviation[distance <= math.radians(30.0)])) for distance in apart)
+        apart = (
+            np.abs((self.angle - turn + np.pi) % (2.0 * np.pi) - np.pi)
+            for turn in 0.5 * np.pi * np.arange(4)
+        )
+        return tuple(
+            float(np.ptp(self.deviation[distance <= math.radians(30.0)])) for distance in apart
+        )
 
 
 def circle_of(variant: Variant) -> tuple[float, float]:
@@ -284,7 +334,10 @@ def circle_of(variant: Variant) -> tuple[float, float]:
     feed=amount(Variable("length/time", "velocity along a circle", min=0.0), exclusive=True),
 )
 def run_circles(
-    variants: tuple[Variant, ...], radius: float, feed: float, progress: Callable[[float, str], None] | None = None
+    variants: tuple[Variant, ...],
+    radius: float,
+    feed: float,
+    progress: Callable[[float, str], None] | None = None,
 ) -> tuple[Circle, ...]:
     """Return the simulated circle of each loop, run on two axes.
 

@@ -10,7 +10,16 @@ import numpy as np
 
 from bristle.core import Experiment, Model, Status, Variant, guarded
 from bristle.models.sensors import encoder
-from bristle.simulation import ALIKE, RUNS_MAX, Statistics, friction_along, motion_of, simulate, statistics_of, with_known_motion
+from bristle.simulation import (
+    ALIKE,
+    RUNS_MAX,
+    Statistics,
+    friction_along,
+    motion_of,
+    simulate,
+    statistics_of,
+    with_known_motion,
+)
 
 
 @dataclass(frozen=True)
@@ -60,19 +69,34 @@ def error_budget(variant: Variant, progress: Callable[[float, str], None] | None
         Called with the share done and the name of the next step.
     """
     causes = causes_of(variant)
-    loops = {"everything": variant, "nothing": reduce(lambda loop, cause: cause.without(loop), causes, variant)}
+    loops = {
+        "everything": variant,
+        "nothing": reduce(lambda loop, cause: cause.without(loop), causes, variant),
+    }
     for cause in causes:
         further = [entry for entry in causes if entry is not cause]
-        loops[f"{cause.name} alone"] = reduce(lambda loop, cause: cause.without(loop), further, variant)
+        loops[f"{cause.name} alone"] = reduce(
+            lambda loop, cause: cause.without(loop), further, variant
+        )
         loops[f"without {cause.name}"] = cause.without(variant)
     runs = min(variant.run.seeds, RUNS_MAX)
-    named = tuple(replace(loop, name=name, run=replace(loop.run, seeds=runs)) for name, loop in loops.items())
+    named = tuple(
+        replace(loop, name=name, run=replace(loop.run, seeds=runs)) for name, loop in loops.items()
+    )
     outcomes = simulate(Experiment(variant.name, variant.plant.kind, named), progress).variants
     errors = {name: outcome.following_error for name, outcome in outcomes.items()}
     for name, outcome in outcomes.items():
         if outcome.status is Status.NOT_FINITE:
             errors[name] = statistics_of(outcome.time[:0])
-    entries = [Entry(cause.name, cause.description, errors[f"{cause.name} alone"], errors[f"without {cause.name}"]) for cause in causes]
+    entries = [
+        Entry(
+            cause.name,
+            cause.description,
+            errors[f"{cause.name} alone"],
+            errors[f"without {cause.name}"],
+        )
+        for cause in causes
+    ]
     entries.sort(key=lambda entry: entry.without.peak_to_peak)
     return Budget(variant.name, errors["everything"], errors["nothing"], tuple(entries), runs)
 
@@ -102,7 +126,9 @@ def best_gain(variant: Variant) -> float:
         return 1.0
     dt = variant.run.sample_time
     velocity = np.diff(motion_of(variant)[0]) / dt
-    friction, compensation = (friction_along(nominal(model), velocity, dt) for model in (variant.friction, compensator))
+    friction, compensation = (
+        friction_along(nominal(model), velocity, dt) for model in (variant.friction, compensator)
+    )
     square = float(compensation @ compensation)
     if square > 0.0:
         return float(compensation @ friction) / square
@@ -145,15 +171,27 @@ def _of_feedforward(variant: Variant) -> Iterator[Cause]:
     if variant.table is not None:
         return  # friction on both sides of a screw has no single model to feed forward
     if feedforward.friction is None or feedforward.gain == 0.0:
-        yield Cause("no compensation", "the friction is not fed forward", lambda loop: _with_fed(loop, friction=true, gain=1.0))
+        yield Cause(
+            "no compensation",
+            "the friction is not fed forward",
+            lambda loop: _with_fed(loop, friction=true, gain=1.0),
+        )
         return
     best = best_gain(variant)
     if not math.isclose(feedforward.gain, best, rel_tol=ALIKE):
         text = f"the compensator is {feedforward.gain / best:.3g} times the nominal friction"
-        yield Cause("amplitude", text, lambda loop: _with_fed(loop, gain=loop.feedforward.gain * best / feedforward.gain))
+        yield Cause(
+            "amplitude",
+            text,
+            lambda loop: _with_fed(loop, gain=loop.feedforward.gain * best / feedforward.gain),
+        )
     if feedforward.friction != true:
         text = "the force of the compensator has another shape than the friction"
-        yield Cause("shape", text, lambda loop: _with_fed(loop, friction=true, gain=loop.feedforward.gain / best))
+        yield Cause(
+            "shape",
+            text,
+            lambda loop: _with_fed(loop, friction=true, gain=loop.feedforward.gain / best),
+        )
 
 
 def _of_the_rest(variant: Variant) -> Iterator[Cause]:
@@ -163,11 +201,19 @@ def _of_the_rest(variant: Variant) -> Iterator[Cause]:
     sensor = variant.sensor
     sides = [model for model in (variant.friction, variant.table) if model is not None]
     if fed.offset or fed.asymmetry or any(_alike(model, offset=0.0) != model for model in sides):
-        yield Cause("asymmetry", "difference of friction between directions, and offset, as far as they are not fed forward", _symmetric)
+        yield Cause(
+            "asymmetry",
+            "difference of friction between directions, and offset, as far as they are not fed forward",
+            _symmetric,
+        )
     scatter = max(model.values.get("scatter", 0.0) for model in sides)
     if scatter > 0.0:
         text = f"friction scatter of {100.0 * scatter:.2g} % between reversals"
-        yield Cause("irregularity", text, lambda loop: _with_frictions(loop, lambda model: _with_known(model, scatter=0.0)))
+        yield Cause(
+            "irregularity",
+            text,
+            lambda loop: _with_frictions(loop, lambda model: _with_known(model, scatter=0.0)),
+        )
     if sensor.component is not encoder:
         text = f"sensor: {sensor.component.description}"
         yield Cause(sensor.name, text, lambda loop: replace(loop, sensor=encoder(kind=sensor.kind)))
@@ -175,14 +221,28 @@ def _of_the_rest(variant: Variant) -> Iterator[Cause]:
         exact = {name: 0.0 for name in ("resolution", "noise") if sensor.values[name] > 0.0}
         text = " and ".join(exact) + " of the encoder"
         if exact:
-            yield Cause("encoder", text, lambda loop: replace(loop, sensor=loop.sensor.with_values(**exact)))
+            yield Cause(
+                "encoder", text, lambda loop: replace(loop, sensor=loop.sensor.with_values(**exact))
+            )
     if run.delay or run.current_lag:
         text = "delay of computation and current control"
-        yield Cause("delay", text, lambda loop: replace(loop, run=replace(loop.run, delay=0, current_lag=0.0)))
+        yield Cause(
+            "delay",
+            text,
+            lambda loop: replace(loop, run=replace(loop.run, delay=0, current_lag=0.0)),
+        )
     if variant.plant.values.get("backlash", 0.0) > 0.0:
-        yield Cause("backlash", "lost travel at a reversal", lambda loop: replace(loop, plant=loop.plant.with_values(backlash=0.0)))
+        yield Cause(
+            "backlash",
+            "lost travel at a reversal",
+            lambda loop: replace(loop, plant=loop.plant.with_values(backlash=0.0)),
+        )
     if variant.disturbance is not None:
-        yield Cause("unexplained", "force outside the friction model", lambda loop: replace(loop, disturbance=None))
+        yield Cause(
+            "unexplained",
+            "force outside the friction model",
+            lambda loop: replace(loop, disturbance=None),
+        )
 
 
 def _symmetric(loop: Variant) -> Variant:
@@ -195,4 +255,8 @@ def _symmetric(loop: Variant) -> Variant:
 
 def _with_frictions(loop: Variant, changed: Callable[[Model], Model]) -> Variant:
     """Return a loop with changed friction on both sides of its screw."""
-    return replace(loop, friction=changed(loop.friction), table=None if loop.table is None else changed(loop.table))
+    return replace(
+        loop,
+        friction=changed(loop.friction),
+        table=None if loop.table is None else changed(loop.table),
+    )

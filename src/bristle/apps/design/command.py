@@ -14,14 +14,21 @@ EXAMPLE = """Example:
 
 
 def design(
-    experiment: Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")],
+    experiment: Annotated[
+        Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")
+    ],
     variant: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Variant to design; by default the first with friction feedforward.")
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Variant to design; by default the first with friction feedforward.",
+        ),
     ] = None,
     bandwidth: Annotated[
         str | None,
         typer.Option(
-            metavar="FREQUENCY", help='Bandwidth of the proposed gains, such as "30 Hz"; by default the largest that keeps the margins.'
+            metavar="FREQUENCY",
+            help='Bandwidth of the proposed gains, such as "30 Hz"; by default the largest that keeps the margins.',
         ),
     ] = None,
     *,
@@ -36,7 +43,14 @@ def design(
     code is 1 if the loop is unstable.
     """
     from bristle.apps.design import design as designed
-    from bristle.apps.design.report import budget_table, design_report, design_sentences, design_summary, margin_table, proposal_table
+    from bristle.apps.design.report import (
+        budget_table,
+        design_report,
+        design_sentences,
+        design_summary,
+        margin_table,
+        proposal_table,
+    )
     from bristle.contract import admit_friction_of
     from bristle.core import Variable, quantity
     from bristle.files import provenance
@@ -54,9 +68,19 @@ def design(
         source = provenance(output.command, **described.origins, figure=code)
         summary = design_summary(outcome, provenance=source)
         if folder:
-            write_report(folder, design_report(outcome, command=output.command, provenance=source, figures=further), summary)
+            write_report(
+                folder,
+                design_report(outcome, command=output.command, provenance=source, figures=further),
+                summary,
+            )
 
-    output.tell(summary, margin_table(outcome), budget_table(outcome), proposal_table(outcome), *design_sentences(outcome))
+    output.tell(
+        summary,
+        margin_table(outcome),
+        budget_table(outcome),
+        proposal_table(outcome),
+        *design_sentences(outcome),
+    )
     if not outcome.is_stable:
         return NO
     return 0

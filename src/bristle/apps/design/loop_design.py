@@ -49,7 +49,14 @@ def margins(assessment: Assessment) -> Figure:
         line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
         at = point.loop.poles
         nyquist = math.pi / point.loop.sample_time
-        poles.plot(np.real(at), np.imag(at), look["marker"], color=look["color"], fillstyle="none", label=f"_{NAMES[point.motions]}")
+        poles.plot(
+            np.real(at),
+            np.imag(at),
+            look["marker"],
+            color=look["color"],
+            fillstyle="none",
+            label=f"_{NAMES[point.motions]}",
+        )
         omega = np.geomspace(LOWEST * nyquist, nyquist, 600)
         response = point.loop.response(omega)
         hertz = omega / (2.0 * math.pi)
@@ -62,8 +69,22 @@ def margins(assessment: Assessment) -> Figure:
         crossover = point.margins.crossover
         if margin is not None and crossover is not None:
             at = crossover / (2.0 * math.pi)
-            phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt", label="_phase margin")
-            gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=style.SMALL, label="_crossover")
+            phase.plot(
+                [at, at],
+                [-180.0, margin - 180.0],
+                color=look["color"],
+                linewidth=2.6,
+                solid_capstyle="butt",
+                label="_phase margin",
+            )
+            gain.plot(
+                at,
+                1.0,
+                marker=look["marker"],
+                color=look["color"],
+                markersize=style.SMALL,
+                label="_crossover",
+            )
     gain.axhline(1.0, **style.AID)
     phase.axhline(-180.0, **style.AID)
     gain.set_ylabel("Open loop, gain")
@@ -83,7 +104,10 @@ def margins(assessment: Assessment) -> Figure:
     "Blue: proposed.",
     draw=lambda draw, design, names, phases, enough: draw(
         names,
-        [None if loop.following_error is None else loop.following_error.peak_to_peak for loop in design.proposals],
+        [
+            None if loop.following_error is None else loop.following_error.peak_to_peak
+            for loop in design.proposals
+        ],
         [loop.effort_rms for loop in design.proposals],
         phases,
         enough,
@@ -99,8 +123,12 @@ def loops_proposed(
     kind: Kind = "translational",
 ) -> Figure:
     """Return bars of the error, the effort and the least phase margin of each loop: the present loop grey, the others blue."""
-    figure, row = style.named_rows(names, max(style.PAIR, min(1.2, 3.5 / len(names))), style.NARROW, 3, between=0.2)
-    columns = [[np.nan if value is None else value for value in side] for side in (errors, efforts, phases)]
+    figure, row = style.named_rows(
+        names, max(style.PAIR, min(1.2, 3.5 / len(names))), style.NARROW, 3, between=0.2
+    )
+    columns = [
+        [np.nan if value is None else value for value in side] for side in (errors, efforts, phases)
+    ]
     units = (unit_of("length", kind), unit_of("force", kind), "")
     labels = ("Error, p-p", f"{style.effort_word(kind)}, rms", "Phase margin [°]")
     colors = [LIGHT["without"], *[LIGHT["with"]] * (len(names) - 1)]
@@ -124,10 +152,17 @@ QUARTERS = (0.0, 90.0, 180.0, 270.0, 360.0)  # degrees
 )
 def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     """Return the radial deviation of circles of one radius and feed over the angle: around the round circle, and unrolled."""
-    scale = style.scale_for("length", kind, np.array([1e-6]), *(circle.deviation for circle in curves))
-    low, high = (scale.factor * float(edge([0.0, *(edge(circle.deviation) for circle in curves)])) for edge in (np.min, np.max))
+    scale = style.scale_for(
+        "length", kind, np.array([1e-6]), *(circle.deviation for circle in curves)
+    )
+    low, high = (
+        scale.factor * float(edge([0.0, *(edge(circle.deviation) for circle in curves)]))
+        for edge in (np.min, np.max)
+    )
     span = max(high - low, 1e-12)
-    figure, (row,) = style.panels(4.3, columns=2, between=0.9, names=[circle.variant for circle in curves], over_titles=True)
+    figure, (row,) = style.panels(
+        4.3, columns=2, between=0.9, names=[circle.variant for circle in curves], over_titles=True
+    )
     specs: Any = [axes.get_subplotspec() for axes in row]
     figure.clear()
     round_: Any = figure.add_subplot(specs[0], projection="polar")
@@ -137,7 +172,9 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     for look, circle in zip(style.LINES, curves, strict=False):
         angle, deviation = style.line(circle.angle, circle.deviation)
         round_.plot(angle, deviation * scale.factor, label=f"_{label(circle.variant)}", **look)
-        unrolled.plot(np.degrees(angle), deviation * scale.factor, label=label(circle.variant), **look)
+        unrolled.plot(
+            np.degrees(angle), deviation * scale.factor, label=label(circle.variant), **look
+        )
     round_.set_ylim(low - span, high + 0.05 * span)
     step = float(f"{0.4 * span:.1g}")
     ticks = [0.0, step]
@@ -147,10 +184,23 @@ def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     for tick in ticks:
         # Above the lines: the ticks of the axis would lie below them.
         box = {"facecolor": LIGHT["ground"], "edgecolor": "none", "pad": 0.6, "alpha": 0.9}
-        round_.text(0.25 * np.pi, tick, number(tick, digits=1), ha="center", va="center", fontsize=AT_TICKS, bbox=box, zorder=5)
+        round_.text(
+            0.25 * np.pi,
+            tick,
+            number(tick, digits=1),
+            ha="center",
+            va="center",
+            fontsize=AT_TICKS,
+            bbox=box,
+            zorder=5,
+        )
     round_.set_thetagrids(QUARTERS[:-1])
     round_.spines["polar"].set_visible(False)
     round_.set_title(scale.label("Deviation from the circle"), loc="left", pad=12.0)
-    unrolled.set(xticks=QUARTERS, xlabel="Angle [°]; an axis reverses at each tick", ylabel=scale.label("Deviation"))
+    unrolled.set(
+        xticks=QUARTERS,
+        xlabel="Angle [°]; an axis reverses at each tick",
+        ylabel=scale.label("Deviation"),
+    )
     style.legend(unrolled)
     return figure

@@ -16,17 +16,38 @@ from bristle.report.compensation import NO_CHANGE, change_text
 from bristle.report.loops import controller_text, law_lines
 from bristle.report.messages import as_data, message, picked, whole_sentence
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, report_page
-from bristle.report.table import MICROMETRE, Quantity, Table, capital, fixed, length_text, short_text, stiffness_text
+from bristle.report.table import (
+    MICROMETRE,
+    Quantity,
+    Table,
+    capital,
+    fixed,
+    length_text,
+    short_text,
+    stiffness_text,
+)
 
 
 def margin_table(design: Design) -> Table:
     """Return poles and margins of each loop; variants with the same loop share its rows."""
-    heads = ("Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]", "Crossover [Hz]")
+    heads = (
+        "Motions",
+        "Friction",
+        "Largest pole",
+        "Phase margin [°]",
+        "Gain margin",
+        "Delay margin [samples]",
+        "Crossover [Hz]",
+    )
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
         rows = tuple(map(_margin_cells, assessment.points))
         loops.setdefault(rows, []).append(assessment.name)
-    table_rows = [(", ".join(names) if index == 0 else "", *row) for rows, names in loops.items() for index, row in enumerate(rows)]
+    table_rows = [
+        (", ".join(names) if index == 0 else "", *row)
+        for rows, names in loops.items()
+        for index, row in enumerate(rows)
+    ]
     return Table("Poles and margins of the sampled loop", ("Variant", *heads), table_rows)
 
 
@@ -64,7 +85,9 @@ def delay_table(design: Design) -> Table:
         "velocity": "estimate of the velocity",
     }
     rows = [(text, number(1e3 * getattr(delays, name), 1e-2)) for name, text in words.items()]
-    return Table("Delay of the loop", ("Part", "[ms]"), [*rows, ("all", number(1e3 * delays.total, 1e-2))])
+    return Table(
+        "Delay of the loop", ("Part", "[ms]"), [*rows, ("all", number(1e3 * delays.total, 1e-2))]
+    )
 
 
 def _lengths(design: Design, values: list[float]) -> Quantity:
@@ -76,11 +99,25 @@ def budget_table(design: Design) -> Table | None:
     budget = design.budget
     if budget is None:
         return None
-    errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
+    errors = [
+        error
+        for entry in budget.entries
+        for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)
+    ]
     length = _lengths(design, [budget.all_causes.peak_to_peak, *errors])
-    heads = ("Cause", length.head("This cause alone"), length.head("All but this cause"), "Description")
+    heads = (
+        "Cause",
+        length.head("This cause alone"),
+        length.head("All but this cause"),
+        "Description",
+    )
     rows = [
-        (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
+        (
+            entry.cause,
+            length.cell(entry.alone.peak_to_peak),
+            length.cell(entry.without.peak_to_peak),
+            entry.description,
+        )
         for entry in budget.entries
     ]
     left = "error of the control law and its sampling, such as a delayed velocity"
@@ -97,8 +134,18 @@ def proposal_table(design: Design) -> Table:
     """Return the present and the proposed loops: margins, stiffness, effort of a count, simulated error."""
     kind = design.experiment.kind
     proposals = design.proposals
-    length = _lengths(design, [proposal.following_error.peak_to_peak for proposal in proposals if proposal.following_error])
-    effort = Quantity.of(unit_of("force", kind), [proposal.effort_rms for proposal in proposals if proposal.effort_rms])
+    length = _lengths(
+        design,
+        [
+            proposal.following_error.peak_to_peak
+            for proposal in proposals
+            if proposal.following_error
+        ],
+    )
+    effort = Quantity.of(
+        unit_of("force", kind),
+        [proposal.effort_rms for proposal in proposals if proposal.effort_rms],
+    )
     count = Quantity.of(unit_of("force", kind), [proposal.count_effort for proposal in proposals])
     rows = [
         {
@@ -106,9 +153,13 @@ def proposal_table(design: Design) -> Table:
             "Law": proposal.variant.controller.name,
             "Bandwidth [1/s]": _cell(proposal.bandwidth),
             "Smallest phase margin [°]": _cell(proposal.assessment.least_phase),
-            "Stiffness": "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
+            "Stiffness": "∞"
+            if math.isinf(proposal.stiffness)
+            else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.head("Effort of one count"): count.cell(proposal.count_effort),
-            length.head("Following error, peak to peak"): "–" if proposal.following_error is None else length.cell(proposal.peak_to_peak),
+            length.head("Following error, peak to peak"): "–"
+            if proposal.following_error is None
+            else length.cell(proposal.peak_to_peak),
             effort.head("Effort, rms"): _cell(proposal.effort_rms, effort.cell),
         }
         for proposal in proposals
@@ -128,8 +179,14 @@ def circle_table(design: Design) -> Table:
     circles = design.circles
     length = _lengths(design, [circle.peak_to_peak for circle in circles])
     rows = [
-        {"Loop": loop_name(circle.variant, design), length.head("Deviation, peak to peak"): length.cell(circle.peak_to_peak)}
-        | {length.head(f"Glitch at {90 * quarter}°"): length.cell(glitch) for quarter, glitch in enumerate(circle.glitches)}
+        {
+            "Loop": loop_name(circle.variant, design),
+            length.head("Deviation, peak to peak"): length.cell(circle.peak_to_peak),
+        }
+        | {
+            length.head(f"Glitch at {90 * quarter}°"): length.cell(glitch)
+            for quarter, glitch in enumerate(circle.glitches)
+        }
         for circle in circles
     ]
     return Table.of("The circle", rows)
@@ -151,18 +208,31 @@ def design_report(design: Design, **options: Any) -> str:
     laws = [
         block
         for proposal in design.proposals[1:]
-        for block in (Markup("<p>{}:</p>").format(proposal.name), Block("code", controller_text(proposal.variant)))
+        for block in (
+            Markup("<p>{}:</p>").format(proposal.name),
+            Block("code", controller_text(proposal.variant)),
+        )
     ]
     chosen = design.chosen.variant
-    values = [f"The values of the loop {loop_name(design.chosen.name, design)}:", Block("items", law_lines(chosen, promise_of_law(chosen)))]
+    values = [
+        f"The values of the loop {loop_name(design.chosen.name, design)}:",
+        Block("items", law_lines(chosen, promise_of_law(chosen))),
+    ]
     sections = [
         Section("gains", "Gains", [GAINS, proposal_table(design), *values, *laws]),
         Section("budget", "Causes of the error", _blocks_of_budget(design), "Causes"),
         Section("results", "Results", design_sentences(design), "Causes"),
-        Section("margins", "Poles and margins", [MARGINS, margin_table(design), Figures("margins"), delay_table(design)], "Margins"),
+        Section(
+            "margins",
+            "Poles and margins",
+            [MARGINS, margin_table(design), Figures("margins"), delay_table(design)],
+            "Margins",
+        ),
         Section("circle", "A circle", _blocks_of_circle(design), "Circle"),
     ]
-    named_circles = tuple(replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles)
+    named_circles = tuple(
+        replace(circle, variant=loop_name(circle.variant, design)) for circle in design.circles
+    )
     facts = {
         "design": design,
         "kind": design.experiment.kind,
@@ -194,7 +264,10 @@ def _blocks_of_budget(design: Design) -> list[object]:
     runs = f"{design.budget.runs} runs"
     if design.budget.runs == 1:
         runs = "one run"
-    return [f"bristle simulated the loop with each cause alone, and with all causes but one: {runs} each.", table]
+    return [
+        f"bristle simulated the loop with each cause alone, and with all causes but one: {runs} each.",
+        table,
+    ]
 
 
 def _blocks_of_circle(design: Design) -> list[object]:
@@ -242,14 +315,18 @@ def design_sentences(design: Design) -> list[str]:
     count = design.proposals[0].count_effort
     # The smallest effort of a count for a remark.
     if design.friction > 0.0 and count > 0.5 * design.friction:
-        effort, friction = (with_unit(force, unit_of("force", kind)) for force in (count, design.friction))
+        effort, friction = (
+            with_unit(force, unit_of("force", kind)) for force in (count, design.friction)
+        )
         lines.append(
             f"Much of the effort is noise: one encoder count causes an effort of {effort}, {number(count / design.friction, digits=2)} "
             f"times the friction ({friction}). Use a finer encoder, a lower cut-off of the velocity, or less gain."
         )
     if design.budget is not None and design.budget.entries:
         error = length_text(design.budget.all_causes.peak_to_peak, kind)
-        lines.append(f"The following error is {error} peak to peak. {_about_causes(design.budget, kind)}")
+        lines.append(
+            f"The following error is {error} peak to peak. {_about_causes(design.budget, kind)}"
+        )
     if design.best is not None:
         lines.append(f"{capital(_choice(design))}.")
     return lines
@@ -278,7 +355,9 @@ def _choice(design: Design) -> str:
     if present.following_error is not None:
         instead = f" instead of {length_text(present.peak_to_peak, kind)}"
     error = length_text(chosen.peak_to_peak, kind)
-    return f"the loop {chosen.name} has a following error of {error}{instead}, and keeps the margins"
+    return (
+        f"the loop {chosen.name} has a following error of {error}{instead}, and keeps the margins"
+    )
 
 
 def design_ruling(design: Design) -> Ruling:
@@ -292,7 +371,9 @@ def design_ruling(design: Design) -> Ruling:
         return Ruling("with_care", "Change the gains", (_choice(design), *doubts))
     if doubts:
         return Ruling("with_care", "Keep it, with care", doubts)
-    return Ruling("usable", "Keep it", (_margin_text(present.assessment.least_phase), _choice(design)))
+    return Ruling(
+        "usable", "Keep it", (_margin_text(present.assessment.least_phase), _choice(design))
+    )
 
 
 def _margin_text(phase: float | None) -> str:
@@ -322,8 +403,17 @@ def _front(design: Design) -> Front:
 
 def _title(design: Design, chosen: Proposal, present: Proposal) -> str:
     """Return the gain of the chosen loop if both loops were simulated, else the margin of the present loop."""
-    if chosen is not present and chosen.following_error is not None and present.following_error is not None:
-        change = change_text(present.peak_to_peak, chosen.peak_to_peak, partial(length_text, kind=design.experiment.kind), "peak to peak")
+    if (
+        chosen is not present
+        and chosen.following_error is not None
+        and present.following_error is not None
+    ):
+        change = change_text(
+            present.peak_to_peak,
+            chosen.peak_to_peak,
+            partial(length_text, kind=design.experiment.kind),
+            "peak to peak",
+        )
         return f"Gains {chosen.name}: {change}"
     if not design.is_stable:
         return "The present loop is unstable"
@@ -340,14 +430,26 @@ def _cards(design: Design, chosen: Proposal, present: Proposal) -> list[Card]:
         cards.append(Card("Following error", length_text(chosen.peak_to_peak, kind), ""))
     if design.budget is not None and design.budget.entries:
         first = design.budget.entries[0]
-        cards.append(Card("Main cause", first.cause, f"without it {length_text(first.without.peak_to_peak, kind)}"))
+        cards.append(
+            Card(
+                "Main cause",
+                first.cause,
+                f"without it {length_text(first.without.peak_to_peak, kind)}",
+            )
+        )
     if new is not None:
         compared = f"now {_cell(old)}°"
         if new == old:
             compared = f"usual least {design.usual_phase:g}°"
         cards.append(Card("Phase margin", f"{short_text(new)}°", compared))
     if chosen.effort_rms is not None:
-        cards.append(Card("Effort, rms", fixed(chosen.effort_rms, force), f"one count {fixed(chosen.count_effort, force)}"))
+        cards.append(
+            Card(
+                "Effort, rms",
+                fixed(chosen.effort_rms, force),
+                f"one count {fixed(chosen.count_effort, force)}",
+            )
+        )
     return cards
 
 
@@ -373,11 +475,16 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
                 "parameters": loop.variant.controller.values,
                 "mass_fed_forward": loop.variant.feedforward.mass,
                 "verdict": loop.assessment.verdict.value,
-                "following_error": None if loop.following_error is None else vars(loop.following_error),
+                "following_error": None
+                if loop.following_error is None
+                else vars(loop.following_error),
             }
             for loop in design.proposals
         },
-        "circles": {circle.variant: picked(circle, "radius", "feed", "peak_to_peak", "glitches") for circle in design.circles},
+        "circles": {
+            circle.variant: picked(circle, "radius", "feed", "peak_to_peak", "glitches")
+            for circle in design.circles
+        },
         "provenance": provenance,
     }
 
@@ -390,7 +497,11 @@ def _budget(budget: Budget | None) -> dict[str, object] | None:
         "nothing": vars(budget.no_cause),
         "runs": budget.runs,
         "causes": {
-            entry.cause: {"description": entry.description, "alone": vars(entry.alone), "without": vars(entry.without)}
+            entry.cause: {
+                "description": entry.description,
+                "alone": vars(entry.alone),
+                "without": vars(entry.without),
+            }
             for entry in budget.entries
         },
     }

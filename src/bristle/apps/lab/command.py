@@ -25,16 +25,32 @@ def lab(
     context: typer.Context,
     *,
     model: Annotated[
-        Path | None, typer.Argument(metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results of identify.")
+        Path | None,
+        typer.Argument(
+            metavar="[MODEL.toml|RESULTS]", help="A model file, or a folder of results of identify."
+        ),
     ] = None,
-    out: Annotated[Path | None, typer.Option("--out", metavar="LAB.html", help="Write the page to this new file.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="LAB.html", help="Write the page to this new file."),
+    ] = None,
     serve: Annotated[
-        bool, typer.Option("--serve", help="Instead of writing a page, open the workflow from log to drive table in a browser.")
+        bool,
+        typer.Option(
+            "--serve",
+            help="Instead of writing a page, open the workflow from log to drive table in a browser.",
+        ),
     ] = False,
-    port: Annotated[int, typer.Option("--port", metavar="PORT", help="Port of the server; 0 for any free port.")] = 0,
-    no_open: Annotated[bool, typer.Option("--no-open", help="Print the address without opening a browser.")] = False,
+    port: Annotated[
+        int, typer.Option("--port", metavar="PORT", help="Port of the server; 0 for any free port.")
+    ] = 0,
+    no_open: Annotated[
+        bool, typer.Option("--no-open", help="Print the address without opening a browser.")
+    ] = False,
     allow_code: AllowCode = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace an existing page of the lab.")] = False,
+    force: Annotated[
+        bool, typer.Option("--force", help="Replace an existing page of the lab.")
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Write an interactive page of friction models.
@@ -51,12 +67,18 @@ def lab(
 
     if serve:
         unfit = {"MODEL.toml": model, "--out": out, "--force": force, "--json": as_json}
-        refuse(unfit, "cannot be combined with --serve", "Leave this option out and drop files on the page")
+        refuse(
+            unfit,
+            "cannot be combined with --serve",
+            "Leave this option out and drop files on the page",
+        )
         _serve(port, opens=not no_open)
         return
     refuse({"--port": port, "--no-open": no_open}, "applies to --serve only", "Add --serve")
     if out is None:
-        raise InputError("is missing", path="--out", mend="Name the page to write, or type: bristle lab --serve")
+        raise InputError(
+            "is missing", path="--out", mend="Name the page to write, or type: bristle lab --serve"
+        )
     from bristle.apps.lab import lab_page
     from bristle.apps.lab.page import FIRST
     from bristle.contract import admit
@@ -102,7 +124,9 @@ def _serve(port: int, *, opens: bool) -> None:
     def announce(address: str) -> None:
         sys.stdout.write(f"{address}\n")
         sys.stdout.flush()
-        complain("open this address in a browser on this machine. Anybody who knows the address can use the lab. Ctrl-C ends the server")
+        complain(
+            "open this address in a browser on this machine. Anybody who knows the address can use the lab. Ctrl-C ends the server"
+        )
 
     limits = Limits(file_size=size_limit(), total_size=4 * size_limit())
     with suppress(KeyboardInterrupt):  # the usual end
@@ -119,11 +143,19 @@ def _refuse_taken(out: Path, file: Path | None, *, force: bool) -> None:
     if file is not None and file.exists() and out.exists() and out.samefile(file):
         raise InputError("is the model file itself", path=str(out), mend="Name another file")
     if out.is_dir():
-        raise InputError("is a folder", path=str(out), mend=f"Name a file, such as {out / 'lab.html'}")
+        raise InputError(
+            "is a folder", path=str(out), mend=f"Name a file, such as {out / 'lab.html'}"
+        )
     if not is_sealed(out):
-        raise InputError("was not written by bristle lab, or was changed later", path=str(out), mend="Name another file")
+        raise InputError(
+            "was not written by bristle lab, or was changed later",
+            path=str(out),
+            mend="Name another file",
+        )
     if not force:
-        raise InputError("already exists", path=str(out), mend="Add --force to replace it, or name another file")
+        raise InputError(
+            "already exists", path=str(out), mend="Add --force to replace it, or name another file"
+        )
 
 
 def sealed(text: str) -> str:

@@ -21,14 +21,27 @@ AROUND = 3.0  # factor up and down from an identified value
 
 
 def living_part(
-    identification: Identification, axis: Axis | None, simulation: SimulationResult | None = None, following: Following | None = None
+    identification: Identification,
+    axis: Axis | None,
+    simulation: SimulationResult | None = None,
+    following: Following | None = None,
 ) -> Living | None:
     """Return the interactive part for an identification, or None if a page cannot compute the model."""
     from bristle.report.figures.style import envelope
 
     uncertainty = uncertainty_of(identification.best)
-    thinned = partial(envelope, columns=1000)  # the fewest points with the same picture, by columns of the line
-    data = living_described(identification, axis, simulation, following, uncertainty=uncertainty, around=AROUND, thinned=thinned)
+    thinned = partial(
+        envelope, columns=1000
+    )  # the fewest points with the same picture, by columns of the line
+    data = living_described(
+        identification,
+        axis,
+        simulation,
+        following,
+        uncertainty=uncertainty,
+        around=AROUND,
+        thinned=thinned,
+    )
     if data is None:
         return None
     shared, script = joined(SHARED, PACKAGE), joined(SCRIPTS, PACKAGE)

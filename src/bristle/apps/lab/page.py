@@ -76,9 +76,15 @@ def lab_page(
     """
     named = f"{model.name} of {source}" if model is not None and source else ""
     options = {"uncertainty": uncertainty, "mass": mass, "fastest": fastest, "named": named}
-    shared, script, style = joined(SHARED, PACKAGE), joined(SCRIPTS, PACKAGE), colour_variables() + joined(STYLES, PACKAGE)
+    shared, script, style = (
+        joined(SHARED, PACKAGE),
+        joined(SCRIPTS, PACKAGE),
+        colour_variables() + joined(STYLES, PACKAGE),
+    )
     texts = {"mark": MARK, "style": style, "shared": shared, "script": script}
-    texts["data"] = as_json(lab_described(FIRST if model is None else model, paper_loop(), **options))
+    texts["data"] = as_json(
+        lab_described(FIRST if model is None else model, paper_loop(), **options)
+    )
     return (
         environment(PACKAGE)
         .get_template("lab.html")
@@ -94,7 +100,9 @@ def lab_page(
 @cache
 def paper_experiment() -> Experiment:
     """Return the tracking experiment of the paper."""
-    with resources.as_file(resources.files("bristle").joinpath("apps", "paper", "experiments")) as folder:
+    with resources.as_file(
+        resources.files("bristle").joinpath("apps", "paper", "experiments")
+    ) as folder:
         return read_experiment(folder / "set_a.toml")
 
 

@@ -28,7 +28,12 @@ THEMES = "".join(
     f":host(.{theme}){{color-scheme:{theme};{''.join(f'--{name}:{colour};' for name, colour in colours.items())}}}"
     for theme, colours in (("light", LIGHT), ("dark", DARK))
 )
-STYLE = colour_variables() + THEMES + joined(("lab.css", "controls.css", "widget.css"), PACKAGE) + joined(("card.css",), "bristle.report")
+STYLE = (
+    colour_variables()
+    + THEMES
+    + joined(("lab.css", "controls.css", "widget.css"), PACKAGE)
+    + joined(("card.css",), "bristle.report")
+)
 
 
 class Widget(anywidget.AnyWidget):
@@ -74,7 +79,13 @@ class Widget(anywidget.AnyWidget):
     _card = traitlets.Unicode().tag(sync=True)  # HTML above the sliders
 
     @guarded(model=FRICTION, fastest=amount(Variable("length/time", "largest speed", min=0.0)))
-    def __init__(self, model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, fastest: float = 0.0) -> None:
+    def __init__(
+        self,
+        model: Model,
+        *,
+        uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
+        fastest: float = 0.0,
+    ) -> None:
         self._uncertainty, self._fastest = dict(uncertainty or {}), fastest
         super().__init__(model=model)
 
@@ -94,9 +105,15 @@ class Widget(anywidget.AnyWidget):
     @traitlets.observe("model")
     def _model_was_set(self, change: Any) -> None:
         before, model = change["old"], change["new"]
-        alike = isinstance(before, Model) and before.component is model.component and before.kind == model.kind
+        alike = (
+            isinstance(before, Model)
+            and before.component is model.component
+            and before.kind == model.kind
+        )
         values = values_of(model)
-        if not alike or {name: len(row) for name, row in values.items()} != {k: len(v) for k, v in self._values.items()}:
+        if not alike or {name: len(row) for name, row in values.items()} != {
+            k: len(v) for k, v in self._values.items()
+        }:
             uncertainty = None if isinstance(before, Model) else self._uncertainty
             facts = widget_described(model, uncertainty=uncertainty, fastest=self._fastest)
             with self.hold_sync():

@@ -11,4 +11,11 @@ if TYPE_CHECKING:
 
 __getattr__ = loaded_from(__name__)
 
-__all__ = ["EXPERIMENTS", "FIGURES", "paper_report", "paper_summary", "reproduce", "write_experiments"]
+__all__ = [
+    "EXPERIMENTS",
+    "FIGURES",
+    "paper_report",
+    "paper_summary",
+    "reproduce",
+    "write_experiments",
+]

@@ -52,7 +52,9 @@ class Walk(NamedTuple):
         return self.x[part], self.torque[part]
 
 
-def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step: float = STEP) -> Walk:
+def walk(
+    model: Model, turns: Iterable[float], speed: float, arm: float, *, step: float = STEP
+) -> Walk:
     """Move a virgin contact from the origin through the turning points."""
     contact = Contact(model)
     path = list(turns)
@@ -134,12 +136,16 @@ def plant_of(setting: Setting) -> Model:
     return inertia(M=bench_of(setting).J / setting.arm**2)
 
 
-def read_torque(bench: Bench, effort: np.ndarray, omega: np.ndarray, friction: np.ndarray, dt: float) -> Sensed:
+def read_torque(
+    bench: Bench, effort: np.ndarray, omega: np.ndarray, friction: np.ndarray, dt: float
+) -> Sensed:
     """Return the readings of the torque sensor along a motion."""
     shaft = torque_seen(np.append(effort, 0.0), omega, dt, bench.J_m)
     # After a filter of first order, settled on its first value.
     gain = 1.0 - math.exp(-2.0 * math.pi * bench.cutoff * dt)
-    read = np.fromiter(accumulate(shaft.tolist(), lambda was, now: was + gain * (now - was)), float, shaft.size)
+    read = np.fromiter(
+        accumulate(shaft.tolist(), lambda was, now: was + gain * (now - was)), float, shaft.size
+    )
     return Sensed(friction, shaft, read)
 
 
@@ -155,10 +161,15 @@ def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float)
     return Reading(Walk(middle, sensed.read, ends), Walk(middle, sensed.friction, ends), sensed)
 
 
-def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+def _motion(
+    turns: list[float], speed: float, acceleration: float
+) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Return sample time [s], positions [m], speeds [m/s], and the steps that end at the turning points."""
     # Each leg is stretched to whole samples, by less than one, so that the table turns exactly at its turning points.
-    legs = [legs_through([b - a], speed, acceleration) for a, b in zip([0.0, *turns], turns, strict=False)]
+    legs = [
+        legs_through([b - a], speed, acceleration)
+        for a, b in zip([0.0, *turns], turns, strict=False)
+    ]
     fastest = max((float(np.max(np.abs(leg.velocity))) for leg in legs), default=0.0)
     dt = SAMPLE_TIME
     if fastest > 0.0:  # a change of speed takes several samples, however short it is
@@ -190,9 +201,13 @@ def sensor_numbers(runs: Sequence[Sensed]) -> dict[str, float]:
 
 def sensor_says(bench: Bench, apart: Mapping[str, float], condition: str) -> str:
     """Return the difference between sensor and friction, in words."""
-    parts = [f"the inertia behind it, {with_unit(bench.J - bench.J_m, 'kg*m^2')}, adds up to {in_millinewtons(apart['inertia'], 2)}"]
+    parts = [
+        f"the inertia behind it, {with_unit(bench.J - bench.J_m, 'kg*m^2')}, adds up to {in_millinewtons(apart['inertia'], 2)}"
+    ]
     if math.isfinite(bench.cutoff):
-        parts.append(f"its filter of {with_unit(bench.cutoff, 'Hz')} removes up to {in_millinewtons(apart['filter'], 2)}")
+        parts.append(
+            f"its filter of {with_unit(bench.cutoff, 'Hz')} removes up to {in_millinewtons(apart['filter'], 2)}"
+        )
     return f"{condition} the error of the torque sensor is {percent(apart['apart'])} of the largest friction: {', '.join(parts)}."
 
 
@@ -221,7 +236,9 @@ class Record(NamedTuple):
         return Record(self.x[part], self.torque[part], turns, actual)
 
 
-def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
+def measured(
+    setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator
+) -> Record:
     """Return the readings of a motion of the table."""
     resolution = setting["measurement", "resolution"]
     noise = setting["measurement", "noise"]
@@ -238,14 +255,24 @@ def measured(setting: Setting, friction: Model, turns: Iterable[float], generato
     read = sensed.x
     if resolution > 0.0:
         read = resolution * np.round(sensed.x / resolution)
-    return Record(read, sensed.torque + noise * generator.standard_normal(sensed.torque.size), sensed.turns, actual)
+    return Record(
+        read,
+        sensed.torque + noise * generator.standard_normal(sensed.torque.size),
+        sensed.turns,
+        actual,
+    )
 
 
-def measured_loop(setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator) -> list[Record]:
+def measured_loop(
+    setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator
+) -> list[Record]:
     """Return the last rounds of a symmetric loop, after a sweep from the largest loop that centres all loops around one point."""
     largest = float(np.max(setting["measurement", "amplitudes"]))
     falling = np.linspace(largest, amplitude, SWEEP).repeat(2)
     sweep = falling * np.tile([1.0, -1.0], SWEEP)
     record = measured(setting, friction, [*sweep, *([amplitude, -amplitude] * rounds)], generator)
     starts = record.turns[sweep.size - 1 :: 2]
-    return [record.part(a, b + 1, sweep.size + 2 * k) for k, (a, b) in enumerate(pairwise(starts.tolist()))]
+    return [
+        record.part(a, b + 1, sweep.size + 2 * k)
+        for k, (a, b) in enumerate(pairwise(starts.tolist()))
+    ]

@@ -5,7 +5,16 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import AllowCode, Force, Formats, Json, Output, dir_option, print_json, refuse
+from bristle.cli.options import (
+    AllowCode,
+    Force,
+    Formats,
+    Json,
+    Output,
+    dir_option,
+    print_json,
+    refuse,
+)
 from bristle.cli.terminal import complain, show
 
 EXAMPLE = """Example:
@@ -14,24 +23,50 @@ EXAMPLE = """Example:
   bristle paper --write experiments
   bristle paper --robust gms bouc_wen --seeds 4 --out robust"""
 Robust = Annotated[
-    bool, typer.Option("--robust", help="Instead of the figures, test the compensation with several frictions and conditions.")
+    bool,
+    typer.Option(
+        "--robust",
+        help="Instead of the figures, test the compensation with several frictions and conditions.",
+    ),
 ]
 Seeds = Annotated[
-    int | None, typer.Option(metavar="COUNT", min=1, max=1000, help="With --robust: number of runs of each loop; by default 20.")
+    int | None,
+    typer.Option(
+        metavar="COUNT",
+        min=1,
+        max=1000,
+        help="With --robust: number of runs of each loop; by default 20.",
+    ),
 ]
 
 
 def paper(
     context: typer.Context,
     truths: Annotated[
-        list[str] | None, typer.Argument(metavar="[FRICTION...]", help="With --robust: test only these frictions (names or model files).")
+        list[str] | None,
+        typer.Argument(
+            metavar="[FRICTION...]",
+            help="With --robust: test only these frictions (names or model files).",
+        ),
     ] = None,
     *,
-    figure: Annotated[list[int] | None, typer.Option("--figure", metavar="N", help="Reproduce only this figure; repeatable.")] = None,
-    write: Annotated[Path | None, dir_option("--write", "Copy the experiments to DIR and exit.")] = None,
-    source: Annotated[Path | None, dir_option("--from", "Read the experiments from DIR, for example changed copies.")] = None,
+    figure: Annotated[
+        list[int] | None,
+        typer.Option("--figure", metavar="N", help="Reproduce only this figure; repeatable."),
+    ] = None,
+    write: Annotated[
+        Path | None, dir_option("--write", "Copy the experiments to DIR and exit.")
+    ] = None,
+    source: Annotated[
+        Path | None,
+        dir_option("--from", "Read the experiments from DIR, for example changed copies."),
+    ] = None,
     out: Annotated[
-        Path | None, dir_option("--out", "Write the results to DIR; by default bristle-paper, with --robust bristle-robust.")
+        Path | None,
+        dir_option(
+            "--out",
+            "Write the results to DIR; by default bristle-paper, with --robust bristle-robust.",
+        ),
     ] = None,
     formats: Formats = None,
     robust: Robust = False,
@@ -55,7 +90,9 @@ def paper(
         usual = Path("bristle-robust")
     output = Output(context, out or usual, formats, force or out in (None, usual), as_json)
     if robust:
-        refuse({"--figure": figure, "--write": write, "--from": source}, "has no effect with --robust")
+        refuse(
+            {"--figure": figure, "--write": write, "--from": source}, "has no effect with --robust"
+        )
         _try_robustness(output, truths or [], seeds or 20, allow_code=allow_code)
         return
     refuse({"FRICTION": truths, "--seeds": seeds}, "has no effect without --robust")
@@ -75,12 +112,20 @@ def paper(
     from bristle.report.results import write_report
 
     with output.opened("the paper") as (folder, report):
-        results = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, allow_code=allow_code, progress=report)
-        sources = {Path(path.name).stem: [path] for result in results for path in (result.origin, *result.beside)}
+        results = reproduce(
+            figure or FIGURES, folder=source or EXPERIMENTS, allow_code=allow_code, progress=report
+        )
+        sources = {
+            Path(path.name).stem: [path]
+            for result in results
+            for path in (result.origin, *result.beside)
+        }
         made_from = provenance(output.command, **sources)
         summary = paper_summary(results, provenance=made_from)
         report(1.0, "writing the report")
-        write_report(folder, paper_report(results, command=output.command, provenance=made_from), summary)
+        write_report(
+            folder, paper_report(results, command=output.command, provenance=made_from), summary
+        )
 
     sentences = []
     if figure:
@@ -99,7 +144,9 @@ def _try_robustness(output: Output, names: list[str], seeds: int, *, allow_code:
     from bristle.report.results import write_report
 
     # Names may be separated by commas, and a file name may contain a comma.
-    separated = [name for text in names for name in ([text] if Path(text).is_file() else text.split(","))]
+    separated = [
+        name for text in names for name in ([text] if Path(text).is_file() else text.split(","))
+    ]
     truths = truths_named(separated, allow_code=allow_code)
     for truth in truths:
         admit(truth.friction.component.inner)
@@ -108,6 +155,8 @@ def _try_robustness(output: Output, names: list[str], seeds: int, *, allow_code:
         report(1.0, "writing the report")
         made_from = provenance(output.command, **{truth.name: [truth.origin] for truth in truths})
         summary = robust_summary(trial, provenance=made_from)
-        write_report(folder, robust_report(trial, command=output.command, provenance=made_from), summary)
+        write_report(
+            folder, robust_report(trial, command=output.command, provenance=made_from), summary
+        )
 
     output.tell(summary, claim_table(trial), best_table(trial), *words_of(trial))

@@ -4,7 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.apps.paper.bench import Sensed, bench_of, plant_of, read_torque, sensor_numbers, sensor_says
+from bristle.apps.paper.bench import (
+    Sensed,
+    bench_of,
+    plant_of,
+    read_torque,
+    sensor_numbers,
+    sensor_says,
+)
 from bristle.apps.paper.reproduced import Reproduced, percent, spread, verdict_if
 from bristle.apps.paper.setting import Setting
 from bristle.core import InputError, Model, with_unit
@@ -40,10 +47,16 @@ def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
     """Return the driving torque of an experiment [N*m] at each sample, and the samples at which cycles of the ripple start."""
     top, low, high = (float(setting["torque", key]) for key in ("break_away", "low", "high"))
     if not low < high < top:
-        raise InputError("must satisfy low < high < break_away", path=f"{setting.source}: torque", value=(low, high, top))
+        raise InputError(
+            "must satisfy low < high < break_away",
+            path=f"{setting.source}: torque",
+            value=(low, high, top),
+        )
     period = round(setting["torque", "period"] / SAMPLE_TIME)
     cycles = round(setting["torque", "cycles"])
-    wave = low + (high - low) * np.abs(2.0 * ((np.arange(cycles * period + 1) / period) % 1.0) - 1.0)
+    wave = low + (high - low) * np.abs(
+        2.0 * ((np.arange(cycles * period + 1) / period) % 1.0) - 1.0
+    )
     rise = np.linspace(0.0, top, 4 * period, endpoint=False)
     back = np.linspace(top, high, 2 * period, endpoint=False)
     start = rise.size + back.size
@@ -54,13 +67,17 @@ def rippled(setting: Setting, friction: Model) -> Rippled:
     """Return the response of a contact to the torque of an experiment."""
     driving, cycles = torque_of(setting)
     arm = setting.arm
-    trace = run_open_loop(plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=4, hold="linear")
+    trace = run_open_loop(
+        plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=4, hold="linear"
+    )
     torque = trace.friction * arm
     sensed = None
     if "bench" in setting.numbers:
         # Between samples the torque is linear.
         mean = 0.5 * (driving[:-1] + driving[1:])
-        sensed = read_torque(bench_of(setting), mean, trace.velocity / arm, torque[:-1], SAMPLE_TIME)
+        sensed = read_torque(
+            bench_of(setting), mean, trace.velocity / arm, torque[:-1], SAMPLE_TIME
+        )
     return Rippled(trace.time, driving, trace.position, torque, cycles, sensed)
 
 
@@ -103,11 +120,16 @@ def figure_3(setting: Setting) -> Reproduced:
     sensed = runs[RIG].sensed
     start = int(runs[RIG].cycles[0])
     assert sensed is not None
-    ripple, push = (sensor_numbers([Sensed(*(torque[part] for torque in sensed))]) for part in (slice(start, None), slice(start)))
+    ripple, push = (
+        sensor_numbers([Sensed(*(torque[part] for torque in sensed))])
+        for part in (slice(start, None), slice(start))
+    )
     torques = {"friction": sensed.friction, SENSOR: sensed.read}
     # The work of each torque in each cycle of the second half [J].
     turned = (torque * np.diff(runs[RIG].x) / setting.arm for torque in torques.values())
-    dissipated, enclosed = (np.add.reduceat(work, runs[RIG].cycles[:-1])[-runs[RIG].settled.size :] for work in turned)
+    dissipated, enclosed = (
+        np.add.reduceat(work, runs[RIG].cycles[:-1])[-runs[RIG].settled.size :] for work in turned
+    )
     return Reproduced(
         number=3,
         verdict=verdict_if(max(shares.values()) < RESTS, "built in"),
@@ -121,7 +143,11 @@ def figure_3(setting: Setting) -> Reproduced:
         draw=lambda: _draw(runs, drifts, runs[RIG]),
         origin=setting.origin,
         numbers={"drift_per_cycle": drifts, "share_of_the_orbit": shares, "torque_sensor": ripple}
-        | {"torque_sensor_at_break_away": push, "work_of_friction": dissipated, "work_by_torque_sensor": enclosed},
+        | {
+            "torque_sensor_at_break_away": push,
+            "work_of_friction": dissipated,
+            "work_by_torque_sensor": enclosed,
+        },
     )
 
 
@@ -147,7 +173,10 @@ def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled 
         titles[SENSOR] = f"{RIG}, {SENSOR}"
         last = int(first.cycles[-2])
         torques = {"friction": measured.sensed.friction, SENSOR: measured.sensed.read}
-        close_up = (f"{RIG}, last cycle less a line", {name: _since(measured, torque, last) for name, torque in torques.items()})
+        close_up = (
+            f"{RIG}, last cycle less a line",
+            {name: _since(measured, torque, last) for name, torque in torques.items()},
+        )
     for name, run in runs.items():
         traces[name] = _since(run, run.torque, start)
         step = "no drift"
@@ -156,7 +185,16 @@ def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled 
         titles[name] = f"{name}: {step}"
         if run is measured:
             titles[name] = f"{name}, friction: {step}"
-    return ripple(first.time, first.driving, traces, end - start, titles, "translational", "rotational", close_up=close_up)
+    return ripple(
+        first.time,
+        first.driving,
+        traces,
+        end - start,
+        titles,
+        "translational",
+        "rotational",
+        close_up=close_up,
+    )
 
 
 def _since(run: Rippled, torque: np.ndarray, start: int) -> tuple[np.ndarray, np.ndarray]:

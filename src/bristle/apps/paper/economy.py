@@ -67,7 +67,9 @@ def seeded(friction: Model, seed: int) -> Model:
 def repeated(setting: Setting, friction: Model) -> list[Model]:
     """Return a contact for each of the `seeds` of an experiment, the first one unchanged."""
     first = round(friction.values.get("seed", 0))
-    return [seeded(friction, first + index) for index in range(round(setting["measurement", "seeds"]))]
+    return [
+        seeded(friction, first + index) for index in range(round(setting["measurement", "seeds"]))
+    ]
 
 
 def quiet(friction: Model) -> Model:
@@ -77,7 +79,12 @@ def quiet(friction: Model) -> Model:
     return friction.with_values(scatter=0.0)
 
 
-def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[float, str], None] | None = None) -> Economy:
+def economy(
+    setting: Setting,
+    friction: Model,
+    seeds: int,
+    progress: Callable[[float, str], None] | None = None,
+) -> Economy:
     """Return the errors of models from few to many measured branches of a contact."""
     counts = [round(count) for count in setting["measurement", "branches"]]
     extent = setting["measurement", "extent"]
@@ -87,17 +94,31 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
     for row, count in enumerate(counts):
         for seed in range(seeds):
             if progress is not None:
-                progress((row * seeds + seed) / (len(counts) * seeds), f"branches measured: {count}")
+                progress(
+                    (row * seeds + seed) / (len(counts) * seeds), f"branches measured: {count}"
+                )
             # A contact run in at its lower end, with this many branches from there.
             tops = extent * (1.0 - 2.0 * np.arange(count) / count)
-            turns = [-extent, extent, -extent, *(turn for top in tops.tolist() for turn in (top, -extent))]
-            record = measured(setting, seeded(friction, seed), turns, np.random.default_rng(seed)).since(2)
+            turns = [
+                -extent,
+                extent,
+                -extent,
+                *(turn for top in tops.tolist() for turn in (top, -extent)),
+            ]
+            record = measured(
+                setting, seeded(friction, seed), turns, np.random.default_rng(seed)
+            ).since(2)
             for name, fit in WAYS.items():
                 fitted = fit(record, setting.arm)
                 if fitted is not None:
-                    left = [_percent(record.torque - fitted.torque(record.x), record.torque) for record, _ in unseen]
+                    left = [
+                        _percent(record.torque - fitted.torque(record.x), record.torque)
+                        for record, _ in unseen
+                    ]
                     errors[name][row, seed] = np.mean(left)
-    floor = np.mean([_percent(first.torque - again.torque, again.torque) for first, again in unseen])
+    floor = np.mean(
+        [_percent(first.torque - again.torque, again.torque) for first, again in unseen]
+    )
     return Economy(counts, errors, float(floor) / math.sqrt(2.0), 2.0 * extent / speed)
 
 
@@ -106,7 +127,10 @@ def _unseen(setting: Setting, friction: Model, index: int) -> tuple[Record, Reco
     generator = np.random.default_rng(1000 + index)
     extent = setting["measurement", "extent"]
     turns = [-extent, extent, -extent, *(0.9 * extent * generator.uniform(-1.0, 1.0, TURNS))]
-    first, second = (measured(setting, seeded(friction, seed), turns, generator).since(2) for seed in (100 + index, 200 + index))
+    first, second = (
+        measured(setting, seeded(friction, seed), turns, generator).since(2)
+        for seed in (100 + index, 200 + index)
+    )
     return first, second
 
 
@@ -140,13 +164,17 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
     x = _decimated(record.x)
     force = _decimated(record.torque) / arm
     reach = float(np.ptp(x))
-    thresholds = reach * np.append(np.geomspace(5e-3, 0.5, STOPS - 1), 10.0)  # the last one never slips: a spring
+    thresholds = reach * np.append(
+        np.geomspace(5e-3, 0.5, STOPS - 1), 10.0
+    )  # the last one never slips: a spring
     columns = [response(hysteresis.stop(r=r), x, history=[x[0]]) for r in thresholds.tolist()]
     # The residual of the constant has the same sign both ways, so that weights stay non-negative.
     design = np.column_stack([*columns, np.ones(x.size), -np.ones(x.size)])
     size = np.linalg.norm(design, axis=0)
     weights = non_negative(design / size, force) / size
-    operator = hysteresis.prandtl_ishlinskii(thresholds=thresholds, weights=weights[:-2], spring=0.0)
+    operator = hysteresis.prandtl_ishlinskii(
+        thresholds=thresholds, weights=weights[:-2], spring=0.0
+    )
     return Fitted(operator, arm * float(weights[-2] - weights[-1]), arm)
 
 
@@ -159,7 +187,12 @@ def fitted_table(record: Record, arm: float) -> Fitted | None:
     for top, bottom in zip(turns[1::2], turns[2::2], strict=True):
         # One point for each count of the encoder: the mean of the readings there.
         counts, index = np.unique(-record.x[top : bottom + 1], return_inverse=True)
-        curves.append((-counts, np.bincount(index, record.torque[top : bottom + 1]) / np.bincount(index) / arm))
+        curves.append(
+            (
+                -counts,
+                np.bincount(index, record.torque[top : bottom + 1]) / np.bincount(index) / arm,
+            )
+        )
     return _with_offset(hysteresis.from_reversal_curves(curves), record, arm)
 
 
@@ -167,7 +200,9 @@ def _with_offset(operator: Model, record: Record, arm: float) -> Fitted:
     """Return an operator with the mean residual as its offset."""
     x = _decimated(record.x)
     torque = _decimated(record.torque)
-    return Fitted(operator, float(np.mean(torque - arm * response(operator, x, history=[x[0]]))), arm)
+    return Fitted(
+        operator, float(np.mean(torque - arm * response(operator, x, history=[x[0]]))), arm
+    )
 
 
 def _decimated(signal: np.ndarray) -> np.ndarray:
@@ -209,7 +244,9 @@ def sentences(cost: Economy, still: Economy) -> list[str]:
     branches = "branches"
     if cost.counts[0] == 1:
         branches = "branch"
-    on_rig = [f"On unseen motions: {_both_ends(cost)}. One branch takes {number(cost.duration, digits=2)} s."]
+    on_rig = [
+        f"On unseen motions: {_both_ends(cost)}. One branch takes {number(cost.duration, digits=2)} s."
+    ]
     if gained.size > 1:
         on_rig.append(
             f"From the same {branches}, {second} is better than {first} in {np.count_nonzero(gained > 0.0)} of {gained.size} "
@@ -226,8 +263,15 @@ def _both_ends(cost: Economy) -> str:
     """Return the errors with the fewest and with the most branches, in words."""
     ends = []
     for row in sorted({0, len(cost.counts) - 1}):
-        complete = {name: errors[row] for name, errors in cost.errors.items() if np.all(np.isfinite(errors[row]))}
-        texts = {name: spread(errors) if errors.size > 1 else number(float(errors[0]), digits=2) for name, errors in complete.items()}
+        complete = {
+            name: errors[row]
+            for name, errors in cost.errors.items()
+            if np.all(np.isfinite(errors[row]))
+        }
+        texts = {
+            name: spread(errors) if errors.size > 1 else number(float(errors[0]), digits=2)
+            for name, errors in complete.items()
+        }
         listed = ", ".join(f"{name} {text} %" for name, text in texts.items())
         branches = "branch"
         if cost.counts[row] > 1:
@@ -242,13 +286,23 @@ def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
     if cost.errors[next(iter(WAYS))].shape[1] > 1:
         deviations = {name: np.std(errors, axis=1, ddof=1) for name, errors in cost.errors.items()}
     means = {"error_percent": cost.means, "error_percent_without_scatter": still.means}
-    return {"branches": cost.counts, **means, "error_deviation_percent": deviations, "scatter_percent": cost.floor}
+    return {
+        "branches": cost.counts,
+        **means,
+        "error_deviation_percent": deviations,
+        "scatter_percent": cost.floor,
+    }
 
 
 def table(cost: Economy, still: Economy) -> Table:
     """Return the errors side by side."""
     columns = [economy.errors[name] for economy in (cost, still) for name in WAYS]
-    rows = [(str(count), *(spread(column[row], 0.1) for column in columns)) for row, count in enumerate(cost.counts)]
+    rows = [
+        (str(count), *(spread(column[row], 0.1) for column in columns))
+        for row, count in enumerate(cost.counts)
+    ]
     heads = ("Branches", *WAYS, *(f"{name}, no scatter" for name in WAYS))
-    caption = "Error on unseen motions [% of the largest torque]; mean and standard deviation over seeds"
+    caption = (
+        "Error on unseen motions [% of the largest torque]; mean and standard deviation over seeds"
+    )
     return Table(caption, heads, rows)

@@ -5,8 +5,25 @@ from dataclasses import asdict
 import numpy as np
 
 from bristle.apps.paper import tracking
-from bristle.apps.paper.reproduced import Reproduced, Verdict, in_micrometres, in_millinewtons, percent, verdict_if
-from bristle.apps.paper.tracking import BEFORE, CALIBRATED, COMPENSATED, IN_PAPER, NAMES, PRINTED, Sound, Tracked, quoted
+from bristle.apps.paper.reproduced import (
+    Reproduced,
+    Verdict,
+    in_micrometres,
+    in_millinewtons,
+    percent,
+    verdict_if,
+)
+from bristle.apps.paper.tracking import (
+    BEFORE,
+    CALIBRATED,
+    COMPENSATED,
+    IN_PAPER,
+    NAMES,
+    PRINTED,
+    Sound,
+    Tracked,
+    quoted,
+)
 from bristle.core import number
 from bristle.report.figures import loop_rows
 from bristle.report.messages import message
@@ -53,19 +70,33 @@ def figure_12(tracked: Tracked, sound: Sound) -> Reproduced:
     """Return figure 12: the following error, also by direction, and the same motion at sound margins."""
     variants = tracked.result.variants
     peaks = {name: loop.following_error.peak_to_peak for name, loop in variants.items()}
-    worse = {name: loop.by_direction["forward"].rms / loop.by_direction["backward"].rms for name, loop in variants.items()}
+    worse = {
+        name: loop.by_direction["forward"].rms / loop.by_direction["backward"].rms
+        for name, loop in variants.items()
+    }
     # Sentences on compensators identified on another rig.
     strangers = [
         f"{loops.experiment.name}, {name}: {message(about)}."
         for loops in (tracked, sound.loop)
         for name, about in on_another_rig(loops.experiment).items()
     ]
-    ratios = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.published)
+    ratios = ", ".join(
+        f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.published
+    )
     directions = [f"Ratio of rms forward to backward: {ratios}."]
     if worse[PRINTED] < 1.0 < worse[CALIBRATED]:
-        directions.append("At gain 1 forward motion is not worse. That takes half of the asymmetry known and two thirds of the gain.")
+        directions.append(
+            "At gain 1 forward motion is not worse. That takes half of the asymmetry known and two thirds of the gain."
+        )
     rows = [
-        (NAMES[name], direction, *(quoted(loop, "by_direction", direction, key) for key in ("mean", "rms", "peak_to_peak")))
+        (
+            NAMES[name],
+            direction,
+            *(
+                quoted(loop, "by_direction", direction, key)
+                for key in ("mean", "rms", "peak_to_peak")
+            ),
+        )
         for name, loop in tracked.published.items()
         for direction in loop.by_direction
     ]
@@ -81,20 +112,28 @@ def figure_12(tracked: Tracked, sound: Sound) -> Reproduced:
         numbers={
             "peak_to_peak": peaks,
             "peak_to_peak_spread": {
-                name: tracking.spread_of(loop, "following_error", "peak_to_peak") for name, loop in variants.items() if loop.spread
+                name: tracking.spread_of(loop, "following_error", "peak_to_peak")
+                for name, loop in variants.items()
+                if loop.spread
             },
             "forward_over_backward": worse,
             **sound.numbers,
         },
         tables=(_by_variant(tracked), by_direction, tracking.sound_table(sound)),
-        extras={"break-away": tracking.break_away_extra(sound), "sound-margins": tracking.sound_extra(sound)},
+        extras={
+            "break-away": tracking.break_away_extra(sound),
+            "sound-margins": tracking.sound_extra(sound),
+        },
     )
 
 
 def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, float]) -> Verdict:
     """Return the status of the claim: half of the error removed, and forward motion worse, with the equations of the paper."""
     reduction = 1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE]
-    halved = {name: abs(1.0 - peaks[name] / peaks[BEFORE] - reduction) <= HALVED for name in tracked.published}
+    halved = {
+        name: abs(1.0 - peaks[name] / peaks[BEFORE] - reduction) <= HALVED
+        for name in tracked.published
+    }
     if halved[PRINTED] and worse[PRINTED] > 1.0:
         return "found"
     if halved[PRINTED]:
@@ -104,9 +143,14 @@ def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, floa
 
 def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
     variants = tracked.result.variants
-    texts = {name: f"{quoted(loop, 'following_error', 'peak_to_peak')} µm" for name, loop in variants.items()}
+    texts = {
+        name: f"{quoted(loop, 'following_error', 'peak_to_peak')} µm"
+        for name, loop in variants.items()
+    }
     paper = percent(1.0 - IN_PAPER[COMPENSATED] / IN_PAPER[BEFORE], 1.0)
-    sentences = [f"Without compensator {texts[BEFORE]} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."]
+    sentences = [
+        f"Without compensator {texts[BEFORE]} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."
+    ]
     for name, condition in (
         (PRINTED, "With (5)–(7) as printed, without scaling or constant"),
         (tracking.WITH_CONSTANT, "With the constant residual of their loops added"),
@@ -116,8 +160,14 @@ def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
         change = f"{percent(abs(less), 1.0)} more"
         if less > 0.0:
             change = f"{percent(less, 1.0)} less"
-        sentences.append(f"{condition} {texts[name]}, {change} (the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less).")
-    further = [f"{name.replace('_', ' and ')} {texts[name]}" for name in variants if name not in tracking.PUBLISHED]
+        sentences.append(
+            f"{condition} {texts[name]}, {change} (the paper: {in_micrometres(IN_PAPER[COMPENSATED])}, {paper} less)."
+        )
+    further = [
+        f"{name.replace('_', ' and ')} {texts[name]}"
+        for name in variants
+        if name not in tracking.PUBLISHED
+    ]
     if further:
         sentences.append(f"On the same rig: {', '.join(further)}.")
     return sentences
@@ -128,8 +178,24 @@ def _by_variant(tracked: Tracked) -> Table:
     for name, loop in tracked.result.variants.items():
         cells = [quoted(loop, "following_error", key) for key in ("peak_to_peak", "mean", "std")]
         driven = quoted(loop, "effort", "rms", factor=1e3 * tracked.arm, step=0.1)
-        rows.append((name, FED_FORWARD.get(name, ""), *cells, quoted(loop, "true_error", "peak_to_peak"), driven))
-    heads = ("Variant", "Feedforward", "Peak to peak [µm]", "Mean [µm]", "Std [µm]", "True error [µm]", "Effort rms [mN·m]")
+        rows.append(
+            (
+                name,
+                FED_FORWARD.get(name, ""),
+                *cells,
+                quoted(loop, "true_error", "peak_to_peak"),
+                driven,
+            )
+        )
+    heads = (
+        "Variant",
+        "Feedforward",
+        "Peak to peak [µm]",
+        "Mean [µm]",
+        "Std [µm]",
+        "True error [µm]",
+        "Effort rms [mN·m]",
+    )
     runs = next(iter(tracked.result.variants.values())).runs
     caption = f"Following error: mean ± standard deviation over {runs} runs with different noise and scatter"
     return Table(caption, heads, rows).without_empty_columns()
@@ -143,7 +209,9 @@ def figure_13(tracked: Tracked) -> Reproduced:
     before = errors[BEFORE]
     ranges = {NAMES[name]: RANGE_WITH for name in errors} | {NAMES[BEFORE]: RANGE_WITHOUT}
     narrower = after.std < before.std
-    nearer = abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)  # by more than the spread of the runs
+    nearer = abs(after.mean) < (1.0 - ALIKE) * abs(
+        before.mean
+    )  # by more than the spread of the runs
     verdict: Verdict = "refuted"
     if narrower and nearer:
         verdict = "found"
@@ -167,7 +235,9 @@ def figure_13(tracked: Tracked) -> Reproduced:
                 for name, loop in tracked.published.items()
             ),
         ],
-        draw=lambda: loop_rows.error_distribution(tracked.pictured, tracked.settle, resolution, ranges),
+        draw=lambda: loop_rows.error_distribution(
+            tracked.pictured, tracked.settle, resolution, ranges
+        ),
         origin=tracked.origin,
         numbers={name: asdict(error) for name, error in errors.items()},
     )
@@ -193,8 +263,13 @@ def figure_14(tracked: Tracked) -> Reproduced:
     return Reproduced(
         number=14,
         verdict=verdict_if(abs(more) < ALIKE),
-        found=[f"Rms: {'; '.join(efforts)}.", f"With the compensator the effort is {percent(abs(more))} {word}."],
-        draw=lambda: loop_rows.control_effort(tracked.pictured, tracked.settle, close_up, tracked.arm),
+        found=[
+            f"Rms: {'; '.join(efforts)}.",
+            f"With the compensator the effort is {percent(abs(more))} {word}.",
+        ],
+        draw=lambda: loop_rows.control_effort(
+            tracked.pictured, tracked.settle, close_up, tracked.arm
+        ),
         origin=tracked.origin,
         numbers={"rms": rms, "peak": peak, "friction_rms": friction},
     )

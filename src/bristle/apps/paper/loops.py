@@ -4,8 +4,26 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bristle.apps.paper.bench import Record, bench_of, led, measured, measured_loop, sensor_numbers, sensor_says
-from bristle.apps.paper.economy import CAPTION, economy, fitted_reformed_dahl, numbers, quiet, seeded, sentences, table, verdict
+from bristle.apps.paper.bench import (
+    Record,
+    bench_of,
+    led,
+    measured,
+    measured_loop,
+    sensor_numbers,
+    sensor_says,
+)
+from bristle.apps.paper.economy import (
+    CAPTION,
+    economy,
+    fitted_reformed_dahl,
+    numbers,
+    quiet,
+    seeded,
+    sentences,
+    table,
+    verdict,
+)
 from bristle.apps.paper.reproduced import Reproduced, in_millinewtons, percent, spread, verdict_if
 from bristle.apps.paper.setting import Setting
 from bristle.core import number
@@ -30,10 +48,18 @@ def figure_5(setting: Setting) -> Reproduced:
     bottom = float(loops[-1].torque.min())
     uneven = abs(top + bottom)
     apart = float(np.ptp(tops))
-    noise = 6.0 * setting["measurement", "noise"]  # a difference beyond six standard deviations comes from friction
-    sensor = sensor_numbers([led(setting, rig, [largest, -largest, largest], setting["measurement", "speed"]).sensed])
+    noise = (
+        6.0 * setting["measurement", "noise"]
+    )  # a difference beyond six standard deviations comes from friction
+    sensor = sensor_numbers(
+        [led(setting, rig, [largest, -largest, largest], setting["measurement", "speed"]).sensed]
+    )
     rows = [
-        (number(1e6 * amplitude, digits=2), str(len(records)), *(_tips(records, edge) for edge in (np.max, np.min)))
+        (
+            number(1e6 * amplitude, digits=2),
+            str(len(records)),
+            *(_tips(records, edge) for edge in (np.max, np.min)),
+        )
         for amplitude, records in (rounds | {largest: again}).items()
     ]
     caption = "Torque at the tips of the loops [mN·m], mean and standard deviation over the rounds"
@@ -59,7 +85,11 @@ def figure_5(setting: Setting) -> Reproduced:
             "rotational",
         ),
         origin=setting.origin,
-        numbers={"largest_loop": [bottom, top], "forward_tips": tops.tolist(), "torque_sensor": sensor},
+        numbers={
+            "largest_loop": [bottom, top],
+            "forward_tips": tops.tolist(),
+            "torque_sensor": sensor,
+        },
         tables=(Table(caption, ("Amplitude [µm]", "Rounds", "Forward tip", "Backward tip"), rows),),
     )
 
@@ -73,7 +103,13 @@ def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
     """Return rounds of each amplitude [m], the smallest first, each on a contact with its own scatter."""
     amplitudes = sorted(setting["measurement", "amplitudes"].tolist())
     return {
-        amplitude: measured_loop(setting, seeded(setting.contact(RIG), index), amplitude, rounds, np.random.default_rng(index))
+        amplitude: measured_loop(
+            setting,
+            seeded(setting.contact(RIG), index),
+            amplitude,
+            rounds,
+            np.random.default_rng(index),
+        )
         for index, amplitude in enumerate(amplitudes)
     }
 
@@ -82,11 +118,19 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
     """Return figure 6: measured loops and those of the reformed Dahl model, and the error over the number of branches."""
     loops = [record for (record,) in _loops(setting).values()]
     extent = setting["measurement", "extent"]
-    run_in = measured(setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)).since(2)
+    run_in = measured(
+        setting,
+        setting.contact(RIG),
+        [-extent, extent, -extent, extent, -extent],
+        np.random.default_rng(0),
+    ).since(2)
     fitted = fitted_reformed_dahl(run_in, setting.arm)
-    modelled = [fitted.torque(np.tile(record.x, 2))[record.x.size :] for record in loops]  # after a run-in round
+    modelled = [
+        fitted.torque(np.tile(record.x, 2))[record.x.size :] for record in loops
+    ]  # after a run-in round
     shares = [
-        float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque))) for m, record in zip(modelled, loops, strict=True)
+        float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque)))
+        for m, record in zip(modelled, loops, strict=True)
     ]
     cost = economy(setting, setting.contact(RIG), round(setting["measurement", "seeds"]), progress)
     still = economy(setting, quiet(setting.contact(RIG)), 1)
@@ -105,21 +149,31 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
             {
                 "measured, and the model fitted to one loop": {
                     "measured": [(record.x, record.torque) for record in loops],
-                    "reformed Dahl": [(record.x, m) for record, m in zip(loops, modelled, strict=True)],
+                    "reformed Dahl": [
+                        (record.x, m) for record, m in zip(loops, modelled, strict=True)
+                    ],
                 }
             },
             "translational",
             "rotational",
         ),
         origin=setting.origin,
-        numbers={"s": s, "f_p": f_p, "offset": offset, "error_of_loops": shares, **numbers(cost, still)},
+        numbers={
+            "s": s,
+            "f_p": f_p,
+            "offset": offset,
+            "error_of_loops": shares,
+            **numbers(cost, still),
+        },
         tables=(table(cost, still),),
         extras={
             "economy": (
                 lambda: error_over(
                     cost.counts,
                     {
-                        way: np.stack([pick(errors, axis=1) for pick in (np.mean, np.min, np.max)], axis=1)
+                        way: np.stack(
+                            [pick(errors, axis=1) for pick in (np.mean, np.min, np.max)], axis=1
+                        )
                         for way, errors in cost.errors.items()
                     },
                     {"scatter of the rig": cost.floor},

@@ -22,7 +22,10 @@ STANDS = {
     "built in": ("built into the rig", "follows from the construction of the rig"),
     "calibrated": ("calibrated", "holds here by calibration"),
     "found in part": ("holds in part, independent of the setup", "holds here in part"),
-    "built in in part": ("one half independent, the other built into the rig", "holds here; one half is built into the rig"),
+    "built in in part": (
+        "one half independent, the other built into the rig",
+        "holds here; one half is built into the rig",
+    ),
     "refuted": ("does not hold", "does not hold here"),
 }
 """Status of claims: in a list, and of a single claim."""
@@ -37,7 +40,11 @@ def paper_ruling(figures: Sequence[Reproduced]) -> Ruling:
     held = sum(figure.verdict == "found" for figure in tested)
     reasons = []
     for verdict, (stands, _) in STANDS.items():
-        group = [f"{figure.words.short} ({figure.number})" for figure in tested if figure.verdict == verdict]
+        group = [
+            f"{figure.words.short} ({figure.number})"
+            for figure in tested
+            if figure.verdict == verdict
+        ]
         if group:
             reasons.append(f"{stands}: {len(group)}, {', '.join(group)}")
     words = f"{held} of {len(tested)} claims of the paper hold here, independently of the setup"
@@ -62,23 +69,38 @@ def paper_front(figures: Sequence[Reproduced]) -> Front:
     front = Front(HEADING, facts, paper_ruling(figures)._replace(reasons=()), next=step)
     if loop is None:
         return front
-    return front._replace(title=_title(loop), basis="(simulated rig)", cards=_cards(figures, loop), figures=[_picture(loop)])
+    return front._replace(
+        title=_title(loop),
+        basis="(simulated rig)",
+        cards=_cards(figures, loop),
+        figures=[_picture(loop)],
+    )
 
 
 def _title(loop: Reproduced) -> str:
     """Return the following error without a compensator and with that of the paper."""
     peaks = loop.numbers["peak_to_peak"]
-    change = change_text(peaks[BEFORE], peaks[PRINTED], partial(length_text, kind="translational"), "peak to peak")
+    change = change_text(
+        peaks[BEFORE], peaks[PRINTED], partial(length_text, kind="translational"), "peak to peak"
+    )
     return f"Compensator of the paper: {change}"
 
 
 def _cards(figures: Sequence[Reproduced], loop: Reproduced) -> list[Card]:
     """Return the number of claims that hold, and the errors here, each with that of the paper."""
     tested = [figure for figure in figures if figure.verdict != "shown"]
-    cards = [Card("Claims that hold", f"{sum(figure.verdict == 'found' for figure in tested)} of {len(tested)}")]
+    cards = [
+        Card(
+            "Claims that hold",
+            f"{sum(figure.verdict == 'found' for figure in tested)} of {len(tested)}",
+        )
+    ]
     peaks = loop.numbers["peak_to_peak"]
     spreads = loop.numbers["peak_to_peak_spread"]
-    for label, name, published in (("No compensator", BEFORE, BEFORE), ("Its compensator", PRINTED, COMPENSATED)):
+    for label, name, published in (
+        ("No compensator", BEFORE, BEFORE),
+        ("Its compensator", PRINTED, COMPENSATED),
+    ):
         text = f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm"
         cards.append(Card(label, text, f"paper: {1e6 * IN_PAPER[published]:.2f}\u00a0µm"))
     return cards
@@ -90,7 +112,10 @@ def _picture(loop: Reproduced) -> Picture:
     names = {name: NAMES.get(name, name) for name in peaks}
     best = min(peaks, key=peaks.get)
     by_label = ((names, peaks), (names, spreads), (REPORTED, IN_PAPER))
-    bars = [{labels[name]: 1e6 * length for name, length in lengths.items()} for labels, lengths in by_label]
+    bars = [
+        {labels[name]: 1e6 * length for name, length in lengths.items()}
+        for labels, lengths in by_label
+    ]
     alternative = "Following error of each loop, peak to peak, and that of the paper"
     caption = f"The least: {in_micrometres(peaks[best], 2)}, {names[best]}."
     return picture(
@@ -121,24 +146,46 @@ is tested."""
 
 def claim_table(figures: Sequence[Reproduced]) -> Table:
     """Return the status of the claims of the paper, figure by figure."""
-    rows = [(str(figure.number), figure.words.title, figure.words.claim, figure.verdict) for figure in figures]
-    return Table("Claims of the paper, and their status here", ("Figure", "Shows", "Claim", "Here"), rows)
+    rows = [
+        (str(figure.number), figure.words.title, figure.words.claim, figure.verdict)
+        for figure in figures
+    ]
+    return Table(
+        "Claims of the paper, and their status here", ("Figure", "Shows", "Claim", "Here"), rows
+    )
 
 
-def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
+def paper_report(
+    figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]
+) -> str:
     """Return the report as one HTML page; `command` is the command line that writes it again."""
     front = paper_front(figures)
     wide = ("long shared",)  # classes of a table
     equations = Table(
         "The equations of the paper",
         ("Equation", "Title", "Here", "Computed by", "Run"),
-        [(f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS],
+        [
+            (f"({equation.number})", equation.title, equation.stands, equation.file, equation.run)
+            for equation in EQUATIONS
+        ],
     )
     errata = Table(
         "Printed text, correction, and test.  "
-        + " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items()),
+        + " ".join(
+            f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}"
+            for kind, meaning in KINDS.items()
+        ),
         ("Place", "Kind", "As printed", "Correct", "Test"),
-        [(erratum.location, erratum.kind, erratum.printed, erratum.correct, erratum.test.partition("::")[2]) for erratum in ERRATA],
+        [
+            (
+                erratum.location,
+                erratum.kind,
+                erratum.printed,
+                erratum.correct,
+                erratum.test.partition("::")[2],
+            )
+            for erratum in ERRATA
+        ],
     )
     claims = [REBUILT, RIG, Block("items", paper_ruling(figures).reasons), claim_table(figures)]
     sections = [
@@ -157,11 +204,22 @@ def _section(figure: Reproduced) -> Section:
     file = f"figure-{number:02d}"
     published = " ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED])
     caption = f"Figure {number}. {words.alternative}."
-    drawn = picture(f"paper-{number}", figure.draw, words.alternative, caption, file=file, published=published)
+    drawn = picture(
+        f"paper-{number}", figure.draw, words.alternative, caption, file=file, published=published
+    )
     further = []
     for name, (draw, alternative, caption) in figure.extras.items():
         published = f"{caption} {SIMULATED}"
-        further.append(picture(f"paper-{number}-{name}", draw, alternative, caption, file=f"{file}-{name}", published=published))
+        further.append(
+            picture(
+                f"paper-{number}-{name}",
+                draw,
+                alternative,
+                caption,
+                file=f"{file}-{name}",
+                published=published,
+            )
+        )
     claim = '<p class="note">Claim: {} <strong>Here: {}.</strong> Experiment: <code>{}</code>.</p>'
     blocks = [
         Markup("<blockquote><p>{}</p></blockquote>").format(words.quotation),
@@ -176,7 +234,9 @@ def _section(figure: Reproduced) -> Section:
     return Section(f"figure-{number}", f"Figure {number}: {words.title}", blocks, "Figures")
 
 
-def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str]) -> dict[str, Any]:
+def paper_summary(
+    figures: Sequence[Reproduced], *, provenance: Mapping[str, str]
+) -> dict[str, Any]:
     """Return the figures in numbers, in SI: travels of the table in m, torques of the screw in N*m.
 
     Parameters
@@ -187,8 +247,17 @@ def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str
         Versions, files, checksums.
     """
     entries = {
-        str(figure.number): {"title": figure.words.title, "claim": figure.words.claim, "verdict": figure.verdict}
+        str(figure.number): {
+            "title": figure.words.title,
+            "claim": figure.words.claim,
+            "verdict": figure.verdict,
+        }
         | {"found": figure.found, "numbers": figure.numbers, "experiment": figure.origin.name}
         for figure in figures
     }
-    return {"paper": TITLE, "verdict": paper_ruling(figures).as_data(), "figures": entries, "provenance": provenance}
+    return {
+        "paper": TITLE,
+        "verdict": paper_ruling(figures).as_data(),
+        "figures": entries,
+        "provenance": provenance,
+    }

@@ -21,7 +21,9 @@ def figure_4(setting: Setting) -> Reproduced:
     path = setting["path", "turns"].tolist()
     arm = setting.arm
     # The sums cover the remaining turning points.
-    nested = all(min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False))
+    nested = all(
+        min(a, b) < c < max(a, b) for a, b, c in zip(path, path[1:], path[2:], strict=False)
+    )
     if len(path) < 3 or path[0] >= 0.0 or not nested or abs(path[1]) >= -path[0]:
         raise InputError(
             "must start at its most negative position, and each of at least two further turning points must lie between the previous two",
@@ -44,14 +46,29 @@ def figure_4(setting: Setting) -> Reproduced:
     wrong = max(abs(a - b) for a, b in zip(signed, by_turns, strict=True))
     half = in_millinewtons(constant, 5)
     rows = []
-    for i, stage in enumerate(zip(by_turns, unit, np.subtract(unit, by_turns).tolist(), signed, strict=True)):
+    for i, stage in enumerate(
+        zip(by_turns, unit, np.subtract(unit, by_turns).tolist(), signed, strict=True)
+    ):
         equation = "(15)"
         if path[i + 1] > path[i]:
             equation = "(14)"
-        rows.append((f"({LETTERS[i]})", equation, *(number(1e3 * torque, resolution=0.1) for torque in stage)))
+        rows.append(
+            (
+                f"({LETTERS[i]})",
+                equation,
+                *(number(1e3 * torque, resolution=0.1) for torque in stage),
+            )
+        )
     table = Table(
         f"Torque in mN·m at the input of each stage; half the saturation loop is {half}",
-        ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Excess", "As printed, relays of ±1"),
+        (
+            "Stage",
+            "Equation",
+            "By turning points",
+            "As printed, relays of 0 and 1",
+            "Excess",
+            "As printed, relays of ±1",
+        ),
         rows,
     )
     verdict: Verdict = "found"
@@ -70,8 +87,15 @@ def figure_4(setting: Setting) -> Reproduced:
         ],
         draw=lambda: preisach_stages(operator, path[0], path[1:], arm, "rotational"),
         origin=setting.origin,
-        numbers={"torque": by_turns, "by_corrected_sums": right, "half_of_the_saturation_loop": constant}
-        | {"by_printed_sums_of_relays_0_and_1": unit, "by_printed_sums_of_relays_of_both_signs": signed},
+        numbers={
+            "torque": by_turns,
+            "by_corrected_sums": right,
+            "half_of_the_saturation_loop": constant,
+        }
+        | {
+            "by_printed_sums_of_relays_0_and_1": unit,
+            "by_printed_sums_of_relays_of_both_signs": signed,
+        },
         tables=(table,),
     )
 

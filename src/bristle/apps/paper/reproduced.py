@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
     from bristle.report.table import Table
 
-Verdict = Literal["found", "found in part", "built in in part", "built in", "calibrated", "refuted", "shown"]
+Verdict = Literal[
+    "found", "found in part", "built in in part", "built in", "calibrated", "refuted", "shown"
+]
 
 
 def verdict_if(holds: bool, verdict: Verdict = "found") -> Verdict:

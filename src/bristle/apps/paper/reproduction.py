@@ -29,7 +29,11 @@ ALL_LOOPS = (*LOOPS, 12)
 
 
 def reproduce(
-    numbers: Iterable[int] = FIGURES, *, folder: Path = EXPERIMENTS, allow_code: bool = False, progress: Progress | None = None
+    numbers: Iterable[int] = FIGURES,
+    *,
+    folder: Path = EXPERIMENTS,
+    allow_code: bool = False,
+    progress: Progress | None = None,
 ) -> list[Reproduced]:
     """Reproduce figures of the paper.
 
@@ -57,7 +61,9 @@ def reproduce(
     distinct = sorted(set(numbers))
     for number in distinct:
         if number not in FIGURES:
-            raise InputError("the paper has no such figure", path="--figure", value=number, allowed="1 to 14")
+            raise InputError(
+                "the paper has no such figure", path="--figure", value=number, allowed="1 to 14"
+            )
     figures = []
     tracked = Tracked(folder / "set_a.toml", allow_code)
     for index, number in enumerate(distinct):
@@ -68,7 +74,9 @@ def reproduce(
         if number not in ALL_LOOPS:
             setting = read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
         if number == 12:  # first its own loop, then the additional loops
-            tracked.report, at_loop, at_levels = (_part_of(part, third / 3.0, 1.0 / 3.0) for third in range(3))
+            tracked.report, at_loop, at_levels = (
+                _part_of(part, third / 3.0, 1.0 / 3.0) for third in range(3)
+            )
             loop = Tracked(folder / "set_c.toml", allow_code, (BEFORE,), at_loop)
             levels = Tracked(folder / "set_a_break_away.toml", allow_code, (), at_levels)
             figures.append(figure_12(tracked, Sound(loop, levels)))

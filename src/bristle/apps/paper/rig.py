@@ -54,8 +54,16 @@ def rig_friction(lead: float, inertia: float, offset: float, asymmetry: float) -
     k = nu * STATIC * ratio / r
     levels = {}
     for side, share in (("pos", 1.0 + asymmetry), ("neg", 1.0 - asymmetry)):
-        levels |= {f"F_C_{side}": share * COULOMB * ratio, f"F_S_{side}": share * STATIC * ratio, f"sigma_2_{side}": VISCOUS * ratio**2}
-    elements = {"k_i": k, "nu_i": nu, "sigma_1": DAMPING * math.sqrt(float(k.sum()) * inertia) * ratio}
+        levels |= {
+            f"F_C_{side}": share * COULOMB * ratio,
+            f"F_S_{side}": share * STATIC * ratio,
+            f"sigma_2_{side}": VISCOUS * ratio**2,
+        }
+    elements = {
+        "k_i": k,
+        "nu_i": nu,
+        "sigma_1": DAMPING * math.sqrt(float(k.sum()) * inertia) * ratio,
+    }
     scatter = {"scatter": SCATTER, "v_r": SMALLEST_SPEED, "seed": 1}
     rig = friction.find("maxwell_stribeck+asymmetry")
     return rig(**levels, **elements, **scatter, v_S=STRIBECK / ratio, offset=offset * ratio)
@@ -77,18 +85,35 @@ def write_models(folder: str | PathLike[str]) -> None:
     """Write the friction of the rig and the identified compensator of each set next to its experiments in a folder."""
     target = Path(folder)
     for name, rig in SETS.items():
-        write_model(target / f"{name}_rig.toml", None, rig_friction(*rig), provenance={"made by": "bristle.apps.paper.rig"})
+        write_model(
+            target / f"{name}_rig.toml",
+            None,
+            rig_friction(*rig),
+            provenance={"made by": "bristle.apps.paper.rig"},
+        )
         log = target / f"{name}_log.toml"
-        source = {"identified from a run of": log.name, FITTED_TO: digest(read_experiment(log).variants[0].friction)}
-        write_model(target / f"{name}_identified.toml", None, compensator_from_log(log), provenance=source)
+        source = {
+            "identified from a run of": log.name,
+            FITTED_TO: digest(read_experiment(log).variants[0].friction),
+        }
+        write_model(
+            target / f"{name}_identified.toml", None, compensator_from_log(log), provenance=source
+        )
         if name == "set_a":  # its neighbour in baselines.toml
-            write_model(target / f"{name}_gms.toml", None, compensator_from_log(log, "gms"), provenance=source)
+            write_model(
+                target / f"{name}_gms.toml",
+                None,
+                compensator_from_log(log, "gms"),
+                provenance=source,
+            )
 
 
 def compensator_from_log(experiment: str | PathLike[str], model: str = "maxwell_slip") -> Model:
     """Return the friction identified from the encoder and the effort command of an experiment's run."""
     described = read_experiment(experiment)
-    return identify(logged(described), model, axis=axis_of(described), blocks=0, draws=0).finished.best.friction
+    return identify(
+        logged(described), model, axis=axis_of(described), blocks=0, draws=0
+    ).finished.best.friction
 
 
 def logged(described: Experiment) -> Log:
@@ -97,9 +122,16 @@ def logged(described: Experiment) -> Log:
     result = simulate(described).variants[variant.name]
     run = variant.run
     samples = np.arange(result.command.size)
-    acting = np.interp(samples - run.delay - run.current_lag / run.sample_time, samples, result.command)
+    acting = np.interp(
+        samples - run.delay - run.current_lag / run.sample_time, samples, result.command
+    )
     signals: dict[str, Any] = {"time": result.time, "position": result.measured, "effort": acting}
-    return Log(**signals, sample_time=run.sample_time, segments=(slice(0, samples.size),), kind=described.kind)
+    return Log(
+        **signals,
+        sample_time=run.sample_time,
+        segments=(slice(0, samples.size),),
+        kind=described.kind,
+    )
 
 
 def axis_of(described: Experiment) -> Axis:
@@ -107,4 +139,10 @@ def axis_of(described: Experiment) -> Axis:
     variant = described.variants[0]
     treated = {"cutoff": 15.0, "decimation": 33}  # [Hz], samples: the compensated motion is slow
     resolution = variant.sensor.values["resolution"]
-    return Axis(kind=described.kind, mass=variant.plant.values["M"], held=True, resolution=resolution, **treated)
+    return Axis(
+        kind=described.kind,
+        mass=variant.plant.values["M"],
+        held=True,
+        resolution=resolution,
+        **treated,
+    )

@@ -29,7 +29,10 @@ ARROWS = (
     ("rig", "sensor", "x", ""),
     ("sensor", "controller", "q", "angle,angleA=180,angleB=90,rad=0"),
 )
-FED = (("reference", "compensator", "", "angle,angleA=90,angleB=180,rad=0"), ("compensator", "controller", "F̂", ""))
+FED = (
+    ("reference", "compensator", "", "angle,angleA=90,angleB=180,rad=0"),
+    ("compensator", "controller", "F̂", ""),
+)
 
 
 class Mechanics(NamedTuple):
@@ -58,13 +61,44 @@ def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
         last = boxes[end]
         x, y = first.get_center()
         to_x, to_y = last.get_center()
-        line = {"patchA": first, "patchB": last, "connectionstyle": corner or "arc3", "shrinkA": 0.0, "shrinkB": 0.0}
-        axes.add_patch(FancyArrowPatch((x, y), (to_x, to_y), arrowstyle="-|>", mutation_scale=LETTERS, color=style.INK, **line))
+        line = {
+            "patchA": first,
+            "patchB": last,
+            "connectionstyle": corner or "arc3",
+            "shrinkA": 0.0,
+            "shrinkB": 0.0,
+        }
+        axes.add_patch(
+            FancyArrowPatch(
+                (x, y),
+                (to_x, to_y),
+                arrowstyle="-|>",
+                mutation_scale=LETTERS,
+                color=style.INK,
+                **line,
+            )
+        )
         at = 0.5 * (y + to_y)
         if corner or x == to_x:  # to the right of an upright arrow
-            axes.annotate(text, (to_x, at), (4, 0), textcoords="offset points", style="italic", ha="left", va="center")
+            axes.annotate(
+                text,
+                (to_x, at),
+                (4, 0),
+                textcoords="offset points",
+                style="italic",
+                ha="left",
+                va="center",
+            )
         else:  # above a level arrow
-            axes.annotate(text, (0.5 * (x + to_x), at), (0, 2), textcoords="offset points", style="italic", ha="center", va="bottom")
+            axes.annotate(
+                text,
+                (0.5 * (x + to_x), at),
+                (0, 2),
+                textcoords="offset points",
+                style="italic",
+                ha="center",
+                va="bottom",
+            )
     return figure
 
 
@@ -74,7 +108,10 @@ Block = tuple[int, int, str, Sequence[str]]  # column, row, first line, the othe
 def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
     """Return the parts on the shaft, in order, each with its numbers."""
     lead, J, J_m, cutoff, resolution = mechanics
-    behind, total, motor = (f"{name} = {with_unit(inertia, 'kg*m^2')}" for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m)))
+    behind, total, motor = (
+        f"{name} = {with_unit(inertia, 'kg*m^2')}"
+        for name, inertia in (("J − J_m", J - J_m), ("J", J), ("J_m", J_m))
+    )
     counts = "perfect encoder"
     if resolution > 0.0:
         counts = f"{lead / resolution:,.0f} counts a turn".replace(",", " ")
@@ -84,7 +121,12 @@ def _mechanics(mechanics: Mechanics) -> dict[str, Block]:
     at_table = f"as a mass {with_unit(J * (2.0 * math.pi / lead) ** 2, 'kg')}"
     return {
         "motor": (0, 0, "DC motor, encoder", [motor, counts]),
-        "torque sensor": (1, 0, "torque sensor", ["between couplings", "T = F_p +", "(J − J_m) dω/dt", filtered]),
+        "torque sensor": (
+            1,
+            0,
+            "torque sensor",
+            ["between couplings", "T = F_p +", "(J − J_m) dω/dt", filtered],
+        ),
         "ball screw": (2, 0, "ball screw", [f"lead {with_unit(lead, 'm')}", "rigid"]),
         "table": (3, 0, "table", ["on a linear guide", behind, f"{total},", at_table]),
     }
@@ -103,7 +145,16 @@ def _loop(variant: Variant) -> dict[str, Block]:
         elements = [f"{len(variant.friction.values['nu_i'])} elements"]
     return {
         "compensator": (1, 1, *_compensator(variant)),
-        "friction": (3, 1, "friction", [*variant.friction.name.replace("+", " +").split(), *elements, *_value_lines(variant.friction)]),
+        "friction": (
+            3,
+            1,
+            "friction",
+            [
+                *variant.friction.name.replace("+", " +").split(),
+                *elements,
+                *_value_lines(variant.friction),
+            ],
+        ),
         "reference": (0, 2, "reference", _value_lines(variant.reference)),
         "controller": (
             1,
@@ -143,7 +194,10 @@ def _value_lines(model: Model) -> list[str]:
         unit = model.component.variables[name].unit(model.kind)
         symbol = {"lambda": "λ", "phi": "φ"}.get(name.rstrip("_"), name)
         if hasattr(value, "__len__"):
-            lines += [f"{len(value)} {symbol}", f"up to {_amount(float(max(map(abs, value))), unit)}"]
+            lines += [
+                f"{len(value)} {symbol}",
+                f"up to {_amount(float(max(map(abs, value))), unit)}",
+            ]
         elif value not in (0.0, float("inf")):
             lines.append(f"{symbol} = {_amount(float(value), unit)}")
     return lines
@@ -161,7 +215,9 @@ def _draw_block(axes: Axes, column: int, row: int, title: str, lines: Sequence[s
     middle = (column + 0.5, row + 0.5)
     width = SHARE * style.WIDTH / COLUMNS - 0.1  # of a text [inch]
     corner = middle[0] - 0.5 * SHARE, middle[1] - 0.5 * SHARE
-    box = Rectangle(corner, SHARE, SHARE, facecolor="white", edgecolor=style.PREDICTED["color"], zorder=2)
+    box = Rectangle(
+        corner, SHARE, SHARE, facecolor="white", edgecolor=style.PREDICTED["color"], zorder=2
+    )
     axes.add_patch(box)
     texts = [shortened(line, width, AT_TICKS) for line in lines if line][:LINES]
     heading = shortened(title, 0.9 * width, LETTERS)  # bold letters are wider
@@ -169,5 +225,13 @@ def _draw_block(axes: Axes, column: int, row: int, title: str, lines: Sequence[s
     top = middle[1] - 0.5 * step * len(texts)
     axes.text(middle[0], top, heading, ha="center", va="center", fontweight="bold", zorder=3)
     for index, text in enumerate(texts, 1):
-        axes.text(middle[0], top + step * index, text, ha="center", va="center", fontsize=AT_TICKS, zorder=3)
+        axes.text(
+            middle[0],
+            top + step * index,
+            text,
+            ha="center",
+            va="center",
+            fontsize=AT_TICKS,
+            zorder=3,
+        )
     return box

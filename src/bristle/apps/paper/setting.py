@@ -32,7 +32,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core import InputError, Kind, Model, Origin, Variable, content_of, located
-from bristle.files import TOML_LIMIT, Sources, check_keys, check_schema, number_at, read_toml, results_folder, table_at
+from bristle.files import (
+    TOML_LIMIT,
+    Sources,
+    check_keys,
+    check_schema,
+    number_at,
+    read_toml,
+    results_folder,
+    table_at,
+)
 
 KIND: Kind = "translational"
 
@@ -58,15 +67,34 @@ COUNTS = Key(Variable("1", "numbers of branches", min=1.0, max=MOST), is_list=Tr
 SECTIONS: dict[str, dict[str, Key]] = {
     "bench": {
         "J": Key(Variable("mass", "inertia of all moving parts", min=1e-12), "rotational"),
-        "J_m": Key(Variable("mass", "inertia of the motor, before the torque sensor", min=0.0), "rotational"),
-        "acceleration": Key(Variable("length/time^2", "acceleration of the table at starts, turns and stops", min=1e-9)),
+        "J_m": Key(
+            Variable("mass", "inertia of the motor, before the torque sensor", min=0.0),
+            "rotational",
+        ),
+        "acceleration": Key(
+            Variable(
+                "length/time^2", "acceleration of the table at starts, turns and stops", min=1e-9
+            )
+        ),
         "torque_filter": Key(Variable("frequency", "cut-off of the torque sensor", min=1e-3)),
     },
     "path": {"turns": LENGTHS, "speed": SPEED},
     "torque": dict.fromkeys(("break_away", "low", "high"), TORQUE)
     | {"period": Key(Variable("time", "of one cycle", min=1e-6)), "cycles": COUNT},
-    "measurement": {"amplitudes": LENGTHS, "speed": SPEED, "resolution": LENGTH, "extent": LENGTH, "branches": COUNTS}
-    | {"noise": Key(Variable("force", "standard deviation of the torque read", min=0.0), "rotational"), "repeats": COUNT, "seeds": COUNT},
+    "measurement": {
+        "amplitudes": LENGTHS,
+        "speed": SPEED,
+        "resolution": LENGTH,
+        "extent": LENGTH,
+        "branches": COUNTS,
+    }
+    | {
+        "noise": Key(
+            Variable("force", "standard deviation of the torque read", min=0.0), "rotational"
+        ),
+        "repeats": COUNT,
+        "seeds": COUNT,
+    },
     "transition_branches": {
         "s": Key(Variable("force/length", "stiffness at a reversal", min=1e-9)),
         "f_p": Key(Variable("force", "force at saturation", min=1e-12)),
@@ -106,7 +134,9 @@ class Setting:
     def operator(self) -> Model:
         """The first hysteresis operator."""
         if not self.operators:
-            raise self._missing("operator", 'Write [operator.f_h] and, below it, model = "preisach"')
+            raise self._missing(
+                "operator", 'Write [operator.f_h] and, below it, model = "preisach"'
+            )
         return next(iter(self.operators.values()))
 
     @property
@@ -117,7 +147,9 @@ class Setting:
         return self.plant
 
     def _missing(self, key: str, mend: str = "") -> InputError:
-        return InputError("is missing, but this experiment needs it", path=f"{self.source}: {key}", mend=mend)
+        return InputError(
+            "is missing, but this experiment needs it", path=f"{self.source}: {key}", mend=mend
+        )
 
 
 def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
@@ -128,16 +160,33 @@ def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
     with located(path):
         check_keys(data, KEYS, "")
         check_schema(data)
-        lead = number_at(data.get("lead", 2.0 * math.pi), Variable("length", "lead", min=1e-9), "translational", "lead")
-        contacts, operators = (table_at(data.get(section, {}), section).items() for section in ("contact", "operator"))
+        lead = number_at(
+            data.get("lead", 2.0 * math.pi),
+            Variable("length", "lead", min=1e-9),
+            "translational",
+            "lead",
+        )
+        contacts, operators = (
+            table_at(data.get(section, {}), section).items() for section in ("contact", "operator")
+        )
         return Setting(
             source=content.source,
             origin=content.origin,
             arm=lead / (2.0 * math.pi),
-            contacts={name: sources.friction(table, KIND, f"contact.{name}")[1] for name, table in contacts},
-            operators={name: sources.listed("hysteresis", table, KIND, f"operator.{name}") for name, table in operators},
-            plant=sources.listed("plant", data["plant"], KIND, "plant") if "plant" in data else None,
-            numbers={section: _numbers(data[section], section) for section in SECTIONS if section in data},
+            contacts={
+                name: sources.friction(table, KIND, f"contact.{name}")[1]
+                for name, table in contacts
+            },
+            operators={
+                name: sources.listed("hysteresis", table, KIND, f"operator.{name}")
+                for name, table in operators
+            },
+            plant=sources.listed("plant", data["plant"], KIND, "plant")
+            if "plant" in data
+            else None,
+            numbers={
+                section: _numbers(data[section], section) for section in SECTIONS if section in data
+            },
         )
 
 
@@ -152,7 +201,9 @@ def _numbers(value: Any, section: str) -> dict[str, Any]:
         if not key.is_list:
             numbers[name] = _number(entry, key, path)
         elif isinstance(entry, list) and entry:
-            numbers[name] = np.array([_number(number, key, f"{path}[{i}]") for i, number in enumerate(entry)])
+            numbers[name] = np.array(
+                [_number(number, key, f"{path}[{i}]") for i, number in enumerate(entry)]
+            )
         else:
             raise InputError("must be a list", path=path, value=entry)
     return numbers
@@ -161,7 +212,9 @@ def _numbers(value: Any, section: str) -> dict[str, Any]:
 def _number(entry: Any, key: Key, path: str) -> float:
     value = number_at(entry, key.variable, key.kind, path)
     if key.is_integer and not value.is_integer():
-        raise InputError("must be a whole number", path=path, value=entry, allowed=key.variable.allowed(key.kind))
+        raise InputError(
+            "must be a whole number", path=path, value=entry, allowed=key.variable.allowed(key.kind)
+        )
     return value
 
 

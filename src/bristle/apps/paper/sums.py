@@ -48,7 +48,10 @@ def _over_extremes(operator: Model, path: Sequence[float]) -> float:
     closed = maxima
     if not rising:
         closed = maxima[:-1]
-    total = sum(everett(M, before, q) - everett(M, after, q) for M, before, after in zip(closed, minima, minima[1:], strict=False))
+    total = sum(
+        everett(M, before, q) - everett(M, after, q)
+        for M, before, after in zip(closed, minima, minima[1:], strict=False)
+    )
     if rising:
         return total + everett(now, minima[-1], q)
     return total + everett(maxima[-1], minima[-1], q) - everett(maxima[-1], now, q)

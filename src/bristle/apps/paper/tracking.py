@@ -15,7 +15,17 @@ from bristle.apps.paper.reproduced import Reproduced, in_micrometres
 from bristle.apps.paper.rig import SETS
 from bristle.apps.paper.rig_layout import Mechanics, rig_layout
 from bristle.apps.paper.setting import Setting
-from bristle.core import BristleError, Experiment, InputError, Origin, Status, Variant, cached_property, number, with_unit
+from bristle.core import (
+    BristleError,
+    Experiment,
+    InputError,
+    Origin,
+    Status,
+    Variant,
+    cached_property,
+    number,
+    with_unit,
+)
 from bristle.files import read_experiment
 from bristle.report.figures.loop_rows import error_over, tracking_error
 from bristle.report.table import Table
@@ -66,7 +76,10 @@ class Tracked:
         names = [variant.name for variant in experiment.variants]
         for name in self.needed:
             if name not in names:
-                raise InputError("is missing, but the figures of the paper need it", path=f"{self.source}: compare.{name}")
+                raise InputError(
+                    "is missing, but the figures of the paper need it",
+                    path=f"{self.source}: compare.{name}",
+                )
         return experiment
 
     @property
@@ -154,7 +167,10 @@ class Sound:
     def at_levels(self) -> list[tuple[float, VariantResult]]:
         """Break-away torque at the screw [N*m] and the loop with it."""
         return [
-            (self.levels.arm * variant.feedforward.friction.values["F_S"], self.levels.result.variants[variant.name])
+            (
+                self.levels.arm * variant.feedforward.friction.values["F_S"],
+                self.levels.result.variants[variant.name],
+            )
             for variant in self.levels.experiment.variants
             if variant.feedforward.friction is not None
         ]
@@ -163,8 +179,13 @@ class Sound:
     def numbers(self) -> dict[str, Any]:
         """The results, for the summary."""
         errors = [(level, loop.following_error) for level, loop in self.at_levels]
-        levels = [{"break_away": level, "peak_to_peak": error.peak_to_peak, "mean": error.mean} for level, error in errors]
-        margins = {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()}
+        levels = [
+            {"break_away": level, "peak_to_peak": error.peak_to_peak, "mean": error.mean}
+            for level, error in errors
+        ]
+        margins = {
+            name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()
+        }
         loops = {name: loop.as_dict() for name, loop in self.loop.result.variants.items()}
         return {"at_sound_margins": loops, "margins": margins, "over_break_away": levels}
 
@@ -175,14 +196,25 @@ def sound_table(sound: Sound) -> Table:
     for name, loop in sound.loop.result.variants.items():
         phase, gain = sound.margins[name]
         cells = [quoted(loop, key, "peak_to_peak") for key in ("following_error", "true_error")]
-        rows.append((name, NAMES.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
-    heads = ("Variant", "Friction compensation", "Peak to peak [µm]", "True error [µm]", "Phase margin [°]", "Gain margin")
+        rows.append(
+            (name, NAMES.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3))
+        )
+    heads = (
+        "Variant",
+        "Friction compensation",
+        "Peak to peak [µm]",
+        "True error [µm]",
+        "Phase margin [°]",
+        "Gain margin",
+    )
     return Table("The same motion in a loop with sound margins", heads, rows)
 
 
 def sound_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     """Return the following error at sound margins: drawing, description, caption."""
-    loops = {NAMES[name]: loop for name, loop in sound.loop.result.variants.items() if name in NAMES}
+    loops = {
+        NAMES[name]: loop for name, loop in sound.loop.result.variants.items() if name in NAMES
+    }
     least = min(phase for phase, _ in sound.margins.values())
     return (
         lambda: tracking_error(loops, sound.loop.settle),
@@ -197,11 +229,21 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
 
     def draw() -> Figure:
         errors = np.array([loop.following_error.peak_to_peak for _, loop in sound.at_levels])
-        spreads = np.nan_to_num([spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels])
-        errors_found = {"found": 1e6 * np.column_stack([errors, errors - spreads, errors + spreads])}
+        spreads = np.nan_to_num(
+            [spread_of(loop, "following_error", "peak_to_peak") for _, loop in sound.at_levels]
+        )
+        errors_found = {
+            "found": 1e6 * np.column_stack([errors, errors - spreads, errors + spreads])
+        }
         reported = {"the paper reports": 1e6 * IN_PAPER[COMPENSATED]}
         levels = [1e3 * level for level, _ in sound.at_levels]
-        return error_over(levels, errors_found, reported, "Break-away torque of (7) [mN·m]", "Error, peak to peak [µm]")
+        return error_over(
+            levels,
+            errors_found,
+            reported,
+            "Break-away torque of (7) [mN·m]",
+            "Error, peak to peak [µm]",
+        )
 
     return (
         draw,
@@ -214,7 +256,9 @@ def least_margins(variant: Variant) -> tuple[float, float]:
     """Return the smallest phase margin [degrees] and gain margin; infinite without a crossover of the open loop."""
     margins = [point.margins for point in assess(variant).points]
     phase = min((margin.phase for margin in margins if margin.phase is not None), default=math.inf)
-    return phase, min((margin.gain for margin in margins if margin.gain is not None), default=math.inf)
+    return phase, min(
+        (margin.gain for margin in margins if margin.gain is not None), default=math.inf
+    )
 
 
 def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
@@ -238,7 +282,9 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
             f"A loop at {number(1e-3 / run.sample_time, digits=2)} kHz with {run.delay} sample of delay and an encoder "
             f"of {in_micrometres(resolution)}; control law {law}, compensator {compensator}.",
         ],
-        draw=lambda: rig_layout(Mechanics(lead, bench.J, bench.J_m, bench.cutoff, resolution), variant),
+        draw=lambda: rig_layout(
+            Mechanics(lead, bench.J, bench.J_m, bench.cutoff, resolution), variant
+        ),
         origin=tracked.origin,
         numbers={"sample_time": run.sample_time, "delay": run.delay, "resolution": resolution}
         | {"lead": lead, "inertia": bench.J, "inertia_before_sensor": bench.J_m},

@@ -17,14 +17,25 @@ import numpy as np
 from bristle.apps.study.plan import Block, Metric, Study, steps_of
 from bristle.apps.study.store import OK
 from bristle.apps.study.values import sections_of
-from bristle.core import SEED_MAX, BristleError, Experiment, InputError, Model, Status, Variant, error_text
+from bristle.core import (
+    SEED_MAX,
+    BristleError,
+    Experiment,
+    InputError,
+    Model,
+    Status,
+    Variant,
+    error_text,
+)
 from bristle.engine import WORTH_LANES, run_batch
 from bristle.files import experiment_from, key_of, with_changes, with_columns
 from bristle.simulation import SimulationResult, simulate
 
 T = TypeVar("T")
 FIELDS = ("plant", "friction", "table", "controller", "sensor", "reference")
-_FIELD = {"table_friction": "table"}  # field of a variant, if it differs from the section of the file
+_FIELD = {
+    "table_friction": "table"
+}  # field of a variant, if it differs from the section of the file
 SEEDED = ("sensor", "friction", "table")
 
 
@@ -49,12 +60,20 @@ class Varied:
         base = self._by_tables(values)
         return _changed(base, [_seeds(variant, {}, seed) for variant in base.variants])
 
-    def models(self, values: Mapping[str, Any], seed: int, fields: Sequence[str] = FIELDS) -> list[dict[str, Model]]:
+    def models(
+        self, values: Mapping[str, Any], seed: int, fields: Sequence[str] = FIELDS
+    ) -> list[dict[str, Model]]:
         """Return, by variant, the changed models of a run by field, if values are set directly."""
         changes = []
-        for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
+        for variant, sections in zip(
+            self.study.experiment.variants, self._direct or (), strict=True
+        ):
             changed = {
-                field: with_changes(getattr(variant, field), {name: values[path] for path, name in names.items()}, section)
+                field: with_changes(
+                    getattr(variant, field),
+                    {name: values[path] for path, name in names.items()},
+                    section,
+                )
                 for section, field, names in _within(fields, sections)
             }
             changes.append(_seeds(variant, changed, seed, fields))
@@ -65,13 +84,23 @@ class Varied:
     ) -> dict[int, list[dict[str, Model]]]:
         """Return the `models` of several runs by place, without runs that have a value out of range."""
         changed: dict[int, list[dict[str, Model]]] = {place: [] for place in range(len(seeds))}
-        for variant, sections in zip(self.study.experiment.variants, self._direct or (), strict=True):
+        for variant, sections in zip(
+            self.study.experiment.variants, self._direct or (), strict=True
+        ):
             models = {
-                field: with_columns(getattr(variant, field), {name: values[path] for path, name in names.items()}, section)
+                field: with_columns(
+                    getattr(variant, field),
+                    {name: values[path] for path, name in names.items()},
+                    section,
+                )
                 for section, field, names in _within(fields, sections)
             }
             for place in list(changed):
-                own = {field: model for field, column in models.items() if (model := column[place]) is not None}
+                own = {
+                    field: model
+                    for field, column in models.items()
+                    if (model := column[place]) is not None
+                }
                 if len(own) < len(models):
                     del changed[place]
                 else:
@@ -82,9 +111,15 @@ class Varied:
         tables = copy.deepcopy(dict(self.study.tables))
         for path, value in values.items():
             *sections, key = path.split(".")
-            reduce(lambda table, section: table.setdefault(section, {}), sections, tables)[key] = value
-        experiment = experiment_from(tables, self.study.sources.folder / "experiment.toml", self.study.sources)
-        variants = tuple(replace(variant, run=replace(variant.run, seeds=1)) for variant in experiment.variants)
+            reduce(lambda table, section: table.setdefault(section, {}), sections, tables)[key] = (
+                value
+            )
+        experiment = experiment_from(
+            tables, self.study.sources.folder / "experiment.toml", self.study.sources
+        )
+        variants = tuple(
+            replace(variant, run=replace(variant.run, seeds=1)) for variant in experiment.variants
+        )
         return replace(self.study.experiment, variants=variants)
 
     def _agrees(self) -> bool:
@@ -92,7 +127,10 @@ class Varied:
         for number in {0, self.study.count - 1}:
             values = row_of(self.study.values(Block(number, number + 1)), 0)
             try:
-                ways = _changed(self.study.experiment, self.models(values, 0)), self._by_tables(values)
+                ways = (
+                    _changed(self.study.experiment, self.models(values, 0)),
+                    self._by_tables(values),
+                )
                 if not all(map(Variant.is_like, ways[0].variants, ways[1].variants)):
                     return False
             except InputError:  # a draw out of range cannot compare the two ways
@@ -100,7 +138,9 @@ class Varied:
         return True
 
 
-def _within(fields: Sequence[str], sections: Mapping[str, dict[str, str]]) -> Iterator[tuple[str, str, dict[str, str]]]:
+def _within(
+    fields: Sequence[str], sections: Mapping[str, dict[str, str]]
+) -> Iterator[tuple[str, str, dict[str, str]]]:
     """Yield the sections whose models belong to some fields of a variant: section, field and parameters by dotted key."""
     for section, names in sections.items():
         field = _FIELD.get(section, section)
@@ -160,20 +200,26 @@ def _overridden(override: Any, keys: Sequence[str]) -> bool:
     return True
 
 
-def _seeds(variant: Variant, changed: dict[str, Model], seed: int, fields: Sequence[str] = SEEDED) -> dict[str, Model]:
+def _seeds(
+    variant: Variant, changed: dict[str, Model], seed: int, fields: Sequence[str] = SEEDED
+) -> dict[str, Model]:
     """Return the changed models with the seeds of a run: the seed of the run is added to those of the file."""
     for name in SEEDED:
         if name not in fields:
             continue
         model = changed.get(name, getattr(variant, name))
         if model is not None and "seed" in model.component.variables:
-            changed[name] = with_changes(model, {"seed": (int(model.values["seed"]) + seed) % SEED_MAX}, name)
+            changed[name] = with_changes(
+                model, {"seed": (int(model.values["seed"]) + seed) % SEED_MAX}, name
+            )
     return changed
 
 
 def _changed(experiment: Experiment, changes: Sequence[Mapping[str, Model]]) -> Experiment:
     variants = zip(experiment.variants, changes, strict=True)
-    return _with(experiment, variants=tuple(_with(variant, **changed) for variant, changed in variants))
+    return _with(
+        experiment, variants=tuple(_with(variant, **changed) for variant, changed in variants)
+    )
 
 
 def _with(item: T, **changed: Any) -> T:
@@ -220,7 +266,9 @@ class Simulator:
             if self.in_batches:
                 batched = self._batched(values, seeds, metrics)
             for place in (place for place in range(block.count) if place not in batched):
-                status[place], reason[place] = self._serial(place, row_of(values, place), seeds[place], metrics)
+                status[place], reason[place] = self._serial(
+                    place, row_of(values, place), seeds[place], metrics
+                )
         return {
             "run": np.arange(block.first, block.last),
             "seed": np.array(seeds),
@@ -237,7 +285,9 @@ class Simulator:
             **metrics,
         }
 
-    def _serial(self, place: int, row: Mapping[str, Any], seed: int, metrics: Mapping[str, np.ndarray]) -> tuple[str, str]:
+    def _serial(
+        self, place: int, row: Mapping[str, Any], seed: int, metrics: Mapping[str, np.ndarray]
+    ) -> tuple[str, str]:
         """Simulate one run; return its status and the reason."""
         try:
             result = simulate(self.varied.experiment(row, seed))
@@ -257,7 +307,12 @@ class Simulator:
             sentence = f"{worst.name}: {sentence}"
         return worst.status.name.lower(), sentence
 
-    def _batched(self, values: Mapping[str, np.ndarray], seeds: Sequence[int], metrics: Mapping[str, np.ndarray]) -> set[int]:
+    def _batched(
+        self,
+        values: Mapping[str, np.ndarray],
+        seeds: Sequence[int],
+        metrics: Mapping[str, np.ndarray],
+    ) -> set[int]:
         """Simulate several runs in batches; return the successful ones. The caller repeats the others one by one."""
         changes = self.varied.models_by_place(values, seeds, MODELS)
         places = np.array(list(changes), dtype=int)
@@ -284,20 +339,35 @@ def fits_a_batch(experiment: Experiment) -> bool:
         run, friction = variant.run, variant.friction.component
         if variant.effort is None or variant.plant.component.screw is not None:
             return False
-        if variant.disturbance is not None or variant.start is not None or run.tolerance or run.delay or run.current_lag:
+        if (
+            variant.disturbance is not None
+            or variant.start is not None
+            or run.tolerance
+            or run.delay
+            or run.current_lag
+        ):
             return False
-        if "lost" in friction.State._fields or friction.new_memory(variant.friction.parameters).size > 0:
+        if (
+            "lost" in friction.State._fields
+            or friction.new_memory(variant.friction.parameters).size > 0
+        ):
             return False
     return True
 
 
 def metrics_of_batch(
-    variant: Variant, effort: np.ndarray, changes: Sequence[Mapping[str, Model]], metrics: Sequence[Metric], in_lanes: bool
+    variant: Variant,
+    effort: np.ndarray,
+    changes: Sequence[Mapping[str, Model]],
+    metrics: Sequence[Metric],
+    in_lanes: bool,
 ) -> tuple[dict[str, np.ndarray], list[Status]]:
     """Return the metrics of one variant in several runs, by column, and the status of each run."""
     run = variant.run
     effort = np.clip(effort, -run.effort_limit, run.effort_limit)
-    x, v, _ = variant.reference.component.sample(np.zeros(1), variant.reference.parameters)  # an open loop starts at rest
+    x, v, _ = variant.reference.component.sample(
+        np.zeros(1), variant.reference.parameters
+    )  # an open loop starts at rest
     plant, friction = (_of_each_run(variant, changes, field) for field in MODELS)
     trace = run_batch(
         plant,
@@ -312,11 +382,17 @@ def metrics_of_batch(
     )
     judged = slice(min(round(run.settle / run.sample_time), effort.size), None)
     applied = np.broadcast_to(effort, trace.position.shape)[:, judged]
-    position = np.ascontiguousarray(trace.position[:, judged])  # contiguous, so that sums match those of a single run
-    return {metric.column: metric.along(position, applied) for metric in metrics}, list(trace.status)
+    position = np.ascontiguousarray(
+        trace.position[:, judged]
+    )  # contiguous, so that sums match those of a single run
+    return {metric.column: metric.along(position, applied) for metric in metrics}, list(
+        trace.status
+    )
 
 
-def _of_each_run(variant: Variant, changes: Sequence[Mapping[str, Model]], field: str) -> Model | list[Model]:
+def _of_each_run(
+    variant: Variant, changes: Sequence[Mapping[str, Model]], field: str
+) -> Model | list[Model]:
     """Return the model of each run under a field; the model of the variant if it does not vary."""
     if any(field in changed for changed in changes):
         return [changed[field] for changed in changes]

@@ -39,15 +39,28 @@ def study(
     study: Annotated[Path, typer.Argument(metavar="STUDY.toml", help="A study file.")],
     *,
     out: Annotated[
-        Path | None, dir_option("--out", "Write the results to this new folder, or continue the study that it contains.")
+        Path | None,
+        dir_option(
+            "--out", "Write the results to this new folder, or continue the study that it contains."
+        ),
     ] = None,
     workers: Annotated[
-        int | None, typer.Option(metavar="COUNT", min=1, max=1024, help="Number of processes; by default one per core.")
+        int | None,
+        typer.Option(
+            metavar="COUNT", min=1, max=1024, help="Number of processes; by default one per core."
+        ),
     ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(metavar="tcp://HOST:PORT", help="Simulate on a Dask cluster; bristle writes the results on this machine.")
+        str | None,
+        typer.Option(
+            metavar="tcp://HOST:PORT",
+            help="Simulate on a Dask cluster; bristle writes the results on this machine.",
+        ),
     ] = None,
-    run: Annotated[int | None, typer.Option(metavar="NUMBER", min=0, help="Repeat only this run, and record its signals.")] = None,
+    run: Annotated[
+        int | None,
+        typer.Option(metavar="NUMBER", min=0, help="Repeat only this run, and record its signals."),
+    ] = None,
     formats: Formats = None,
     figure: FigureFiles = None,
     allow_code: AllowCode = False,
@@ -73,7 +86,11 @@ def study(
         library("distributed", *WANTED_BY)
         of_this_machine = {"--workers": workers is not None, "--run": run is not None}
         option = next((option for option, is_chosen in of_this_machine.items() if is_chosen), "")
-        refuse(of_this_machine, "simulates on this machine, --scheduler on a cluster", f"Leave {option} or --scheduler out")
+        refuse(
+            of_this_machine,
+            "simulates on this machine, --scheduler on a cluster",
+            f"Leave {option} or --scheduler out",
+        )
     page = "study"
     if run is not None:
         page = "run"
@@ -103,7 +120,12 @@ def _repeat(study: Study, number: int, output: Output, own: OwnFigures) -> int:
         if folder:
             files = write_logs(folder, result)
         values = values_of(study, number)
-        drawn = {"run": number, "seed": seed_of_run(study.seed, number), "values": values, "units": study.units}
+        drawn = {
+            "run": number,
+            "seed": seed_of_run(study.seed, number),
+            "values": values,
+            "units": study.units,
+        }
         facts = {"provenance": source, "claims": promised_in(result)}
         summary = simulation_summary(result, files=files, **facts) | drawn
         if folder:
@@ -130,8 +152,21 @@ def _in_words(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     return ", ".join(cells) or "only the seed varies"
 
 
-def _run(study: Study, file: Path, output: Output, workers: int | None, scheduler: str | None, own: OwnFigures) -> int:
-    from bristle.apps.study.report import WORST_SHOWN, spread_tables, study_report, study_sentences, study_summary
+def _run(
+    study: Study,
+    file: Path,
+    output: Output,
+    workers: int | None,
+    scheduler: str | None,
+    own: OwnFigures,
+) -> int:
+    from bristle.apps.study.report import (
+        WORST_SHOWN,
+        spread_tables,
+        study_report,
+        study_sentences,
+        study_summary,
+    )
     from bristle.apps.study.run import run_within, worst_runs
     from bristle.apps.study.store import opened, runs_in
     from bristle.files import provenance
@@ -139,7 +174,10 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
 
     assert output.out is not None
     command = command_text(["study", str(file), "--out", str(output.out)])
-    with opened(output.out, study, provenance(command, **study.origins)) as store, progress("beginning") as report:
+    with (
+        opened(output.out, study, provenance(command, **study.origins)) as store,
+        progress("beginning") as report,
+    ):
         with interruptible(output.out, "runs"):
             ran = run_within(store, workers=workers, scheduler=scheduler, progress=report)
         report(1.0, "writing the report")
@@ -149,10 +187,20 @@ def _run(study: Study, file: Path, output: Output, workers: int | None, schedule
         with figure_files(store.grown, output.formats):
             runs = runs_in(store.folder)
             repeat = command_text(["study", str(file)])
-            figures = {key: text for key, text in provenance(command, figure=own.origins).items() if key.startswith("figure")}
+            figures = {
+                key: text
+                for key, text in provenance(command, figure=own.origins).items()
+                if key.startswith("figure")
+            }
             source = runs.described["provenance"] | figures
-            summary = study_summary(runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN))
-            write_report(store.grown, study_report(runs, summary, command=command, figures=own.figures), summary)
+            summary = study_summary(
+                runs, command=repeat, provenance=source, worst=worst_runs(runs, WORST_SHOWN)
+            )
+            write_report(
+                store.grown,
+                study_report(runs, summary, command=command, figures=own.figures),
+                summary,
+            )
 
     output.tell(summary, *spread_tables(summary), *study_sentences(summary))
     return exit_code(ran, summary)

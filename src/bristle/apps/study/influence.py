@@ -20,7 +20,17 @@ def spread_of(numbers: np.ndarray, *, independent: bool = True) -> dict[str, Any
     usable = np.sort(numbers[np.isfinite(numbers)])
     count = len(usable)
     intervals = [(math.nan, math.nan)] * 3
-    names = ("count", "mean", "std", "median", "low", "high", "mean_interval", "median_interval", "high_interval")
+    names = (
+        "count",
+        "mean",
+        "std",
+        "median",
+        "low",
+        "high",
+        "mean_interval",
+        "median_interval",
+        "high_interval",
+    )
     if not count:
         return dict(zip(names, (0, *[math.nan] * 5, *intervals), strict=True))
     mean = float(usable.mean())
@@ -57,7 +67,9 @@ def rank_correlations(runs: Runs) -> list[dict[str, Any]]:
     """
     columns = runs.columns
     described = runs.described
-    causes = [name for name, about in described["columns"].items() if about["role"] in ("drawn", "grid")]
+    causes = [
+        name for name, about in described["columns"].items() if about["role"] in ("drawn", "grid")
+    ]
     points = int(np.prod([len(values) for values in described["grid"].values()], dtype=int))
     entries = []
     for metric in described["metrics"]:
@@ -76,7 +88,9 @@ def rank_correlations(runs: Runs) -> list[dict[str, Any]]:
             numbers = _ranked(columns[metric][usable], within)
             if np.ptp(values) > 0.0 and np.ptp(numbers) > 0.0:
                 value, interval = _correlation(values, numbers, draws)
-                entries.append({"cause": cause, "metric": metric, "value": value, "interval": interval})
+                entries.append(
+                    {"cause": cause, "metric": metric, "value": value, "interval": interval}
+                )
     return entries
 
 
@@ -91,7 +105,9 @@ def _ranked(values: np.ndarray, group: np.ndarray) -> np.ndarray:
     return ranks
 
 
-def _correlation(a: np.ndarray, b: np.ndarray, draws: np.ndarray) -> tuple[float, tuple[float, float]]:
+def _correlation(
+    a: np.ndarray, b: np.ndarray, draws: np.ndarray
+) -> tuple[float, tuple[float, float]]:
     """Return the correlation of ranks, and its interval over draws."""
     value = float(np.corrcoef(a, b)[0, 1])
     _, member = np.unique(draws, return_inverse=True)
@@ -137,12 +153,20 @@ def sobol_indices(runs: Runs) -> list[dict[str, Any]]:
         if len(rows) >= FEWEST and np.ptp(rows) > 0.0:
             generator = np.random.default_rng(SEED)
             values = _estimated(rows)
-            resampled = [_estimated(rows[generator.integers(0, len(rows), len(rows))]) for _ in range(RESAMPLES)]
-            ends = np.percentile(np.array(resampled), LEVELS, axis=0)  # of shape (end, kind of index, cause)
+            resampled = [
+                _estimated(rows[generator.integers(0, len(rows), len(rows))])
+                for _ in range(RESAMPLES)
+            ]
+            ends = np.percentile(
+                np.array(resampled), LEVELS, axis=0
+            )  # of shape (end, kind of index, cause)
             for place, cause in enumerate(causes):
                 entry: dict[str, Any] = {"cause": cause, "metric": metric}
                 for kind, name in enumerate(("first", "total")):
-                    entry |= {name: float(values[kind, place]), f"{name}_interval": tuple(ends[:, kind, place].tolist())}
+                    entry |= {
+                        name: float(values[kind, place]),
+                        f"{name}_interval": tuple(ends[:, kind, place].tolist()),
+                    }
                 entries.append(entry)
     return entries
 
@@ -154,5 +178,8 @@ def _estimated(rows: np.ndarray) -> np.ndarray:
     own = rows[:, 0]
     second = rows[:, 1]
     exchanged = rows[:, 2:].T
-    result = indices_of(func={"f_A": own[np.newaxis], "f_B": second[np.newaxis], "f_AB": exchanged[:, np.newaxis]}, n=len(rows))
+    result = indices_of(
+        func={"f_A": own[np.newaxis], "f_B": second[np.newaxis], "f_AB": exchanged[:, np.newaxis]},
+        n=len(rows),
+    )
     return np.array([result.first_order, result.total_order]).reshape(2, -1)

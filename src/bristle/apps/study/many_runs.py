@@ -33,10 +33,15 @@ TURNED = 6  # names at an axis; more are turned
     lambda study, spread: f"Distribution of {', '.join(spread)} over the runs",
     lambda study, spread: (
         "Distribution of each number over the runs. "
-        + ("A line for each point of the grid." if study.described["grid"] else "Shaded: the middle 90 % of the runs.")
+        + (
+            "A line for each point of the grid."
+            if study.described["grid"]
+            else "Shaded: the middle 90 % of the runs."
+        )
     ),
     draw=lambda draw, study, spread: draw(
-        {words: groups for words, _, groups in spread.values()}, [unit for _, unit, _ in spread.values()]
+        {words: groups for words, _, groups in spread.values()},
+        [unit for _, unit, _ in spread.values()],
     ),
     applies=lambda study, spread: len(spread) > 1,
 )
@@ -66,14 +71,34 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
             if not grouped:
                 axes.stairs(share, edges, fill=True, color=style.BARS, label="_bars")
                 look = style.PREDICTED
-            axes.stairs(share, edges, color=look["color"], linestyle=look["linestyle"], linewidth=1.1, label=name)
+            axes.stairs(
+                share,
+                edges,
+                color=look["color"],
+                linestyle=look["linestyle"],
+                linewidth=1.1,
+                label=name,
+            )
         if not grouped and pooled.size:
             low, median, high = np.quantile(pooled, (0.05, 0.5, 0.95)) * scale.factor
             axes.axvline(median, label="median", **style.DASHED)
-            axes.axvspan(low, high, color=style.PALE, linewidth=0, zorder=0, label="90 % of the runs")
+            axes.axvspan(
+                low, high, color=style.PALE, linewidth=0, zorder=0, label="90 % of the runs"
+            )
             if alone:
-                axes.text(median, 0.97, " median", transform=axes.get_xaxis_transform(), color=style.INK, verticalalignment="top")
-        axes.set(ylim=(0.0, None), xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)), ylabel="Share of the runs [%]")
+                axes.text(
+                    median,
+                    0.97,
+                    " median",
+                    transform=axes.get_xaxis_transform(),
+                    color=style.INK,
+                    verticalalignment="top",
+                )
+        axes.set(
+            ylim=(0.0, None),
+            xlabel=scale.label(shortened(word, style.LONGEST, AT_TICKS)),
+            ylabel="Share of the runs [%]",
+        )
     if not alone:
         style.legend_in_corner(figure, panels[0])
     elif grouped:
@@ -89,7 +114,11 @@ def study_spread(numbers: Mapping[str, Mapping[str, np.ndarray]], units: Sequenc
     applies=lambda runs, names, apart, labels, again: len(names) > 1,
 )
 def fleet_parameters(
-    runs: Runs, names: Sequence[str], apart: Mapping[str, np.ndarray], labels: Sequence[str] = (), again: Sequence[int] = ()
+    runs: Runs,
+    names: Sequence[str],
+    apart: Mapping[str, np.ndarray],
+    labels: Sequence[str] = (),
+    again: Sequence[int] = (),
 ) -> Figure:
     """Return the parameters of a fleet, log by log; outliers, by column in `apart`, and logs to measure `again` are hollow."""
     gap = 0.66  # [inch]
@@ -122,7 +151,9 @@ def _nth_parameter(place: int) -> Callable[[Callable[..., Figure]], Callable[...
         OF_FLEET,
         lambda runs, names, *_: f"{names[place]} of each log with its 95 % interval",
         caption,
-        draw=lambda draw, runs, names, apart, *rest: draw(runs, names[place], apart[names[place]], *rest, large=not place),
+        draw=lambda draw, runs, names, apart, *rest: draw(
+            runs, names[place], apart[names[place]], *rest, large=not place
+        ),
         applies=lambda runs, names, *_: len(names) > place,
     )
 
@@ -131,24 +162,39 @@ def _nth_parameter(place: int) -> Callable[[Callable[..., Figure]], Callable[...
 @_nth_parameter(1)
 @_nth_parameter(2)
 def fleet_parameter(
-    runs: Runs, name: str, apart: np.ndarray, labels: Sequence[str], again: Sequence[int] = (), *, large: bool = True
+    runs: Runs,
+    name: str,
+    apart: np.ndarray,
+    labels: Sequence[str],
+    again: Sequence[int] = (),
+    *,
+    large: bool = True,
 ) -> Figure:
     """Return one parameter of a fleet, log by log, for the first screen; arguments as of `fleet_parameters`."""
     size: dict[str, Any] = {"across": SIDE, "height": LOW}
     if large:
         size = {"across": style.WIDTH, "height": TALL}
-    figure, ((axes,),) = style.panels(bottom=_room_below(labels), right=style.room_for(["median"]), top=0.12, **size)
+    figure, ((axes,),) = style.panels(
+        bottom=_room_below(labels), right=style.room_for(["median"]), top=0.12, **size
+    )
     _draw(axes, runs, name, np.union1d(apart, again).astype(int), labels)
     style.label_lines(axes)
     return figure
 
 
-def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: Sequence[str]) -> None:
+def _draw(
+    axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: Sequence[str]
+) -> None:
     columns = runs.columns
     number = columns["run"].astype(float)
     tells = np.isfinite(columns[name]) & (columns[f"{name}.status"] == "identified")
-    scale = scale_of(runs.described["columns"][name]["unit"], style.largest(np.median(np.abs(columns[name][tells]))))
-    value, low, high = (columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper"))
+    scale = scale_of(
+        runs.described["columns"][name]["unit"],
+        style.largest(np.median(np.abs(columns[name][tells]))),
+    )
+    value, low, high = (
+        columns[key] * scale.factor for key in (name, f"{name}.lower", f"{name}.upper")
+    )
     low = np.fmin(low, value)
     high = np.fmax(high, value)
     strange = np.zeros(runs.count, dtype=bool)
@@ -159,9 +205,15 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
         usual = tells
     middle = float(np.median(value[tells]))
     ends = np.quantile(value[usual], (0.1, 0.9))
-    spread = max(float(np.ptp(ends)), float(np.median(high[usual] - low[usual]))) or 0.1 * abs(middle) or 1.0
+    spread = (
+        max(float(np.ptp(ends)), float(np.median(high[usual] - low[usual])))
+        or 0.1 * abs(middle)
+        or 1.0
+    )
     reach = np.array([middle - REACH * spread, middle + REACH * spread])
-    bottom, top = (float(edge(np.clip(side[tells], *reach))) for edge, side in ((np.min, low), (np.max, high)))
+    bottom, top = (
+        float(edge(np.clip(side[tells], *reach))) for edge, side in ((np.min, low), (np.max, high))
+    )
     edge = 0.05 * (top - bottom) or spread
     axes.axhline(middle, color=style.GREY, linewidth=0.8, linestyle="--", label="median")
     inside = tells & (value >= reach[0]) & (value <= reach[1])
@@ -175,16 +227,43 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
     ):
         chosen = chosen & inside
         if chosen.any():
-            look = {"fmt": "o", "markersize": size, "markerfacecolor": face, "linewidth": 0.8, "color": color}
-            axes.errorbar(number[chosen], value[chosen], np.abs([value - low, high - value])[:, chosen], label=word, **look)
-    beyond: style.Look = {"facecolors": "none", "edgecolors": style.DOUBTFUL, "s": 16, "label": "_beyond"}
+            look = {
+                "fmt": "o",
+                "markersize": size,
+                "markerfacecolor": face,
+                "linewidth": 0.8,
+                "color": color,
+            }
+            axes.errorbar(
+                number[chosen],
+                value[chosen],
+                np.abs([value - low, high - value])[:, chosen],
+                label=word,
+                **look,
+            )
+    beyond: style.Look = {
+        "facecolors": "none",
+        "edgecolors": style.DOUBTFUL,
+        "s": 16,
+        "label": "_beyond",
+    }
     for chosen, marker, height, look in (
         (tells & (high > reach[1]), "^", 0.97, beyond),
         (tells & (low < reach[0]), "v", 0.03, beyond),
         (~tells, "|", 0.0, {"color": style.INK, "s": 49, "label": "_no value", "clip_on": False}),
     ):
-        axes.scatter(number[chosen], np.full(chosen.sum(), height), marker=marker, transform=axes.get_xaxis_transform(), **look)
-    axes.set(ylim=(bottom - edge, top + edge), xlim=(float(number.min()) - 0.6, float(number.max()) + 0.6), xlabel="Log")
+        axes.scatter(
+            number[chosen],
+            np.full(chosen.sum(), height),
+            marker=marker,
+            transform=axes.get_xaxis_transform(),
+            **look,
+        )
+    axes.set(
+        ylim=(bottom - edge, top + edge),
+        xlim=(float(number.min()) - 0.6, float(number.max()) + 0.6),
+        xlabel="Log",
+    )
     if labels:
         few = slice(None, None, -(-len(labels) // MOST_NAMES))
         room = 0.8  # [inch] for a name
@@ -192,7 +271,13 @@ def _draw(axes: Axes, runs: Runs, name: str, strange_runs: np.ndarray, labels: S
         if len(labels) > TURNED:
             room = 0.5
             rotation = 90.0
-        axes.set_xticks(number[few], shortened_apart(list(labels), room, AT_TICKS)[few], rotation=rotation)
+        axes.set_xticks(
+            number[few], shortened_apart(list(labels), room, AT_TICKS)[few], rotation=rotation
+        )
     else:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel(scale.label(shortened(name.removeprefix("plant.").removeprefix("friction."), style.NARROW, AT_TICKS)))
+    axes.set_ylabel(
+        scale.label(
+            shortened(name.removeprefix("plant.").removeprefix("friction."), style.NARROW, AT_TICKS)
+        )
+    )

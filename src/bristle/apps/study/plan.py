@@ -11,14 +11,32 @@ from typing import Any
 import numpy as np
 
 from bristle.apps.study.values import Cause, Target
-from bristle.core import SEED_MAX, Experiment, InputError, Origin, Status, cached_property, did_you_mean, unit_of
+from bristle.core import (
+    SEED_MAX,
+    Experiment,
+    InputError,
+    Origin,
+    Status,
+    cached_property,
+    did_you_mean,
+    unit_of,
+)
 from bristle.files import Sources
 from bristle.simulation import Statistics, VariantResult
 
 STATISTICS = tuple(field.name for field in fields(Statistics))
-LENGTHS = ("following_error", "true_error", "by_direction.forward", "by_direction.backward", "motion")
+LENGTHS = (
+    "following_error",
+    "true_error",
+    "by_direction.forward",
+    "by_direction.backward",
+    "motion",
+)
 EFFORTS = {"effort.rms": "effort_rms", "effort.peak": "effort_peak"}
-METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EFFORTS)  # metrics of a variant by dotted name
+METRICS = (
+    *(f"{group}.{name}" for group in LENGTHS for name in STATISTICS),
+    *EFFORTS,
+)  # metrics of a variant by dotted name
 
 SHORT = {
     "following_error": "following error",
@@ -78,7 +96,9 @@ class Metric:
 
 def usual_metrics(experiment: Experiment) -> tuple[str, ...]:
     """Return the default metrics of a study."""
-    if all(variant.effort is not None for variant in experiment.variants):  # open loops have no reference
+    if all(
+        variant.effort is not None for variant in experiment.variants
+    ):  # open loops have no reference
         return ("motion.peak_to_peak", "effort.rms")
     return ("following_error.peak_to_peak", "effort.rms")
 
@@ -90,7 +110,9 @@ def metrics_from(names: Sequence[object], experiment: Experiment, path: str) -> 
     for place, name in enumerate(names):
         at = f"{path}[{place}]"
         if not isinstance(name, str):
-            raise InputError("must be the name of a metric", path=at, value=name, mend='Write "effort.rms"')
+            raise InputError(
+                "must be the name of a metric", path=at, value=name, mend='Write "effort.rms"'
+            )
         chosen = variants
         metric = name
         for variant in variants:
@@ -167,7 +189,10 @@ class Sampling:
 
     @property
     def _dimensions(self) -> tuple[str, ...]:
-        return (*self.names, *(f"{name} of the second point" for name in self.names if self.indices))
+        return (
+            *self.names,
+            *(f"{name} of the second point" for name in self.names if self.indices),
+        )
 
     def _points(self, first: int, last: int) -> np.ndarray:
         """Return points; random points come from a separate stream for each seed and name."""
@@ -177,9 +202,13 @@ class Sampling:
         points = np.empty((last - first, len(self._dimensions)))
         begin = first // PER_COUNT
         for place, name in enumerate(self._dimensions):
-            key = int.from_bytes(hashlib.sha256(f"{self.seed} {name}".encode()).digest()[:16], "little")
+            key = int.from_bytes(
+                hashlib.sha256(f"{self.seed} {name}".encode()).digest()[:16], "little"
+            )
             generator = np.random.Generator(np.random.Philox(key=key, counter=begin))
-            points[:, place] = generator.random(last - begin * PER_COUNT)[first - begin * PER_COUNT :]
+            points[:, place] = generator.random(last - begin * PER_COUNT)[
+                first - begin * PER_COUNT :
+            ]
         return np.maximum(points, SMALLEST)
 
     @cached_property
@@ -192,7 +221,9 @@ class Sampling:
             method = qmc.LatinHypercube
         else:
             method = qmc.Sobol
-        generator: Any = {"seed": np.random.default_rng(self.seed)}  # later releases call it rng, and take both
+        generator: Any = {
+            "seed": np.random.default_rng(self.seed)
+        }  # later releases call it rng, and take both
         points = method(len(self._dimensions), **generator).random(self.rows)
         return np.clip(points, SMALLEST, 1.0 - SMALLEST)
 
@@ -279,7 +310,10 @@ class Study:
     def points(self) -> tuple[dict[str, Any], ...]:
         """Points of the grid: values by dotted key; without a grid a single empty point."""
         names = [target.path for target, _ in self.grid]
-        return tuple(dict(zip(names, values, strict=True)) for values in product(*(values for _, values in self.grid)))
+        return tuple(
+            dict(zip(names, values, strict=True))
+            for values in product(*(values for _, values in self.grid))
+        )
 
     @property
     def count(self) -> int:
@@ -289,7 +323,10 @@ class Study:
     @property
     def blocks(self) -> tuple[Block, ...]:
         """The runs in blocks."""
-        return tuple(Block(first, min(first + self.block, self.count)) for first in range(0, self.count, self.block))
+        return tuple(
+            Block(first, min(first + self.block, self.count))
+            for first in range(0, self.count, self.block)
+        )
 
     def seeds(self, block: Block) -> list[int]:
         """Return the seeds of the runs of a block."""
@@ -312,7 +349,9 @@ class Study:
         """Role of each column of a block, and its unit in SI."""
         probe = self.values(self.blocks[0])
         grid = {target.path for target, _ in self.grid}
-        columns = {name: {"role": "run", "unit": ""} for name in ("run", "seed", "status", "reason")}
+        columns = {
+            name: {"role": "run", "unit": ""} for name in ("run", "seed", "status", "reason")
+        }
         for path, unit in self.units.items():
             shape = probe[path].shape[1:]
             names = [path]
@@ -323,7 +362,11 @@ class Study:
                 role = "grid"
             columns |= {name: {"role": role, "unit": unit} for name in names}
         for metric in self.metrics:
-            columns[metric.column] = {"role": "metric", "unit": metric.unit, "description": metric.described}
+            columns[metric.column] = {
+                "role": "metric",
+                "unit": metric.unit,
+                "description": metric.described,
+            }
         return columns
 
     @property

@@ -30,7 +30,9 @@ FAILURES_SHOWN = 20
 WORST_SHOWN = 10
 
 
-def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], worst: Sequence[int] = ()) -> dict[str, Any]:
+def study_summary(
+    runs: Runs, *, command: str, provenance: Mapping[str, str], worst: Sequence[int] = ()
+) -> dict[str, Any]:
     """Return a study in numbers, in SI."""
     from bristle.apps.study.influence import rank_correlations, sobol_indices, spread_of
 
@@ -43,9 +45,13 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
     # Runs of one draw at several points, and runs for Sobol indices, are not independent.
     independent = not described["grid"] and not described["sobol_indices"]
     names, counts = np.unique(status, return_counts=True)
-    points = [({"at": point, "name": _named(point, runs)}, chosen) for point, chosen in _points_of_grid(runs)]
+    points = [
+        ({"at": point, "name": _named(point, runs)}, chosen)
+        for point, chosen in _points_of_grid(runs)
+    ]
     metrics = {
-        name: {key: described["columns"][name][key] for key in ("unit", "description")} | spread_of(columns[name], independent=independent)
+        name: {key: described["columns"][name][key] for key in ("unit", "description")}
+        | spread_of(columns[name], independent=independent)
         for name in described["metrics"]
     }
     if described["grid"]:
@@ -55,7 +61,11 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
         "done": runs.count,
         "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
         "failures": [
-            {"run": int(columns["run"][place]), "status": str(status[place]), "reason": str(reasons[place])}
+            {
+                "run": int(columns["run"][place]),
+                "status": str(status[place]),
+                "reason": str(reasons[place]),
+            }
             for place in failed[:FAILURES_SHOWN]
         ],
         "metrics": metrics,
@@ -77,7 +87,10 @@ def study_summary(runs: Runs, *, command: str, provenance: Mapping[str, str], wo
 def _named(point: Mapping[str, Any], runs: Runs) -> str:
     """Return a point of the grid as text."""
     units = {key: runs.described["columns"][key]["unit"] for key in point}
-    return ", ".join(f"{key} {value if isinstance(value, str) else with_unit(value, units[key] or '1')}" for key, value in point.items())
+    return ", ".join(
+        f"{key} {value if isinstance(value, str) else with_unit(value, units[key] or '1')}"
+        for key, value in point.items()
+    )
 
 
 def _points_of_grid(runs: Runs) -> list[tuple[dict[str, Any], np.ndarray]]:
@@ -85,7 +98,10 @@ def _points_of_grid(runs: Runs) -> list[tuple[dict[str, Any], np.ndarray]]:
     grid = runs.described["grid"]
     points = list(product(*grid.values()))
     place = runs.columns["run"].astype(int) % len(points)
-    return [(dict(zip(grid, point, strict=True)), place == number) for number, point in enumerate(points)]
+    return [
+        (dict(zip(grid, point, strict=True)), place == number)
+        for number, point in enumerate(points)
+    ]
 
 
 def study_sentences(summary: Mapping[str, Any]) -> list[str]:
@@ -93,14 +109,22 @@ def study_sentences(summary: Mapping[str, Any]) -> list[str]:
     failed = summary["done"] - summary["statuses"].get(OK, 0)
     lines = []
     if summary["done"] < summary["runs"]:
-        lines.append(f"{summary['done']} of {summary['runs']} runs are complete: repeat the same command to continue.")
+        lines.append(
+            f"{summary['done']} of {summary['runs']} runs are complete: repeat the same command to continue."
+        )
     if failed:
-        kinds = ", ".join(f"{count} {name}" for name, count in summary["statuses"].items() if name != OK)
+        kinds = ", ".join(
+            f"{count} {name}" for name, count in summary["statuses"].items() if name != OK
+        )
         lines.append(f"{failed} of {summary['done']} runs failed: {kinds}.")
     for name, entry in summary["metrics"].items():
         if entry["count"]:
-            low, median, high = (with_unit(entry[key], entry["unit"]) for key in ("low", "median", "high"))
-            lines.append(f"{capital(entry['description'])}: median {median}, 90 % of the runs from {low} to {high}.")
+            low, median, high = (
+                with_unit(entry[key], entry["unit"]) for key in ("low", "median", "high")
+            )
+            lines.append(
+                f"{capital(entry['description'])}: median {median}, 90 % of the runs from {low} to {high}."
+            )
             lines += _strongest(name, summary)
     return lines
 
@@ -108,7 +132,11 @@ def study_sentences(summary: Mapping[str, Any]) -> list[str]:
 def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
     """Return the drawn cause with the strongest correlation to a metric."""
     at = {key for entry in summary["metrics"][metric].get("points", ()) for key in entry["at"]}
-    entries = [entry for entry in summary["rank_correlations"] if entry["metric"] == metric and entry["cause"] not in at]
+    entries = [
+        entry
+        for entry in summary["rank_correlations"]
+        if entry["metric"] == metric and entry["cause"] not in at
+    ]
     if not entries:
         return []
     first = max(entries, key=lambda entry: abs(entry["value"]))
@@ -117,7 +145,9 @@ def _strongest(metric: str, summary: Mapping[str, Any]) -> list[str]:
     way = "falls"
     if first["value"] > 0.0:
         way = "rises"
-    return [f"This number {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."]
+    return [
+        f"This number {way} most with {first['cause']} (rank correlation {_signed(first['value'])})."
+    ]
 
 
 def _signed(value: float) -> str:
@@ -139,11 +169,18 @@ def spread_tables(summary: Mapping[str, Any]) -> list[Table]:
         named = {"": entry}
         if "points" in entry:
             named = {"all": entry} | {point["name"]: point for point in points}
-        rows = [(name, str(row["count"]), *(_cell(row, key, column) for key in STATISTICS)) for name, row in named.items()]
+        rows = [
+            (name, str(row["count"]), *(_cell(row, key, column) for key in STATISTICS))
+            for name, row in named.items()
+        ]
         unit = ""
         if column.scale.unit:
             unit = f" in {column.scale.unit}"
-        tables.append(Table(f"{capital(entry['description'])}{unit} ({name})", heads, rows).without_empty_columns())
+        tables.append(
+            Table(
+                f"{capital(entry['description'])}{unit} ({name})", heads, rows
+            ).without_empty_columns()
+        )
     return tables
 
 
@@ -159,25 +196,51 @@ def _cell(entry: Mapping[str, Any], key: str, column: Quantity) -> str:
     return interval_text(*(column.cell(end) if np.isfinite(end) else "?" for end in ends))
 
 
-def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()) -> str:
+def study_report(
+    runs: Runs, summary: Mapping[str, Any], *, command: str, figures: Sequence[ReportFigure] = ()
+) -> str:
     """Return the report of a study as an HTML page."""
     described = runs.described
     metric = next(iter(summary["metrics"]))
     worst_and_failed = []
     if summary["worst"]:
         unit = summary["metrics"][metric]["unit"]
-        again = [(str(entry["run"]), with_unit(entry[metric], unit), entry["command"]) for entry in summary["worst"]]
-        worst_and_failed.append(Table(f"The worst runs: those with the largest {metric}", ("Run", metric, "Command to repeat it"), again))
+        again = [
+            (str(entry["run"]), with_unit(entry[metric], unit), entry["command"])
+            for entry in summary["worst"]
+        ]
+        worst_and_failed.append(
+            Table(
+                f"The worst runs: those with the largest {metric}",
+                ("Run", metric, "Command to repeat it"),
+                again,
+            )
+        )
     if summary["failures"]:
-        failures = [(str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]]
-        worst_and_failed.append(Table(f"Failed runs (at most the first {FAILURES_SHOWN})", ("Run", "Status", "Reason"), failures))
-    columns = [(name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()]
+        failures = [
+            (str(entry["run"]), entry["status"], entry["reason"]) for entry in summary["failures"]
+        ]
+        worst_and_failed.append(
+            Table(
+                f"Failed runs (at most the first {FAILURES_SHOWN})",
+                ("Run", "Status", "Reason"),
+                failures,
+            )
+        )
+    columns = [
+        (name, about["role"], about["unit"] or "–") for name, about in described["columns"].items()
+    ]
     sections = [
         Section("results", "Results", study_sentences(summary)),
         Section("spread", "Distributions", [Figures("spread"), *spread_tables(summary)]),
         Section("influence", "Influence of each cause", _influence_tables(summary), "Influence"),
         Section("worst", "The worst runs", worst_and_failed, "Worst"),
-        Section("files", "The files", [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)], "Files"),
+        Section(
+            "files",
+            "The files",
+            [Table("Columns of the files in runs/", ("Column", "Role", "Unit"), columns)],
+            "Files",
+        ),
     ]
     spread = {
         name: (capital(entry["description"]), entry["unit"], _by_point(runs, name))
@@ -197,7 +260,12 @@ def study_report(runs: Runs, summary: Mapping[str, Any], *, command: str, figure
     elif summary["worst"]:
         step = Step("Look at the worst run:", summary["worst"][0]["command"])
     front = Front(heading, about, title=title, basis="(90 % of the runs)", cards=cards, next=step)
-    facts = {"study": runs, "spread": spread or None, "first_spread": spread.get(metric), "influence": influence or None}
+    facts = {
+        "study": runs,
+        "spread": spread or None,
+        "first_spread": spread.get(metric),
+        "influence": influence or None,
+    }
     options = {"command": command, "provenance": summary["provenance"], "figures": figures}
     return report_page("study", facts, front, sections, **options)
 
@@ -210,14 +278,19 @@ def _by_point(runs: Runs, metric: str) -> dict[str, np.ndarray]:
     return {_named(point, runs): runs.columns[metric][at] for point, at in points}
 
 
-def _title_and_cards(summary: Mapping[str, Any], metric: str, causes: Sequence[Mapping[str, Any]]) -> tuple[str, list[Card]]:
+def _title_and_cards(
+    summary: Mapping[str, Any], metric: str, causes: Sequence[Mapping[str, Any]]
+) -> tuple[str, list[Card]]:
     """Return the range of the first number over the runs, with its median, 95 % quantile and strongest cause."""
     entry = summary["metrics"][metric]
     failed = summary["done"] - summary["statuses"].get(OK, 0)
     failures = Card("Failed runs", str(failed), f"of {summary['done']}")
     if not entry["count"]:
         return "No run completed", [failures]
-    low, median, high = (with_unit(entry[key], entry["unit"]).replace(" ", "\u00a0") for key in ("low", "median", "high"))
+    low, median, high = (
+        with_unit(entry[key], entry["unit"]).replace(" ", "\u00a0")
+        for key in ("low", "median", "high")
+    )
     ends = entry["high_interval"]
     half = None
     if all(map(np.isfinite, ends)) and entry["high"]:
@@ -225,8 +298,13 @@ def _title_and_cards(summary: Mapping[str, Any], metric: str, causes: Sequence[M
     cards = [Card("Median", median), Card("95 % quantile", high, "", half), failures]
     if causes:
         first = max(causes, key=lambda influence: abs(influence["value"]))
-        cards.append(Card("Strongest cause", first["cause"], f"correlation {_signed(first['value'])}"))
-    return f"{capital(entry['description']).replace('root mean square', 'rms')}: {low} to {high}", cards
+        cards.append(
+            Card("Strongest cause", first["cause"], f"correlation {_signed(first['value'])}")
+        )
+    return (
+        f"{capital(entry['description']).replace('root mean square', 'rms')}: {low} to {high}",
+        cards,
+    )
 
 
 def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
@@ -244,12 +322,20 @@ def _influence_tables(summary: Mapping[str, Any]) -> list[Table]:
     ]
     strongest_first = sorted(summary["rank_correlations"], key=lambda entry: -abs(entry["value"]))
     ranks = [
-        {"Metric": name, "Cause": entry["cause"], "Rank correlation": _signed(entry["value"]), "95 % interval": _range(entry["interval"])}
+        {
+            "Metric": name,
+            "Cause": entry["cause"],
+            "Rank correlation": _signed(entry["value"]),
+            "95 % interval": _range(entry["interval"]),
+        }
         for name in summary["metrics"]
         for entry in strongest_first
         if entry["metric"] == name
     ]
-    tables = {"Sobol indices: shares of the variance": shares, "Rank correlation of each cause with each metric": ranks}
+    tables = {
+        "Sobol indices: shares of the variance": shares,
+        "Rank correlation of each cause with each metric": ranks,
+    }
     return [Table.of(caption, rows) for caption, rows in tables.items() if rows]
 
 

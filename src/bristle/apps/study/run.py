@@ -13,7 +13,15 @@ from bristle.apps.study.block import FAILED, Simulator, row_of
 from bristle.apps.study.plan import Block, Study
 from bristle.apps.study.store import Runs, Store, opened
 from bristle.apps.study.workers import Cluster, Here, Make, OwnCluster
-from bristle.core import InputError, MissingExtraError, Progress, core_count, guarded, optional, whole
+from bristle.core import (
+    InputError,
+    MissingExtraError,
+    Progress,
+    core_count,
+    guarded,
+    optional,
+    whole,
+)
 from bristle.simulation import SimulationResult
 
 
@@ -73,7 +81,12 @@ def run_study(
 
 
 def run_within(
-    store: Store, *, workers: int | None = None, scheduler: str | None = None, progress: Progress | None = None, simulator: Make = Simulator
+    store: Store,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    simulator: Make = Simulator,
 ) -> Ran:
     """Run the missing blocks of a study in its folder, locked by this process; see `run_study`."""
     study = store.study
@@ -97,18 +110,27 @@ def run_within(
                 at_first = ran
                 started = time.monotonic()
             if progress is not None:
-                progress((before + ran) / study.count, f"{before + ran} of {study.count} runs{left}")
+                progress(
+                    (before + ran) / study.count, f"{before + ran} of {study.count} runs{left}"
+                )
     return Ran(len(present), tuple(crew.lost))
 
 
 WORKERS = optional(whole(1))
 
 
-def _crew(study: Any, missing: int, workers: int | None, scheduler: str | None, make: Make) -> Cluster | Here:
+def _crew(
+    study: Any, missing: int, workers: int | None, scheduler: str | None, make: Make
+) -> Cluster | Here:
     """Return the simulator of the missing blocks."""
     workers = WORKERS(workers, "workers", None)
     if scheduler is not None and workers is not None:
-        raise InputError("cannot be chosen together with a scheduler", path="workers", value=workers, mend="Remove workers or scheduler")
+        raise InputError(
+            "cannot be chosen together with a scheduler",
+            path="workers",
+            value=workers,
+            mend="Remove workers or scheduler",
+        )
     if not missing:
         return Here(lambda _: {})  # which has nothing to do
     if scheduler is not None:
@@ -142,7 +164,12 @@ def in_words(seconds: float) -> str:
 def repeat_run(study: Study, number: int) -> SimulationResult:
     """Return one run of a study, simulated again with its signals."""
     if not 0 <= number < study.count:
-        raise InputError("is not a run of this study", path="--run", value=number, allowed=f"0 to {study.count - 1}")
+        raise InputError(
+            "is not a run of this study",
+            path="--run",
+            value=number,
+            allowed=f"0 to {study.count - 1}",
+        )
     return Simulator(study).run(number)
 
 

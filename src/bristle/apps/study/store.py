@@ -32,9 +32,13 @@ class Store:
         self.folder = folder.path
         self.study = study
         self.damaged = list(damaged)
-        self.pyarrow, self.parquet = (library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet"))
+        self.pyarrow, self.parquet = (
+            library(name, *OF_STUDIES) for name in ("pyarrow", "pyarrow.parquet")
+        )
         texts = [name for name, values in self._probe().items() if values.dtype.kind == "U"]
-        self.schema = self.pyarrow.schema(self._field(name, column, texts) for name, column in study.columns.items())
+        self.schema = self.pyarrow.schema(
+            self._field(name, column, texts) for name, column in study.columns.items()
+        )
 
     def _field(self, name: str, column: Mapping[str, str], texts: Sequence[str]) -> object:
         """Return the field of a column in the schema, a text or a number."""
@@ -50,7 +54,9 @@ class Store:
     def begin(self, provenance: Mapping[str, str]) -> None:
         """Write the description into the folder; refuse a folder of another study."""
         if self.grown.is_whole(STUDY):
-            refuse_another(study_in(self.folder)["described"], plain(self.study.described), self.folder)
+            refuse_another(
+                study_in(self.folder)["described"], plain(self.study.described), self.folder
+            )
         else:
             study = self.study
             described = {
@@ -71,7 +77,9 @@ class Store:
                 "provenance": provenance,
             }
             text = as_json(described)
-            if any(name.startswith(f"{RUNS}/") for name in self.grown.names) and not self.grown.has_held(STUDY, text):
+            if any(
+                name.startswith(f"{RUNS}/") for name in self.grown.names
+            ) and not self.grown.has_held(STUDY, text):
                 raise InputError(
                     "is missing, and the runs in this folder do not identify their study",
                     path=str(self.folder / STUDY),
@@ -83,7 +91,11 @@ class Store:
     def blocks_present(self) -> set[int]:
         """Return the first runs of the complete blocks; set damaged blocks, and other files under their names, aside."""
         blocks = _named_blocks(self.study)
-        others = [name for name in blocks if name not in self.grown.names and os.path.lexists(self.grown / name)]
+        others = [
+            name
+            for name in blocks
+            if name not in self.grown.names and os.path.lexists(self.grown / name)
+        ]
         self.grown.set_all_aside([*self.damaged, *others])
         self.damaged = []
         names = [name for name in self.grown.names if name.startswith(f"{RUNS}/")]
@@ -99,7 +111,9 @@ class Store:
     def write(self, block: Block, columns: Mapping[str, Any]) -> None:
         """Write a block. Its file appears under its name only when it is complete."""
         arrays = [self._array(columns[field.name], field) for field in self.schema]
-        self.write_table(f"{RUNS}/{block.file}", self.pyarrow.Table.from_arrays(arrays, schema=self.schema))
+        self.write_table(
+            f"{RUNS}/{block.file}", self.pyarrow.Table.from_arrays(arrays, schema=self.schema)
+        )
 
     def write_table(self, name: str, table: Any) -> None:
         """Write a table into a file of the folder."""
@@ -126,14 +140,20 @@ AnyStore = TypeVar("AnyStore", bound=Store)
 
 
 @contextmanager
-def opened(folder: str | Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store) -> Iterator[AnyStore]:
+def opened(
+    folder: str | Path, study: Any, provenance: Mapping[str, str], kind: type[AnyStore] = Store
+) -> Iterator[AnyStore]:
     """Open the folder of a study for this process alone, new or that of the same study."""
     blocks = _named_blocks(study)
 
     def is_block(name: str) -> bool:
         return name.startswith(f"{RUNS}/")
 
-    def is_used(name: str) -> bool:  # users may keep other files in the folder; those under the names of blocks are set aside
+    def is_used(
+        name: str,
+    ) -> (
+        bool
+    ):  # users may keep other files in the folder; those under the names of blocks are set aside
         return name in WRITTEN or (name.partition("/")[0] == RUNS and name not in blocks)
 
     with growing_folder(folder, kind.kind, made_anew=is_block, used=is_used) as (grown, damaged):
@@ -169,7 +189,11 @@ def refuse_another(before: Any, now: Any, folder: Path) -> None:
             more = ", and there is 1 more difference"
         elif len(differences) > 2:
             more = f", and there are {len(differences) - 1} more differences"
-        raise InputError(f"contains another study: {differences[0]}{more}", path=str(folder), mend="Name another folder")
+        raise InputError(
+            f"contains another study: {differences[0]}{more}",
+            path=str(folder),
+            mend="Name another folder",
+        )
 
 
 def _differences(before: Any, now: Any, path: str) -> Iterator[str]:
@@ -227,7 +251,9 @@ def runs_in(folder: str | Path) -> Runs:
         tables = [parquet.read_table(place / RUNS / name, use_threads=False) for name in files]
     except (pyarrow.ArrowException, OSError) as error:
         raise InputError(
-            f"cannot be read ({error})", path=str(place / RUNS), mend="Repeat the command of the study: it replaces damaged files"
+            f"cannot be read ({error})",
+            path=str(place / RUNS),
+            mend="Repeat the command of the study: it replaces damaged files",
         ) from None
     if not tables:
         return Runs(described, {name: np.empty(0) for name in described["columns"]})
@@ -276,7 +302,9 @@ def read_study(folder: str | Path) -> Any:
     xarray = library("xarray", "read_study()")
     described = runs.described
     grid: dict[str, list[Any]] = described["grid"]
-    attributes = {key: described[key] for key in ("name", "kind", "seed", "sampling") if key in described}
+    attributes = {
+        key: described[key] for key in ("name", "kind", "seed", "sampling") if key in described
+    }
     data = xarray.Dataset(attrs=attributes)
     shape = (described["draws"], *(len(values) for values in grid.values()))
     dimensions = ("run",)
@@ -304,4 +332,10 @@ def read_study(folder: str | Path) -> Any:
     else:
         data = data.assign_coords(run=numbers)
     # Columns that accompany the numbers of a run.
-    return data.set_coords([name for name in ("seed", "folder", "log", "time_of_log", "status", "reason") if name in data])
+    return data.set_coords(
+        [
+            name
+            for name in ("seed", "folder", "log", "time_of_log", "status", "reason")
+            if name in data
+        ]
+    )

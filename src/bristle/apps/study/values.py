@@ -8,8 +8,26 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import Experiment, InputError, Kind, Model, Origin, Variable, Variant, content_of, did_you_mean, located
-from bristle.files import check_keys, key_of, number_at, read_arrays, read_model, variables_of_section
+from bristle.core import (
+    Experiment,
+    InputError,
+    Kind,
+    Model,
+    Origin,
+    Variable,
+    Variant,
+    content_of,
+    did_you_mean,
+    located,
+)
+from bristle.files import (
+    check_keys,
+    key_of,
+    number_at,
+    read_arrays,
+    read_model,
+    variables_of_section,
+)
 
 WHOLE_NUMBERS = ("delay", "substeps", "trials")
 EXAMPLES = {
@@ -114,14 +132,19 @@ def target_at(path: str, experiment: Experiment, data: Mapping[str, Any], place:
     return Target(path, registry[name], kind, is_whole and not registry[name].choices)
 
 
-def _variables(section: str, variant: Variant, data: Mapping[str, Any], place: str) -> Mapping[str, Variable]:
+def _variables(
+    section: str, variant: Variant, data: Mapping[str, Any], place: str
+) -> Mapping[str, Variable]:
     """Return the values of a section without a model."""
     variables = variables_of_section(section, variant, data)
     if variables is not None:
         return variables
     sections = [*sections_of(variant), "run"]
     raise InputError(
-        "is not a value of this experiment", path=place, allowed=f"a key below {', '.join(sections)}", mend=did_you_mean(section, sections)
+        "is not a value of this experiment",
+        path=place,
+        allowed=f"a key below {', '.join(sections)}",
+        mend=did_you_mean(section, sections),
     )
 
 
@@ -148,7 +171,9 @@ class Drawn:
         first = self.numbers[0]
         second = self.numbers[-1]
         if self.distribution == "choice":
-            places = np.minimum((unit_numbers * len(self.numbers)).astype(int), len(self.numbers) - 1)
+            places = np.minimum(
+                (unit_numbers * len(self.numbers)).astype(int), len(self.numbers) - 1
+            )
             values = np.array(self.numbers)[places]
         elif self.distribution == "normal":
             from scipy.special import ndtri
@@ -185,7 +210,11 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
     for key, value in table.items():
         if key not in DISTRIBUTIONS:
             raise InputError(
-                "is not a distribution", path=f"{path}.{key}", value=value, allowed=allowed, mend=did_you_mean(key, DISTRIBUTIONS)
+                "is not a distribution",
+                path=f"{path}.{key}",
+                value=value,
+                allowed=allowed,
+                mend=did_you_mean(key, DISTRIBUTIONS),
             )
     if len(table) != 1:
         fault = "has no distribution"
@@ -199,7 +228,9 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
     if name == "choice":
         count = "at least one value"
     if not isinstance(values, list) or not values or (name != "choice" and len(values) != 2):
-        raise InputError("does not fit", path=place, value=values, allowed=count, mend=f"Write {EXAMPLES[name]}")
+        raise InputError(
+            "does not fit", path=place, value=values, allowed=count, mend=f"Write {EXAMPLES[name]}"
+        )
     if name == "choice":
         return Drawn(target, name, target.numbers(values, place))
     if target.is_whole or target.variable.choices:
@@ -211,19 +242,34 @@ def drawn_from(table: Mapping[str, Any], target: Target, path: str) -> Drawn:
         )
     first = target.number(values[0], f"{place}[0]")
     if name == "normal":
-        width = number_at(values[1], replace(target.variable, min=0.0, max=math.inf), target.kind, f"{place}[1]")
+        width = number_at(
+            values[1], replace(target.variable, min=0.0, max=math.inf), target.kind, f"{place}[1]"
+        )
         if not width > 0.0:
             raise InputError(
-                "must be positive", path=f"{place}[1]", value=values[1], allowed="> 0", mend="The second value is the standard deviation"
+                "must be positive",
+                path=f"{place}[1]",
+                value=values[1],
+                allowed="> 0",
+                mend="The second value is the standard deviation",
             )
         return Drawn(target, name, (first, width))
     second = target.number(values[1], f"{place}[1]")
     if not first < second:
         raise InputError(
-            "must be above the lowest value", path=f"{place}[1]", value=values[1], allowed=f"> {first:g}", mend=f"Write {EXAMPLES[name]}"
+            "must be above the lowest value",
+            path=f"{place}[1]",
+            value=values[1],
+            allowed=f"> {first:g}",
+            mend=f"Write {EXAMPLES[name]}",
         )
     if name == "log_uniform" and not first > 0.0:
-        raise InputError("must be positive, because log_uniform takes its logarithm", path=f"{place}[0]", value=values[0], allowed="> 0")
+        raise InputError(
+            "must be positive, because log_uniform takes its logarithm",
+            path=f"{place}[0]",
+            value=values[0],
+            allowed="> 0",
+        )
     return Drawn(target, name, (first, second))
 
 
@@ -238,37 +284,59 @@ class Fitted:
     origin: Origin
 
 
-def fitted_at(table: Mapping[str, Any], folder: Path, path: str, *, allow_code: bool = False) -> Fitted:
+def fitted_at(
+    table: Mapping[str, Any], folder: Path, path: str, *, allow_code: bool = False
+) -> Fitted:
     """Return the draws named by a table such as ``{ from = "results", draws = "bootstrap" }``."""
     check_keys(table, OF_FIT, path)
     for key in OF_FIT:
         if key not in table:
-            raise InputError(f"needs the key {key}", path=path, mend='Write { from = "results", draws = "bootstrap" }')
+            raise InputError(
+                f"needs the key {key}",
+                path=path,
+                mend='Write { from = "results", draws = "bootstrap" }',
+            )
     if table["draws"] != "bootstrap":
-        raise InputError("are not draws of an identification", path=f"{path}.draws", value=table["draws"], allowed="bootstrap")
+        raise InputError(
+            "are not draws of an identification",
+            path=f"{path}.draws",
+            value=table["draws"],
+            allowed="bootstrap",
+        )
     named = table["from"]
     if not isinstance(named, str) or not named:
-        raise InputError("must be the name of a folder of results", path=f"{path}.from", value=named)
+        raise InputError(
+            "must be the name of a folder of results", path=f"{path}.from", value=named
+        )
     results = folder / named
     file = results / "model.toml"
     with located(f"{path}.from"):
         plant, friction, info = read_model(file, allow_code=allow_code)
         draws = read_arrays(results, "draws")
     if draws:
-        file = next(file for file in (results / "draws.parquet", results / "draws.npz") if file.is_file())
+        file = next(
+            file for file in (results / "draws.parquet", results / "draws.npz") if file.is_file()
+        )
     else:
         draws = (info["bands"] or {}).get("draws", {})
     if not draws:
         raise InputError(
-            "names results without draws and intervals", path=f"{path}.from", value=named, mend="Identify again with --draws 1000"
+            "names results without draws and intervals",
+            path=f"{path}.from",
+            value=named,
+            mend="Identify again with --draws 1000",
         )
     return Fitted(named, plant, friction, draws, content_of(file).origin)
 
 
-def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def columns_of(
+    fitted: Fitted, section: str, experiment: Experiment, path: str
+) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Return the draws of one section of an experiment by dotted key, in SI, and their units."""
     if section not in SECTIONS:
-        raise InputError("cannot use draws of an identification", path=path, allowed=" or ".join(SECTIONS))
+        raise InputError(
+            "cannot use draws of an identification", path=path, allowed=" or ".join(SECTIONS)
+        )
     own = sections_of(experiment.variants[0])[section]
     drawn = fitted.plant
     if section == "friction":
@@ -283,14 +351,20 @@ def columns_of(fitted: Fitted, section: str, experiment: Experiment, path: str) 
             value=fitted.folder,
             mend=f'Write file = "{fitted.folder}/model.toml" under [friction] of the experiment',
         )
-    variables = {name: own.component.variables[name] for name in fitted.draws if name in own.component.variables}
+    variables = {
+        name: own.component.variables[name]
+        for name in fitted.draws
+        if name in own.component.variables
+    }
     if not variables:
         message = f"the draws contain no parameter of {own.name}, only {', '.join(fitted.draws)}"
         raise InputError(message, path=path, value=fitted.folder)
     count = min(len(values) for values in fitted.draws.values())
     columns = {f"{section}.{key_of(name)}": fitted.draws[name][:count] for name in variables}
     units = {
-        f"{section}.{key_of(name)}": "" if variable.quantity == "1" else variable.unit(experiment.kind)
+        f"{section}.{key_of(name)}": ""
+        if variable.quantity == "1"
+        else variable.unit(experiment.kind)
         for name, variable in variables.items()
     }
     return columns, units

@@ -30,16 +30,30 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from bristle.apps.study.plan import Block
-from bristle.core import LOADING, Abreast, BristleError, InputError, InputWarning, cores_for_simulations, library, said_by_library
+from bristle.core import (
+    LOADING,
+    Abreast,
+    BristleError,
+    InputError,
+    InputWarning,
+    cores_for_simulations,
+    library,
+    said_by_library,
+)
 
 TRIES = 5  # of the processes of this machine, if they fail to start
 PATIENCE = 0.2  # [s]: interval of checks for signals
 AHEAD = 4  # blocks for each worker: one in simulation, others in its queue
-WANTED_BY = ("bristle study --scheduler", "study")  # command that needs a cluster, and the extra with its libraries
+WANTED_BY = (
+    "bristle study --scheduler",
+    "study",
+)  # command that needs a cluster, and the extra with its libraries
 ANSWERS = 10.0  # [s] timeout for an answer of the scheduler
 WORKERS_JOIN = 60.0  # [s] timeout for the first worker, and for the next worker of this machine
 # A worker or scheduler ends if it cannot unpickle a function of bristle, so tasks call built-in functions.
-SIMULATED = "__import__('bristle.apps.study.workers', fromlist=['']).simulated(plan, software, first, last)"
+SIMULATED = (
+    "__import__('bristle.apps.study.workers', fromlist=['']).simulated(plan, software, first, last)"
+)
 SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 DASK = {
     "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "None",  # a long run in compiled code is no sign of a dead worker
@@ -73,7 +87,9 @@ class Here:
         if self.workers == 1:
             yield from ((block, self.simulate(block)) for block in blocks)
             return
-        with warnings.catch_warnings(action="ignore"):  # around all threads, because each thread would restore the filters of another
+        with warnings.catch_warnings(
+            action="ignore"
+        ):  # around all threads, because each thread would restore the filters of another
             yield from _in_threads(self.simulate, blocks, self.workers)
 
 
@@ -99,17 +115,30 @@ class Cluster:
             pool = client.get_executor(pure=False)
             content = pickle.dumps((self.make, self.study), protocol=pickle.HIGHEST_PROTOCOL)
             with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", "Sending large graph")  # the study is sent only once
+                warnings.filterwarnings(
+                    "ignore", "Sending large graph"
+                )  # the study is sent only once
                 plan = client.submit(bytes, content, pure=False)
 
             def submit(block: Block) -> Future[Any]:
-                return pool.submit(eval, SIMULATED, {"plan": plan, "software": described(), "first": block.first, "last": block.last})
+                return pool.submit(
+                    eval,
+                    SIMULATED,
+                    {
+                        "plan": plan,
+                        "software": described(),
+                        "first": block.first,
+                        "last": block.last,
+                    },
+                )
 
             def alone() -> int:
                 self._threads(client)  # an error if no worker can come any more
                 return 1
 
-            yield from self._arrived(_as_ready(submit, blocks, lambda: AHEAD * max(self._threads(client), 1)))
+            yield from self._arrived(
+                _as_ready(submit, blocks, lambda: AHEAD * max(self._threads(client), 1))
+            )
             suspects = self.lost
             self.lost = []
             for block in suspects:
@@ -131,7 +160,13 @@ class Cluster:
             try:
                 with Abreast(1) as thread:  # this thread may run an event loop, as in a notebook
                     thread.submit(asyncio.run, asyncio.wait_for(identity(), ANSWERS)).result()
-                client = distributed.Client(self.address, timeout=ANSWERS, security=self._security, set_as_default=False, name="bristle")
+                client = distributed.Client(
+                    self.address,
+                    timeout=ANSWERS,
+                    security=self._security,
+                    set_as_default=False,
+                    name="bristle",
+                )
                 fault = "the scheduler has no workers"
                 client.wait_for_workers(1, timeout=WORKERS_JOIN)
             except Exception as error:  # noqa: BLE001  (what answers there may be anything)
@@ -157,7 +192,9 @@ class Cluster:
             raise self._scheduler_lost() from None
 
     def _scheduler_lost(self) -> BristleError:
-        mend = "The results written so far remain. Start scheduler and workers, and repeat the command"
+        mend = (
+            "The results written so far remain. Start scheduler and workers, and repeat the command"
+        )
         return self._fault("the scheduler no longer answers", mend)
 
     def _fault(self, message: str, mend: str) -> BristleError:
@@ -178,9 +215,17 @@ class Cluster:
             if outcome == "failed":
                 raise WorkerError.at(block, content)
             if outcome == "unfit":
-                mend = "Install the allowed versions on this worker and restart the worker, or stop it"
+                mend = (
+                    "Install the allowed versions on this worker and restart the worker, or stop it"
+                )
                 allowed = ", ".join(f"{name} {value}" for name, value in described().items())
-                raise InputError("the software of a worker differs", path=self.address, value=content, allowed=allowed, mend=mend)
+                raise InputError(
+                    "the software of a worker differs",
+                    path=self.address,
+                    value=content,
+                    allowed=allowed,
+                    mend=mend,
+                )
             yield block, content
 
 
@@ -195,7 +240,9 @@ class OwnCluster(Cluster):
 
     @contextmanager
     def _connected(self) -> Iterator[Any]:
-        self._security = self._library.Security.temporary()  # other users of this machine can reach the scheduler
+        self._security = (
+            self._library.Security.temporary()
+        )  # other users of this machine can reach the scheduler
         with self._held(), super()._connected() as client:
             self._last_alive = time.monotonic()
             yield client
@@ -207,10 +254,18 @@ class OwnCluster(Cluster):
         pipe = subprocess.PIPE
         ending = 0
         with TemporaryDirectory(prefix="bristle-", ignore_cleanup_errors=True) as folder:
-            options = {"n_workers": self.workers, "security": self._security, "local_directory": folder}
+            options = {
+                "n_workers": self.workers,
+                "security": self._security,
+                "local_directory": folder,
+            }
             for _ in range(TRIES):
                 with subprocess.Popen(
-                    [sys.executable, "-c", code], env=os.environ | SINGLE | DASK, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL
+                    [sys.executable, "-c", code],
+                    env=os.environ | SINGLE | DASK,
+                    stdin=pipe,
+                    stdout=pipe,
+                    stderr=subprocess.DEVNULL,
                 ) as holder:
                     try:
                         self.address = _answer(holder, options)
@@ -223,7 +278,9 @@ class OwnCluster(Cluster):
         cause = f"with code {ending}"
         if ending < 0:
             cause = f"by signal {-ending}"
-        raise WorkerError(f"the processes of this machine ended {TRIES} times before they could start, the last time {cause}")
+        raise WorkerError(
+            f"the processes of this machine ended {TRIES} times before they could start, the last time {cause}"
+        )
 
     def _announce_code(self) -> None:
         """Say nothing: the user allowed the code on this machine."""
@@ -238,7 +295,9 @@ class OwnCluster(Cluster):
         return threads
 
     def _fault(self, message: str, mend: str) -> BristleError:
-        return WorkerError(f"on this machine, {message}. The finished runs stay. Check the free memory, then repeat the command")
+        return WorkerError(
+            f"on this machine, {message}. The finished runs stay. Check the free memory, then repeat the command"
+        )
 
 
 def _answer(process: Any, message: object) -> str:
@@ -254,7 +313,11 @@ def _answer(process: Any, message: object) -> str:
 @contextmanager
 def _silent() -> Iterator[None]:
     """Silence messages of Dask about lost connections, because bristle reports their effects."""
-    names = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in ("distributed", "tornado", "asyncio")]
+    names = [
+        name
+        for name in logging.root.manager.loggerDict
+        if name.partition(".")[0] in ("distributed", "tornado", "asyncio")
+    ]
     loggers = [logger for logger in map(logging.getLogger, names) if not logger.disabled]
     try:
         for logger in loggers:
@@ -284,7 +347,9 @@ def checksum_of_code(root: Path) -> str:
 def simulated(plan: bytes, software: dict[str, str], first: int, last: int) -> tuple[str, Any]:
     """Return the columns of a block on a worker of a cluster; or the differences, if its software is not that of the command."""
     if described() != software:
-        different = ", ".join(f"{name} {value}" for name, value in described().items() if software.get(name) != value)
+        different = ", ".join(
+            f"{name} {value}" for name, value in described().items() if software.get(name) != value
+        )
         return "unfit", f"{different} on {platform.node()}"
 
     def columns() -> dict[str, Any]:
@@ -321,11 +386,15 @@ def _as_ready(
             yield under_way.pop(future), future
 
 
-def _in_threads(simulate: Callable[[Block], Any], blocks: Iterable[Block], threads: int) -> Iterator[tuple[Block, Any]]:
+def _in_threads(
+    simulate: Callable[[Block], Any], blocks: Iterable[Block], threads: int
+) -> Iterator[tuple[Block, Any]]:
     """Yield blocks with the results of a function called in threads, as they finish."""
     pool = Abreast(threads)
     try:
-        for block, future in _as_ready(partial(pool.submit, simulate), blocks, lambda: AHEAD * threads):
+        for block, future in _as_ready(
+            partial(pool.submit, simulate), blocks, lambda: AHEAD * threads
+        ):
             yield block, future.result()
     finally:
         pool.shutdown(cancel_futures=True)

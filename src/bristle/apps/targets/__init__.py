@@ -11,4 +11,10 @@ if TYPE_CHECKING:
 
 __getattr__ = loaded_from(__name__)
 
-__all__ = ["DescribingFunction", "DrakeFriction", "FrictionRegressor", "FrictionSystem", "to_control"]
+__all__ = [
+    "DescribingFunction",
+    "DrakeFriction",
+    "FrictionRegressor",
+    "FrictionSystem",
+    "to_control",
+]

@@ -22,7 +22,10 @@ class CasadiFiles(CFiles):
         fields = [field | {"at": at} for at, field in enumerate(self.derived.fields(printer), 1)]
         return super().facts() | {
             "fields": fields,
-            "numbers": [f"parameters.{place_of(name, within, printer)}" for name, within, _ in self.derived.tuned.numbers()],
+            "numbers": [
+                f"parameters.{place_of(name, within, printer)}"
+                for name, within, _ in self.derived.tuned.numbers()
+            ],
             "states": 1 + len(fields) + self.subject.memory_size,
         }
 

@@ -19,7 +19,12 @@ from bristle.exports.targets import Product, Request
 from bristle.exports.tunable import tunable_of
 from bristle.models.friction.resting import HELD
 
-HEAD = [("position", ctypes.c_double), ("begun", ctypes.c_int32), ("force", ctypes.c_double), ("flags", ctypes.c_int32)]
+HEAD = [
+    ("position", ctypes.c_double),
+    ("begun", ctypes.c_int32),
+    ("force", ctypes.c_double),
+    ("flags", ctypes.c_int32),
+]
 
 
 class CudaPrinter(Printer):
@@ -40,12 +45,18 @@ class CudaFiles(CFiles):
     printer = CudaPrinter
     fixed = (HELD,)
     device: ClassVar[str] = "__device__ "
-    templates: ClassVar[Mapping[str, str]] = {"{}.cu": "cuda/source.cu", "README.md": "cuda/README.md"}
+    templates: ClassVar[Mapping[str, str]] = {
+        "{}.cu": "cuda/source.cu",
+        "README.md": "cuda/README.md",
+    }
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
         facts = self.lane_facts()
-        files = {file.format(self.request.name): rendered(template, facts) for file, template in self.templates.items()}
+        files = {
+            file.format(self.request.name): rendered(template, facts)
+            for file, template in self.templates.items()
+        }
         return with_rights(files, self.request.source)
 
     def lane_facts(self) -> dict[str, Any]:
@@ -55,8 +66,13 @@ class CudaFiles(CFiles):
             numbers = tunable_of(subject.model, self.fixed).numbers()
             columns = [name if place is None else f"{name}[{place}]" for name, place, _ in numbers]
         # The layout of a lane in C.
-        integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[self.printer(subject.unit).integer]
-        lane = [*HEAD, *([("state", _layout(subject.state, integer))] if subject.state.fields else [])]
+        integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[
+            self.printer(subject.unit).integer
+        ]
+        lane = [
+            *HEAD,
+            *([("state", _layout(subject.state, integer))] if subject.state.fields else []),
+        ]
         counts = {"memory": subject.memory_size, "parameters": len(columns)}
         lane += [(name, ctypes.c_double * count) for name, count in counts.items() if count]
         return self.facts() | {

@@ -73,5 +73,7 @@ class DrakeFriction(LeafSystem):
         following.set_value(np.array([1.0, *self._moved(context)]))
 
     def _effort(self, context: Any, output: BasicVector) -> None:
-        force = self._contact.output(0.0, self._moved(context), (self.EvalVectorInput(context, 1).GetAtIndex(0),), None)
+        force = self._contact.output(
+            0.0, self._moved(context), (self.EvalVectorInput(context, 1).GetAtIndex(0),), None
+        )
         output.SetAtIndex(0, -float(force[0]))

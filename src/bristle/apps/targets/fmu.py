@@ -16,7 +16,15 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.apps.targets.fmu_content import MARGIN, RATE, START, Content, Setting, content_of, content_of_law
+from bristle.apps.targets.fmu_content import (
+    MARGIN,
+    RATE,
+    START,
+    Content,
+    Setting,
+    content_of,
+    content_of_law,
+)
 from bristle.apps.targets.fmu_description import build_text, description_text
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
@@ -25,7 +33,17 @@ from bristle.engine.translation.tree import Array, Function
 from bristle.exports.c import FLAGS, compiler
 from bristle.exports.c_code import Printer, number
 from bristle.exports.c_parts import array_text, assembled, constant_text, declared, helpers_text
-from bristle.exports.described import PACKAGES, Source, hash_of_model, hash_on_plant, plain, rendered, text_of, version, with_rights
+from bristle.exports.described import (
+    PACKAGES,
+    Source,
+    hash_of_model,
+    hash_on_plant,
+    plain,
+    rendered,
+    text_of,
+    version,
+    with_rights,
+)
 from bristle.exports.law import Law
 from bristle.exports.subject import digest_of, subject_of
 from bristle.exports.targets import Product, Request
@@ -69,9 +87,20 @@ def _library(command: list[str], name: str, sources: Mapping[str, str], suffix: 
         for file, text in sources.items():
             (Path(folder) / file).write_text(text, encoding="utf-8")
         output = Path(folder) / f"{name}{suffix}"
-        line = [*command, "-O2", *FLAGS.split(), "-shared", f"{name}.c", "-o", output.name, *([] if suffix == ".dll" else ["-lm"])]
+        line = [
+            *command,
+            "-O2",
+            *FLAGS.split(),
+            "-shared",
+            f"{name}.c",
+            "-o",
+            output.name,
+            *([] if suffix == ".dll" else ["-lm"]),
+        ]
         try:
-            ran = subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
+            ran = subprocess.run(
+                line, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False
+            )
         except (OSError, subprocess.TimeoutExpired) as error:
             return type(error).__name__
         if ran.returncode or not output.is_file():
@@ -82,7 +111,9 @@ def _library(command: list[str], name: str, sources: Mapping[str, str], suffix: 
 def write(request: Request, *, fmi: int) -> Product:
     """Return an FMU of the friction, and another FMU of friction and plant."""
     name, plant, source = request.name, request.plant, request.source
-    notes = [f"the internal step is {request.dt:g} s; at this step, results are identical to those of bristle"]
+    notes = [
+        f"the internal step is {request.dt:g} s; at this step, results are identical to those of bristle"
+    ]
     if rest_rule(request.sampled):
         notes.append(
             f"a mass connected to {name}.fmu creeps at rest, because the model has no memory: use {name}_mass.fmu, or a model with memory"
@@ -92,7 +123,13 @@ def write(request: Request, *, fmi: int) -> Product:
         notes.append("the mass is unknown: no FMU with a mass was written")
     elif plant.component.screw is not None:
         try:
-            bodies.append((f"{name}_mass", through_screw(plant, request.model, request.table, exported=True), plant))
+            bodies.append(
+                (
+                    f"{name}_mass",
+                    through_screw(plant, request.model, request.table, exported=True),
+                    plant,
+                )
+            )
         except InputError as error:
             notes.append(f"{error}: no FMU with a mass was written")
     else:
@@ -100,8 +137,16 @@ def write(request: Request, *, fmi: int) -> Product:
     written: dict[str, str | bytes] = {}
     for file, friction, body in bodies:
         content = content_of(subject_of(friction), body, source)
-        model_hash = hash_of_model(friction) if body is not None and body.component.screw else source.model_hash
-        model_hash = hash_on_plant(model_hash, body, content.unit) if model_hash and body is not None else model_hash
+        model_hash = (
+            hash_of_model(friction)
+            if body is not None and body.component.screw
+            else source.model_hash
+        )
+        model_hash = (
+            hash_on_plant(model_hash, body, content.unit)
+            if model_hash and body is not None
+            else model_hash
+        )
         setting = Setting(file, replace(source, model_hash=model_hash), request.dt, fmi)
         written[f"{file}.fmu"], remarks = _archive(content, setting)
         notes += [text for text in remarks if text not in notes]
@@ -110,7 +155,9 @@ def write(request: Request, *, fmi: int) -> Product:
 
 def write_law(law: Law, name: str, source: Source, *, fmi: int) -> Product:
     """Return the FMU of a control law, whose internal step is its sample time."""
-    archive, remarks = _archive(content_of_law(law, name, source), Setting(name, source, law.dt, fmi))
+    archive, remarks = _archive(
+        content_of_law(law, name, source), Setting(name, source, law.dt, fmi)
+    )
     note = f"the internal step is the sample time of the law, {law.dt:g} s; at this step, results are identical to those of bristle"
     return Product({f"{name}.fmu": archive}, (note, *remarks))
 
@@ -125,11 +172,20 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
         "modelDescription.xml": description_text(content, setting, token),
         "documentation/licenses/license.txt": text_of("shared/LICENSE.txt"),
     }
-    inside |= {f"sources/{file}": text for file, text in (sources | {"LICENSE.txt": header_text("LICENSE.txt")}).items()}
+    inside |= {
+        f"sources/{file}": text
+        for file, text in (sources | {"LICENSE.txt": header_text("LICENSE.txt")}).items()
+    }
     inside |= {"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}
     inside |= {place: library for place, library in built.items() if isinstance(library, bytes)}
-    platforms = [place.split("/")[1] for place, library in built.items() if isinstance(library, bytes)]
-    lacking = [f"no library for {place.split('/')[1]}: {library}" for place, library in built.items() if isinstance(library, str)]
+    platforms = [
+        place.split("/")[1] for place, library in built.items() if isinstance(library, bytes)
+    ]
+    lacking = [
+        f"no library for {place.split('/')[1]}: {library}"
+        for place, library in built.items()
+        if isinstance(library, str)
+    ]
     none = f"no C compiler was found: the FMU contains its source only; build it with {FLAGS}"
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -138,7 +194,11 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
             entry.compress_type = zipfile.ZIP_DEFLATED
             entry.external_attr = (0o755 if place.startswith("binaries/") else 0o644) << 16
             archive.writestr(entry, part)
-    return stream.getvalue(), (*content.notes, *lacking, f"libraries for {', '.join(platforms)}" if platforms else none)
+    return stream.getvalue(), (
+        *content.notes,
+        *lacking,
+        f"libraries for {', '.join(platforms)}" if platforms else none,
+    )
 
 
 HEADERS = {
@@ -151,10 +211,20 @@ DECLARED = re.compile(r"typedef\s+(\w+)\s+(fmi[23]\w+)TYPE\s*\(([^;]*)\);")
 def source_text(content: Content, setting: Setting) -> tuple[str, str]:
     """Return the source and the token that identifies it."""
     facts = _facts(content, setting)
-    facts["absent"] = _absent(rendered("fmu/source.c", facts | {"token": "", "absent": ""}), setting.fmi)
-    token = str(uuid.UUID(hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[:32]))
+    facts["absent"] = _absent(
+        rendered("fmu/source.c", facts | {"token": "", "absent": ""}), setting.fmi
+    )
+    token = str(
+        uuid.UUID(
+            hashlib.sha256(rendered("fmu/source.c", facts | {"token": ""}).encode()).hexdigest()[
+                :32
+            ]
+        )
+    )
     token, file = f"{{{token}}}", f"{setting.name}.c"
-    return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, setting.source)[file], token
+    return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, setting.source)[
+        file
+    ], token
 
 
 def _facts(content: Content, setting: Setting) -> dict[str, object]:
@@ -165,24 +235,74 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
     listed, size = ports.listed, content.memory.size
     layout = f"{setting.name} {content.layout} {[port.name for port in listed]}"
     starts = [i for i, port in enumerate(listed) if port.role == START]
-    meanings = [plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}") for port in listed]
+    meanings = [
+        plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}")
+        for port in listed
+    ]
     facts: dict[str, object] = (
-        {"title": plain(content.title), "version": version(), "facts": [*setting.source.lines, *content.tables], "flags": FLAGS}
-        | {"fmi": setting.fmi, "definitions": definitions, "helpers": helpers_text(printer.helpers, "double", printer.integer)}
-        | {"data": data, "step": number(setting.step), "memory": size, "layout": f"0x{digest_of(layout.encode()):016X}"}
-        | {"ports": [{"start": number(port.value), "told": text} for port, text in zip(listed, meanings, strict=True)]}
-        | {"roles": [port.role for port in listed], "begin": [number(value) for value in content.begin] or ["0.0"]}
-        | {"lowest": [number(port.range[0]) for port in listed], "highest": [number(port.range[1]) for port in listed]}
-        | {"remembered": "remembered[i]" if np.any(content.memory) else "0.0", "most": _numbers(content.most)}
-        | {"plant": content.failures_at >= 0, "failures_at": content.failures_at, "first_start": starts[0] if starts else 0}
-        | {"output": content.output, "output_at": ports.place(content.output), "shown": [(at, k) for k, at in enumerate(starts)]}
+        {
+            "title": plain(content.title),
+            "version": version(),
+            "facts": [*setting.source.lines, *content.tables],
+            "flags": FLAGS,
+        }
+        | {
+            "fmi": setting.fmi,
+            "definitions": definitions,
+            "helpers": helpers_text(printer.helpers, "double", printer.integer),
+        }
+        | {
+            "data": data,
+            "step": number(setting.step),
+            "memory": size,
+            "layout": f"0x{digest_of(layout.encode()):016X}",
+        }
+        | {
+            "ports": [
+                {"start": number(port.value), "told": text}
+                for port, text in zip(listed, meanings, strict=True)
+            ]
+        }
+        | {
+            "roles": [port.role for port in listed],
+            "begin": [number(value) for value in content.begin] or ["0.0"],
+        }
+        | {
+            "lowest": [number(port.range[0]) for port in listed],
+            "highest": [number(port.range[1]) for port in listed],
+        }
+        | {
+            "remembered": "remembered[i]" if np.any(content.memory) else "0.0",
+            "most": _numbers(content.most),
+        }
+        | {
+            "plant": content.failures_at >= 0,
+            "failures_at": content.failures_at,
+            "first_start": starts[0] if starts else 0,
+        }
+        | {
+            "output": content.output,
+            "output_at": ports.place(content.output),
+            "shown": [(at, k) for k, at in enumerate(starts)],
+        }
         | {"stepping": _called(content.entry, content, handed), "exchange": None}
     )
     if exchange is not None:
-        kernels = {name: _called(getattr(exchange, name), content, handed) for name in ("flowing", "begun", "arrived", "changing")}
+        kernels = {
+            name: _called(getattr(exchange, name), content, handed)
+            for name in ("flowing", "begun", "arrived", "changing")
+        }
         facts["exchange"] = (
-            {"states": ports.states, "rates": ports.in_role(RATE), "margins": ports.in_role(MARGIN), "held": exchange.held}
-            | {"nominals": [number(variable.nominal) for variable in exchange.varying.values()], "most": _numbers(exchange.held or (0,))}
+            {
+                "states": ports.states,
+                "rates": ports.in_role(RATE),
+                "margins": ports.in_role(MARGIN),
+                "held": exchange.held,
+            }
+            | {
+                "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
+                "most": _numbers(exchange.held or (0,)),
+            }
             | {"result": printer.named(exchange.changing.result, "result")}
             | kernels
         )
@@ -206,13 +326,19 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
             tuned, _ = content.ports.tuned[argument]
             fields = [f"    {line}" for line in declared(tuned, printer)]
             texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
-            texts.append(assembled(values, tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"))
+            texts.append(
+                assembled(
+                    values, tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"
+                )
+            )
             handed[argument] = f"made_{argument}(&given_{argument})"
         else:
             handed[argument] = f"constant_{argument}"
             texts.append(constant_text(handed[argument], values, kind, printer, argument))
     if content.failures_at >= 0:
-        texts.append("static inline double magnitude_of(double x)\n{\n    return x < 0.0 ? -x : x;\n}\n")
+        texts.append(
+            "static inline double magnitude_of(double x)\n{\n    return x < 0.0 ? -x : x;\n}\n"
+        )
     if np.any(content.memory):
         texts.append(array_text("remembered", content.memory, printer) + "\n")
     return "\n".join(texts), handed
@@ -224,15 +350,24 @@ def _called(entry: Function, content: Content, handed: Mapping[str, str]) -> lis
     for argument, (_, first) in content.ports.tuned.items():
         if argument in [parameter.name for parameter in entry.parameters]:
             lines.append(f"{argument}_parameters given_{argument};")
-            lines.append(f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});")
+            lines.append(
+                f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});"
+            )
     for parameter in entry.parameters:
         name = parameter.name
         if name in ("lasting", "varying", "held"):
             arguments.append(f"now->{name}")
         elif name in content.memory_at:
-            arguments.append(f"now->memory + {content.memory_at[name]}" if content.memory_at[name] else "now->memory")
+            arguments.append(
+                f"now->memory + {content.memory_at[name]}"
+                if content.memory_at[name]
+                else "now->memory"
+            )
         elif name.startswith("tangent__"):
-            array, place = name in ("tangent__varying", "tangent__slope"), name.removeprefix("tangent__")
+            array, place = (
+                name in ("tangent__varying", "tangent__slope"),
+                name.removeprefix("tangent__"),
+            )
             arguments.append(f"d_{place}" if array else f"seed[{content.ports.place(place)}]")
         elif name in ("slope", "dt"):
             arguments.append("STEP" if name == "dt" else name)
@@ -251,10 +386,15 @@ def _absent(source: str, fmi: int) -> str:
     for kind, name, arguments in DECLARED.findall(header_text(f"fmi{fmi}FunctionTypes.h")):
         if re.search(rf"\b{name}\(", source):
             continue
-        words = [re.sub(r"\[.*?\]", "", argument).split()[-1].lstrip("*") for argument in arguments.split(",")]
+        words = [
+            re.sub(r"\[.*?\]", "", argument).split()[-1].lstrip("*")
+            for argument in arguments.split(",")
+        ]
         unused = "".join(f"    (void){word};\n" for word in words)
         result = f"fmi{fmi}Error" if kind.endswith("Status") else "NULL"
-        texts.append(f"{kind} {name}({' '.join(arguments.split())})\n{{\n{unused}    return {result};\n}}\n")
+        texts.append(
+            f"{kind} {name}({' '.join(arguments.split())})\n{{\n{unused}    return {result};\n}}\n"
+        )
     return "\n".join(texts)
 
 

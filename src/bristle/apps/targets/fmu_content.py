@@ -16,7 +16,16 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Variable, unit_of, variables_of
 from bristle.engine.translation import tree
 from bristle.engine.translation.build import Builder
-from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, Array, Function, Struct, Type, Unit
+from bristle.engine.translation.tree import (
+    INTEGER,
+    REAL,
+    TRUTH,
+    Array,
+    Function,
+    Struct,
+    Type,
+    Unit,
+)
 from bristle.exports.cycle import LARGEST, Core, core_of
 from bristle.exports.described import Source, parameter_table
 from bristle.exports.law import INPUTS, Law, law_facts, law_of
@@ -90,7 +99,9 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
         except InputError:
             role = CONSTANT
             values = {name: v for name, v in model.values.items() if not isinstance(v, str)}
-            fixed.append(f"the parameters of {model.name} cannot change during a simulation, because the model converts them at the start")
+            fixed.append(
+                f"the parameters of {model.name} cannot change during a simulation, because the model converts them at the start"
+            )
         listed += [
             replace(port, name=f"{model.name}_{port.name}") if port.name in names else port
             for port in parameter_ports(model.component.variables, values, role, source)
@@ -107,50 +118,100 @@ def _add_varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[in
     for state, variable in exchange.varying.items():
         at = taken.get(state)
         if at is not None and listed[at].role == START:
-            listed[at] = replace(listed[at], variable=replace(listed[at].variable, nominal=variable.nominal))
+            listed[at] = replace(
+                listed[at], variable=replace(listed[at].variable, nominal=variable.nominal)
+            )
             places.append(at)
         else:
             places.append(len(listed))
             listed.append(Port(state if at is None else f"{model}_{state}", STATE, variable, 0.0))
     for at, variable in zip(places, exchange.varying.values(), strict=True):
         name = listed[at].name
-        listed.append(Port(f"der({name})", RATE, Variable(f"{variable.quantity}/time", f"rate of {name}"), 0.0))
+        listed.append(
+            Port(
+                f"der({name})", RATE, Variable(f"{variable.quantity}/time", f"rate of {name}"), 0.0
+            )
+        )
     if exchange.held:
-        margin = Variable("1", "margin to the next event of the contact; the event occurs when the margin falls below zero")
-        reversal = Variable("length/time", "margin to a reversal; the reversal occurs when the margin falls below zero")
+        margin = Variable(
+            "1",
+            "margin to the next event of the contact; the event occurs when the margin falls below zero",
+        )
+        reversal = Variable(
+            "length/time",
+            "margin to a reversal; the reversal occurs when the margin falls below zero",
+        )
         listed += [Port("margin", MARGIN, margin, 0.0), Port("reversal", MARGIN, reversal, 0.0)]
     return tuple(places)
 
 
 def _signals(core: Core) -> list[Port]:
-    force = Port("force", OUTPUT, Variable("force", "friction force; in co-simulation, the mean of the last internal step"), 0.0)
+    force = Port(
+        "force",
+        OUTPUT,
+        Variable("force", "friction force; in co-simulation, the mean of the last internal step"),
+        0.0,
+    )
     if core.plant is not None:
         body = variables_of(type(core.plant.component.initial_state(core.plant.parameters)))
-        effort = Port("effort", INPUT, Variable("force", "effort that drives the mass, constant over a step of co-simulation"), 0.0)
-        starts = [Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")]
-        if core.plant.component.screw is not None:  # the state of the table follows that of the motor
-            starts += [replace(port, name=f"{port.name}_table", variable=_of_table(port.variable)) for port in starts]
+        effort = Port(
+            "effort",
+            INPUT,
+            Variable("force", "effort that drives the mass, constant over a step of co-simulation"),
+            0.0,
+        )
+        starts = [
+            Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")
+        ]
+        if (
+            core.plant.component.screw is not None
+        ):  # the state of the table follows that of the motor
+            starts += [
+                replace(port, name=f"{port.name}_table", variable=_of_table(port.variable))
+                for port in starts
+            ]
         return [effort, *starts, force]
     around, defaults = variables_of(core.subject.motion.cls), core.subject.usual
-    velocity = Variable("length/time", "velocity, constant over a step of co-simulation; the sign of a zero states the direction")
-    position = Variable("length", "position at the end of a step of co-simulation; used only by friction that depends on position")
+    velocity = Variable(
+        "length/time",
+        "velocity, constant over a step of co-simulation; the sign of a zero states the direction",
+    )
+    position = Variable(
+        "length",
+        "position at the end of a step of co-simulation; used only by friction that depends on position",
+    )
     inputs = [Port("v", INPUT, velocity, 0.0), Port("x", INPUT, position, 0.0)]
-    return [*inputs, *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals), force]
+    return [
+        *inputs,
+        *(Port(name, INPUT, around[name], defaults[name]) for name in core.subject.signals),
+        force,
+    ]
 
 
 def _of_table(variable: Variable) -> Variable:
-    return replace(variable, description=f"{variable.description} of the table, converted to the motor")
+    return replace(
+        variable, description=f"{variable.description} of the table, converted to the motor"
+    )
 
 
-def parameter_ports(variables: Mapping[str, Variable], values: Mapping[str, Any], role: int, source: Source) -> list[Port]:
+def parameter_ports(
+    variables: Mapping[str, Variable], values: Mapping[str, Any], role: int, source: Source
+) -> list[Port]:
     """Return a variable for each number of some parameters."""
     ports = []
     for name, value in values.items():
         variable, facts = variables[name], source.uncertainty.get(name, {})
         interval = facts.get("interval")
-        sure = f"95 % interval {interval[0]:.6g} to {interval[1]:.6g}" if interval else str(facts.get("status", ""))
+        sure = (
+            f"95 % interval {interval[0]:.6g} to {interval[1]:.6g}"
+            if interval
+            else str(facts.get("status", ""))
+        )
         if isinstance(value, np.ndarray):
-            ports += [Port(f"{name}[{i + 1}]", role, variable, v, sure) for i, v in enumerate(value.tolist())]
+            ports += [
+                Port(f"{name}[{i + 1}]", role, variable, v, sure)
+                for i, v in enumerate(value.tolist())
+            ]
         elif not math.isnan(float(value)):
             ports.append(Port(name, role, variable, float(value), sure))
     return ports
@@ -196,13 +257,23 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
             guidance = "set x and x_table alike before the start, and provide the effort; x and v are those of the motor"
     unit = pruned(builder.unit, [core.entry, *(exchange[:4] if exchange else ())])
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
-    layout, memory, table = f"{subject.state.fields} {subject.memory_size}", np.zeros(subject.memory_size), parameter_table(model, source)
+    layout, memory, table = (
+        f"{subject.state.fields} {subject.memory_size}",
+        np.zeros(subject.memory_size),
+        parameter_table(model, source),
+    )
     notes = (guidance, *((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)
-    lasting: dict[str, Any] = {"begin": core.begin, "memory": memory, "memory_at": places_of(subject.memories)}
+    lasting: dict[str, Any] = {
+        "begin": core.begin,
+        "memory": memory,
+        "memory_at": places_of(subject.memories),
+    }
     lasting |= {"most": core.most, "layout": layout}
     lasting |= {} if plant is None else {"failures_at": core.begin.size - 1}
     texts = {"tables": table.splitlines(), "notes": notes}
-    return Content(title, model.kind, unit, core.entry, exchange, ports, "force", values, **lasting, **texts)
+    return Content(
+        title, model.kind, unit, core.entry, exchange, ports, "force", values, **lasting, **texts
+    )
 
 
 BEGUN = 0  # index of the flag for the first sample; the state of the law follows
@@ -229,33 +300,69 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     facts = law_facts(law, name, source)
     notes += [PAST] if np.any(law.memory) and law.tunable else []
     # Number of values of each whole number of the state, 0 for a real number.
-    most = [2, *(2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0 for path, kind in law.leaves)]
+    most = [
+        2,
+        *(
+            2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0
+            for path, kind in law.leaves
+        ),
+    ]
     title = f"{facts['title']}, variant {facts['variant']}: effort [{facts['unit_force']}]"
-    unit, layout = pruned(tree.Unit([*law.unit.functions, entry]), [entry]), f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
-    lasting = {"begin": begin, "memory": law.memory, "memory_at": law.memory_at, "most": most, "layout": layout}
+    unit, layout = (
+        pruned(tree.Unit([*law.unit.functions, entry]), [entry]),
+        f"{law.types[0].fields} {law.memory_size} {law.dt!r}",
+    )
+    lasting = {
+        "begin": begin,
+        "memory": law.memory,
+        "memory_at": law.memory_at,
+        "most": most,
+        "layout": layout,
+    }
     tables = "\n".join([facts["table"], *facts["frictions"].values()])
     texts = {"tables": tables.splitlines(), "notes": tuple(notes)}
     values, ports = {"p": (law.p, law.types[1])}, _ports(law, source)
-    return Content(title, law.controller.kind, unit, entry, None, ports, "effort", values, **lasting, **texts)
+    return Content(
+        title, law.controller.kind, unit, entry, None, ports, "effort", values, **lasting, **texts
+    )
 
 
 def _stepped(law: Law) -> tree.Function:
     """Return the step of an FMU around that of a law."""
     lasting, now = Array(1 + len(law.leaves), writable=True), law.entry.result
     places = count(1)
-    inside = {"lasting": lambda: _loaded(law.types[0], lasting, places), "begun": lambda: _loaded(TRUTH, lasting, iter([BEGUN]))}
-    arguments = [inside[p.name]() if p.name in inside else tree.Variable(p.type, p.name) for p in law.entry.parameters]
+    inside = {
+        "lasting": lambda: _loaded(law.types[0], lasting, places),
+        "begun": lambda: _loaded(TRUTH, lasting, iter([BEGUN])),
+    }
+    arguments = [
+        inside[p.name]() if p.name in inside else tree.Variable(p.type, p.name)
+        for p in law.entry.parameters
+    ]
     body: list[tree.Statement] = [
         tree.Assign(tree.Variable(now, "now"), tree.Call(now, law.entry, arguments)),
-        tree.Store(tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, BEGUN), tree.Constant(REAL, 1.0)),
+        tree.Store(
+            tree.Variable(lasting, "lasting"),
+            tree.Constant(INTEGER, BEGUN),
+            tree.Constant(REAL, 1.0),
+        ),
     ]
     for place, (path, kind) in enumerate(law.leaves, 1):
         field = _part(now, ("_1", *path))
         number = field if kind == REAL else tree.Convert(REAL, field)
-        body.append(tree.Store(tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, place), number))
+        body.append(
+            tree.Store(tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, place), number)
+        )
     body.append(tree.Return(_part(now, ("_0",))))
     handed = [tree.Variable(p.type, p.name) for p in law.entry.parameters if p.name not in inside]
-    return tree.Function("law_stepped", _stepped, [tree.Variable(lasting, "lasting"), *handed], REAL, body, writes=True)
+    return tree.Function(
+        "law_stepped",
+        _stepped,
+        [tree.Variable(lasting, "lasting"), *handed],
+        REAL,
+        body,
+        writes=True,
+    )
 
 
 def _part(now: Type, path: tuple[str, ...]) -> tree.Expression:
@@ -272,7 +379,9 @@ def _loaded(kind: Type, lasting: Array, places: Iterator[int]) -> tree.Expressio
     """Return a value of this type from the next numbers of the state."""
     if isinstance(kind, Struct):
         return tree.Make(kind, [_loaded(part, lasting, places) for _, part in kind.fields])
-    number = tree.Index(REAL, tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, next(places)))
+    number = tree.Index(
+        REAL, tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, next(places))
+    )
     if kind == TRUTH:
         return tree.Compare(TRUTH, "!=", number, tree.Constant(REAL, 0.0))
     return number if kind == REAL else tree.Convert(kind, number)
@@ -284,11 +393,21 @@ def _ports(law: Law, source: Source) -> Ports:
     for name in law.inputs:
         meaning, quantity = INPUTS[name]
         variable = Variable(quantity, f"{meaning}, constant over a step of co-simulation")
-        names = [f"{name}[{place + 1}]" for place in range(law.samples_ahead)] if name.endswith("_ahead") else [name]
+        names = (
+            [f"{name}[{place + 1}]" for place in range(law.samples_ahead)]
+            if name.endswith("_ahead")
+            else [name]
+        )
         listed += [Port(input_name, INPUT, variable, 0.0) for input_name in names]
-    listed.append(Port("effort", OUTPUT, Variable("force", "command for the drive since the last sample"), 0.0))
+    listed.append(
+        Port(
+            "effort", OUTPUT, Variable("force", "command for the drive since the last sample"), 0.0
+        )
+    )
     if not law.tunable:
         return Ports(tuple(listed), {})
     tuned = tunable_law(law)
     places = {"p": (tuned, len(listed))}
-    return Ports((*listed, *parameter_ports(tuned.variables, tuned.values, PARAMETER, source)), places)
+    return Ports(
+        (*listed, *parameter_ports(tuned.variables, tuned.values, PARAMETER, source)), places
+    )

@@ -6,7 +6,20 @@ from typing import NamedTuple
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from bristle.apps.targets.fmu_content import CONSTANT, INPUT, MARGIN, OUTPUT, PARAMETER, RATE, START, STATE, TIME, Content, Port, Setting
+from bristle.apps.targets.fmu_content import (
+    CONSTANT,
+    INPUT,
+    MARGIN,
+    OUTPUT,
+    PARAMETER,
+    RATE,
+    START,
+    STATE,
+    TIME,
+    Content,
+    Port,
+    Setting,
+)
 from bristle.core.dimensions import Kind, exponents_of
 from bristle.exports.c import FLAGS
 from bristle.exports.described import LICENCE, copyright_line, model_version, version
@@ -17,7 +30,12 @@ BASE: dict[Kind, dict[str, dict[str, int]]] = {
     "translational": {"force": {"kg": 1, "m": 1, "s": -2}, "length": {"m": 1}},
     "rotational": {"force": {"kg": 1, "m": 2, "s": -2}, "length": {"rad": 1}},
 }
-EVERYWHERE = {"force of travel": {"kg": 1, "m": 1, "s": -2}, "travel": {"m": 1}, "time": {"s": 1}, "temperature": {"K": 1}}
+EVERYWHERE = {
+    "force of travel": {"kg": 1, "m": 1, "s": -2},
+    "travel": {"m": 1},
+    "time": {"s": 1},
+    "temperature": {"K": 1},
+}
 
 
 class Role(NamedTuple):
@@ -45,19 +63,52 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
     """Return modelDescription.xml."""
     ports, source, fmi = content.ports, setting.source, setting.fmi
     file = source.provenance.get("model") or source.provenance.get("experiment")
-    made, rights = f"bristle {version()}", f"{LICENCE} for the text that bristle wrote; the model and its numbers are yours"
-    facts = {"fmiVersion": f"{fmi}.0", "modelName": setting.name, "guid" if fmi == 2 else "instantiationToken": token}
-    facts |= {"description": content.title, "version": model_version(source), "author": made + (f", from {file}" if file else "")}
-    facts |= {"copyright": copyright_line(), "license": rights, "generationTool": made, "variableNamingConvention": "structured"}
-    facts |= {"numberOfEventIndicators": str(len(ports.in_role(MARGIN)))} if fmi == 2 and ports.states else {}
+    made, rights = (
+        f"bristle {version()}",
+        f"{LICENCE} for the text that bristle wrote; the model and its numbers are yours",
+    )
+    facts = {
+        "fmiVersion": f"{fmi}.0",
+        "modelName": setting.name,
+        "guid" if fmi == 2 else "instantiationToken": token,
+    }
+    facts |= {
+        "description": content.title,
+        "version": model_version(source),
+        "author": made + (f", from {file}" if file else ""),
+    }
+    facts |= {
+        "copyright": copyright_line(),
+        "license": rights,
+        "generationTool": made,
+        "variableNamingConvention": "structured",
+    }
+    facts |= (
+        {"numberOfEventIndicators": str(len(ports.in_role(MARGIN)))}
+        if fmi == 2 and ports.states
+        else {}
+    )
     common = {"stepSize": repr(setting.step)} | ({"tolerance": "1e-06"} if ports.states else {})
     model = element("Model", sha256=source.model_hash)
-    tools, annotations = element("VendorAnnotations", element("Tool", model, name="bristle")), element("Annotation", model, type="bristle")
+    tools, annotations = (
+        element("VendorAnnotations", element("Tool", model, name="bristle")),
+        element("Annotation", model, type="bristle"),
+    )
     inside = [*_kinds(setting, exchanged=bool(ports.states)), _units(content)]
-    inside += [element("LogCategories", element("Category", name="logStatusError", description="reason of a refused call"))]
+    inside += [
+        element(
+            "LogCategories",
+            element("Category", name="logStatusError", description="reason of a refused call"),
+        )
+    ]
     inside += [element("DefaultExperiment", startTime="0", **common)]
     inside += [tools] if fmi == 2 and source.model_hash else []
-    inside += [element("ModelVariables", *(_variable(i, port, content, fmi) for i, port in enumerate(ports.listed)))]
+    inside += [
+        element(
+            "ModelVariables",
+            *(_variable(i, port, content, fmi) for i, port in enumerate(ports.listed)),
+        )
+    ]
     inside += [_structure(content, fmi)]
     inside += [element("Annotations", annotations)] if fmi == 3 and source.model_hash else []
     return _xml(element("fmiModelDescription", *inside, **facts))
@@ -74,20 +125,39 @@ def _kinds(setting: Setting, *, exchanged: bool) -> list[Element]:
     able = {f"canGetAndSetFMU{state}": "true", f"canSerializeFMU{state}": "true"}
     able |= {"canNotUseMemoryManagementFunctions": "true"} if second else {}
     source = [element("SourceFiles", element("File", name=f"{setting.name}.c"))] if second else []
-    without = {"completedIntegratorStepNotNeeded": "true"} if second else {"needsCompletedIntegratorStep": "false"}
+    without = (
+        {"completedIntegratorStepNotNeeded": "true"}
+        if second
+        else {"needsCompletedIntegratorStep": "false"}
+    )
     derived = {"providesDirectionalDerivative": "true"} if second else {}
-    derived |= {} if second else {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
+    derived |= (
+        {}
+        if second
+        else {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
+    )
     kinds = {"ModelExchange": without | able | derived} if exchanged else {}
     fixed = {} if second else {"fixedInternalStepSize": repr(setting.step)}
     kinds["CoSimulation"] = {"canHandleVariableCommunicationStepSize": "true"} | able | fixed
-    return [element(tag, *source, modelIdentifier=setting.name, **facts) for tag, facts in kinds.items()]
+    return [
+        element(tag, *source, modelIdentifier=setting.name, **facts) for tag, facts in kinds.items()
+    ]
 
 
 def _units(content: Content) -> Element:
-    quantities = {port.variable.unit(content.kind): port.variable.quantity for port in content.ports.listed}
-    bases = {unit: _base(quantity, content.kind) for unit, quantity in quantities.items() if unit != "1"}
-    written = {unit: {symbol: str(power) for symbol, power in base.items()} for unit, base in bases.items()}
-    units = (element("Unit", *([element("BaseUnit", **powers)] if powers else []), name=unit) for unit, powers in written.items())
+    quantities = {
+        port.variable.unit(content.kind): port.variable.quantity for port in content.ports.listed
+    }
+    bases = {
+        unit: _base(quantity, content.kind) for unit, quantity in quantities.items() if unit != "1"
+    }
+    written = {
+        unit: {symbol: str(power) for symbol, power in base.items()} for unit, base in bases.items()
+    }
+    units = (
+        element("Unit", *([element("BaseUnit", **powers)] if powers else []), name=unit)
+        for unit, powers in written.items()
+    )
     return element("UnitDefinitions", *units)
 
 
@@ -99,16 +169,26 @@ def _variable(reference: int, port: Port, content: Content, fmi: int) -> Element
     head["description"] = port.variable.description + (f" ({port.sure})" if port.sure else "")
     head |= {"causality": role.causality, "variability": role.variability}
     number = {} if unit == "1" else {"unit": unit}
-    bounds = {} if port.role == TIME else {"min": float(port.variable.min), "max": float(port.variable.max)}
+    bounds = (
+        {}
+        if port.role == TIME
+        else {"min": float(port.variable.min), "max": float(port.variable.max)}
+    )
     number |= {name: repr(bound) for name, bound in bounds.items() if math.isfinite(bound)}
     if port.role != TIME and role.initial != "calculated":
-        number["start"] = ("INF" if port.value > 0 else "-INF") if math.isinf(port.value) else repr(port.value)
+        number["start"] = (
+            ("INF" if port.value > 0 else "-INF") if math.isinf(port.value) else repr(port.value)
+        )
     if reference in states:
         number["nominal"] = repr(port.variable.nominal)
     elif reference in rates:
         number["derivative"] = str(states[rates.index(reference)] + (1 if fmi == 2 else 0))
     head |= {"initial": role.initial} if role.initial else {}
-    return element("ScalarVariable", element("Real", **number), **head) if fmi == 2 else element("Float64", **head, **number)
+    return (
+        element("ScalarVariable", element("Real", **number), **head)
+        if fmi == 2
+        else element("Float64", **head, **number)
+    )
 
 
 def _structure(content: Content, fmi: int) -> Element:
@@ -127,21 +207,40 @@ def _structure(content: Content, fmi: int) -> Element:
     }
     # In FMI 2.0 indices count from 1, and are not value references.
     by, counted_from = ("index", 1) if fmi == 2 else ("valueReference", 0)
-    heads = {"Output": "Outputs", "ContinuousStateDerivative": "Derivatives", "InitialUnknown": "InitialUnknowns"}
+    heads = {
+        "Output": "Outputs",
+        "ContinuousStateDerivative": "Derivatives",
+        "InitialUnknown": "InitialUnknowns",
+    }
     for name, unknowns in lists.items():
-        if fmi == 2 and (name not in heads or (name == "ContinuousStateDerivative" and not ports.states)):
+        if fmi == 2 and (
+            name not in heads or (name == "ContinuousStateDerivative" and not ports.states)
+        ):
             continue
         rows = []
         for unknown, depends in sorted(unknowns.items()):
-            on = {} if depends is None else {"dependencies": " ".join(str(place + counted_from) for place in sorted(depends))}
-            rows.append(element("Unknown" if fmi == 2 else name, **{by: str(unknown + counted_from)}, **on))
+            on = (
+                {}
+                if depends is None
+                else {
+                    "dependencies": " ".join(str(place + counted_from) for place in sorted(depends))
+                }
+            )
+            rows.append(
+                element("Unknown" if fmi == 2 else name, **{by: str(unknown + counted_from)}, **on)
+            )
         structure.extend([element(heads[name], *rows)] if fmi == 2 else rows)
     return structure
 
 
 def build_text(name: str) -> str:
     """Return buildDescription.xml of FMI 3.0, the build instructions of the source."""
-    files = element("SourceFileSet", element("SourceFile", name=f"{name}.c"), language="C99", compilerOptions=FLAGS)
+    files = element(
+        "SourceFileSet",
+        element("SourceFile", name=f"{name}.c"),
+        language="C99",
+        compilerOptions=FLAGS,
+    )
     configuration = element("BuildConfiguration", files, modelIdentifier=name)
     return _xml(element("fmiBuildDescription", configuration, fmiVersion="3.0"))
 

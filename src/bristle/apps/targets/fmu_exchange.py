@@ -20,7 +20,15 @@ from bristle.engine.translation.build import Builder
 from bristle.engine.translation.derivative import nowhere
 from bristle.engine.translation.directional import derived_in
 from bristle.engine.translation.scope import defined
-from bristle.engine.translation.tree import INTEGER, REAL, Array, Function, Struct, Type, struct_type
+from bristle.engine.translation.tree import (
+    INTEGER,
+    REAL,
+    Array,
+    Function,
+    Struct,
+    Type,
+    struct_type,
+)
 from bristle.exports.cycle import Core, loaded, stored
 from bristle.exports.subject import Subject, capacity_of, piece_of
 
@@ -40,7 +48,9 @@ class Exchange(NamedTuple):
     arrived: Function
     changing: Function
     varying: dict[str, Variable]  # states for an importer
-    held: tuple[int, ...]  # constant between events: the number of values of an integer, or 0 for a real number
+    held: tuple[
+        int, ...
+    ]  # constant between events: the number of values of an integer, or 0 for a real number
 
 
 def why_not(friction: Model, plant: Model | None = None) -> str:
@@ -49,7 +59,13 @@ def why_not(friction: Model, plant: Model | None = None) -> str:
     if component.rate is None and component.flow is None:
         state, memory = component.initial_state(p), component.new_memory(p)
         # A static map with two forces at rest.
-        if not len(state) + len(memory) and len({component.trial(state, memory, Motion(v, 0.0), 0.0, p)[0] for v in (0.0, -0.0)}) > 1:
+        if (
+            not len(state) + len(memory)
+            and len(
+                {component.trial(state, memory, Motion(v, 0.0), 0.0, p)[0] for v in (0.0, -0.0)}
+            )
+            > 1
+        ):
             return f"the force of {friction.name} jumps at reversals, and sticking is not a differential equation"
         return f"{friction.name} has kernels for time steps only, not for continuous time"
     if plant is not None and plant.component.rate is None:
@@ -66,7 +82,10 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
     distance, variables = _variables(subject, plant, contact)
 
     v, x = ("v", "x") if plant is None else ("body.v", "body.x")
-    usual = [name if plant is None and name in subject.signals else str(value) for name, value in subject.usual.items()]
+    usual = [
+        name if plant is None and name in subject.signals else str(value)
+        for name, value in subject.usual.items()
+    ]
     around = ", ".join([x, *usual])
     flowing = [f"contact = Contact({loaded(contact, first, 'varying')})"]
     begun = [f"state = State({loaded(state, first)})"]
@@ -77,7 +96,10 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
         arrived.append("after = contact")
     else:
         sizes = [variable.nominal for variable in variables[first:]]
-        moved = [f"abs(varying[{first + i}] - held[{behind + i}]) * {1.0 / (WINDOW * size)!r}" for i, size in enumerate(sizes)]
+        moved = [
+            f"abs(varying[{first + i}] - held[{behind + i}]) * {1.0 / (WINDOW * size)!r}"
+            for i, size in enumerate(sizes)
+        ]
         farthest = moved[0] if len(moved) == 1 else f"max({', '.join(moved)})"
         flowing += [
             f"piece = Piece({loaded(piece, 0, 'held')})",
@@ -90,33 +112,74 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
         ]
         begun.append(f"contact, piece = friction_piece(state, memory, Motion({v}, {around}), p)")
         stores += [stored(piece, "piece", 0, "held"), stored(contact, "contact", behind, "held")]
-        arrived += [begun[0], "after = friction_commit(state, memory, friction_arrival(state, memory, contact, p), p)"]
+        arrived += [
+            begun[0],
+            "after = friction_commit(state, memory, friction_arrival(state, memory, contact, p), p)",
+        ]
     if body is not None:
         flowing.insert(0, f"body = PlantState({loaded(body, 0, 'varying')})")
-        flowing += ["body_rates = plant_rate(body, effort, force, q)", stored(body, "body_rates", 0, "slope")]
+        flowing += [
+            "body_rates = plant_rate(body, effort, force, q)",
+            stored(body, "body_rates", 0, "slope"),
+        ]
         begun.insert(0, f"body = PlantState({loaded(body, 0)})")
         stores.append(stored(body, "body", 0, "varying"))
     flowing += [stored(contact, "rates", first, "slope"), "return force"]
-    arrived += [stored(state, "after", first), *(f"lasting[{i}] = varying[{i}]" for i in range(first))]
+    arrived += [
+        stored(state, "after", first),
+        *(f"lasting[{i}] = varying[{i}]" for i in range(first)),
+    ]
 
-    classes = {"State": state, "Contact": contact, "Motion": subject.motion, "Piece": piece, "PlantState": body}
-    scope = vars(dispatch) | {name: kind.cls for name, kind in classes.items() if kind} | {"__name__": __name__, "BEYOND": BEYOND}
-    lasts = {"lasting": core.begin.size, "memory": subject.memory_size, "varying": len(varied), "held": len(held), "slope": len(varied) + 2}
+    classes = {
+        "State": state,
+        "Contact": contact,
+        "Motion": subject.motion,
+        "Piece": piece,
+        "PlantState": body,
+    }
+    scope = (
+        vars(dispatch)
+        | {name: kind.cls for name, kind in classes.items() if kind}
+        | {"__name__": __name__, "BEYOND": BEYOND}
+    )
+    lasts = {
+        "lasting": core.begin.size,
+        "memory": subject.memory_size,
+        "varying": len(varied),
+        "held": len(held),
+        "slope": len(varied) + 2,
+    }
 
-    def built(name: str, lines: list[str], arguments: list[str], writes: tuple[str, ...]) -> Function:
+    def built(
+        name: str, lines: list[str], arguments: list[str], writes: tuple[str, ...]
+    ) -> Function:
         text = textwrap.indent("\n".join(map(textwrap.dedent, lines)), "    ")
-        kinds: dict[str, Type] = {array: Array(size, writable=array in writes) for array, size in lasts.items()}
+        kinds: dict[str, Type] = {
+            array: Array(size, writable=array in writes) for array, size in lasts.items()
+        }
         kinds |= {argument: kind for argument, (_, kind) in core.parameters.items()}
         kernel = defined(name, f"def {name}({', '.join(arguments)}):\n{text}\n", scope)
         return builder.function(kernel, [kinds.get(argument, REAL) for argument in arguments])
 
-    inputs, parameters = (["v", "x", *subject.signals], ["p"]) if plant is None else (["effort"], ["q", "p"])
+    inputs, parameters = (
+        (["v", "x", *subject.signals], ["p"]) if plant is None else (["effort"], ["q", "p"])
+    )
     along = inputs if plant is None else []
-    rates = built("flowing", flowing, ["varying", "held", "slope", *inputs, *parameters], ("slope",))
-    entering = [part.name in ("varying", "slope", *inputs) or nowhere(part.type) for part in rates.parameters]
+    rates = built(
+        "flowing", flowing, ["varying", "held", "slope", *inputs, *parameters], ("slope",)
+    )
+    entering = [
+        part.name in ("varying", "slope", *inputs) or nowhere(part.type)
+        for part in rates.parameters
+    ]
     return Exchange(
         rates,
-        built("begun", [*begun, *stores], ["lasting", "memory", "varying", "held", *along, "p"], ("varying", "held")),
+        built(
+            "begun",
+            [*begun, *stores],
+            ["lasting", "memory", "varying", "held", *along, "p"],
+            ("varying", "held"),
+        ),
         built("arrived", arrived, ["lasting", "memory", "varying", "p"], ("lasting", "memory")),
         derived_in(builder, rates, entering)[1],
         dict(zip(varied, variables, strict=True)),
@@ -137,18 +200,30 @@ class _States(NamedTuple):
 def _states_of(core: Core, builder: Builder) -> _States:
     """Return the continuous states, body before contact, and the data that an event sets: the piece, then the contact at the event."""
     subject, plant = core.subject, core.plant
-    contact, piece = (subject.state, None) if subject.model.component.flow is None else piece_of(subject, builder)
+    contact, piece = (
+        (subject.state, None)
+        if subject.model.component.flow is None
+        else piece_of(subject, builder)
+    )
     body = None if plant is None else struct_type(plant.component.initial_state(plant.parameters))
     of_body = [] if body is None else [name for name, _ in body.fields]
-    varied = [*of_body, *(f"contact_{name}" if name in of_body else name for name, _ in contact.fields)]
+    varied = [
+        *of_body,
+        *(f"contact_{name}" if name in of_body else name for name, _ in contact.fields),
+    ]
     held = []
     if piece is not None:
-        held = [capacity_of(name, subject.memory_size) + 1 if kind == INTEGER else 0 for name, kind in piece.fields]
+        held = [
+            capacity_of(name, subject.memory_size) + 1 if kind == INTEGER else 0
+            for name, kind in piece.fields
+        ]
         held += [0] * len(contact.fields)
     return _States(contact, piece, body, varied, held)
 
 
-def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[float, list[Variable]]:
+def _variables(
+    subject: Subject, plant: Model | None, contact: Struct
+) -> tuple[float, list[Variable]]:
     """Return the pre-sliding distance and the states, each with the nominal value for the contact."""
     # Nominal length: half of the largest force of the contact is reached; nominal force: the largest; nominal velocity:
     # the mass has the energy of this work.
@@ -158,11 +233,17 @@ def _variables(subject: Subject, plant: Model | None, contact: Struct) -> tuple[
     listed: list[Variable] = []
     if plant is not None:
         body, q = plant.component.initial_state(plant.parameters), plant.parameters
-        rise = plant.component.rate(body, largest, 0.0, q).v - plant.component.rate(body, 0.0, 0.0, q).v
+        rise = (
+            plant.component.rate(body, largest, 0.0, q).v
+            - plant.component.rate(body, 0.0, 0.0, q).v
+        )
         sizes["length/time"] = math.sqrt(rise * sizes["length"])
         listed += variables_of(type(body)).values()
     try:
         listed += variables_of(contact.cls).values()
     except TypeError:  # a user's contact may lack descriptions
         listed += [Variable("1", f"{name}, which varies") for name, _ in contact.fields]
-    return sizes["length"], [replace(variable, nominal=sizes.get(variable.quantity) or variable.nominal) for variable in listed]
+    return sizes["length"], [
+        replace(variable, nominal=sizes.get(variable.quantity) or variable.nominal)
+        for variable in listed
+    ]

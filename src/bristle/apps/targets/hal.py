@@ -35,7 +35,21 @@ from bristle.models.controllers.feedforward import Rule
 from bristle.models.plants.terms import Place, effort_at, place_of
 from bristle.prediction.drive_units import DriveUnit, signed_units
 
-PINS = ("reference", "feed", "gain", "gain_now", "fault", "reset", "scale", "effort_scale", "lead", "lead_max", "limit", "slew", "clock")
+PINS = (
+    "reference",
+    "feed",
+    "gain",
+    "gain_now",
+    "fault",
+    "reset",
+    "scale",
+    "effort_scale",
+    "lead",
+    "lead_max",
+    "limit",
+    "slew",
+    "clock",
+)
 MACROS = (*PINS, "fperiod", "data")  # Names in a component that the preprocessor replaces
 MOST_PINS = 20  # a stream of the self-test has 21 pins: these inputs and the expected effort
 LONGEST_NAME = 47 - len(".effort-scale")  # HAL names have at most 47 characters
@@ -43,9 +57,16 @@ USUAL = {"translational": DriveUnit("mm", 1e-3), "rotational": DriveUnit("deg", 
 PERIOD_NS, STEPS = 1_000_000, 400  # of the self-test: period of its thread [ns], references
 PER_DIRECTION = 8  # entries of a table with 16 points
 NEAR_REST = 1e-3  # of the largest speed: the table is a straight line through rest below it
-PER = {"velocity": " a second"} | dict.fromkeys(("acceleration", "acceleration_ahead"), " a second squared")
+PER = {"velocity": " a second"} | dict.fromkeys(
+    ("acceleration", "acceleration_ahead"), " a second squared"
+)
 LEAD_MAX = 0.02  # [s]: beyond it, three commands do not predict the motion
-FILES = {"{}.comp": "hal/component.comp", "{}.hal": "hal/machine.hal", "{}_selftest.hal": "hal/selftest.hal", "README.md": "hal/README.md"}
+FILES = {
+    "{}.comp": "hal/component.comp",
+    "{}.hal": "hal/machine.hal",
+    "{}_selftest.hal": "hal/selftest.hal",
+    "README.md": "hal/README.md",
+}
 
 
 class Settings(NamedTuple):
@@ -65,16 +86,24 @@ def write(request: Request) -> Product:
     settings, place = settings_of(request), place_of(request.plant)
     has_place = bool(place.g_sin or place.g_cos or not place.is_link)
     friction = subjects.settled_subject(subjects.subject_of(request.sampled))
-    references = subjects.walk_of(friction, 1e-9 * PERIOD_NS).positions(STEPS) / settings.position.si
+    references = (
+        subjects.walk_of(friction, 1e-9 * PERIOD_NS).positions(STEPS) / settings.position.si
+    )
     feeds = feeds_of(friction, place, references, settings, request.share)
-    table, losses_of_table = _table(request, settings) if request.speed > 0.0 else ("", ("the largest speed is unknown: no table",))
+    table, losses_of_table = (
+        _table(request, settings)
+        if request.speed > 0.0
+        else ("", ("the largest speed is unknown: no table",))
+    )
     notes = (
         "link the component only to an amplifier in torque mode: the output of the controller must be its torque command",
         f"parameters of the component: scale {settings.position.si:.9g} {unit_of('length', request.model.kind)} for 1 "
         f"{settings.position.name}, effort-scale {settings.effort.si:.9g} {unit_of('force', request.model.kind)} for 1 "
         f"{settings.effort.name}, lead {with_unit(settings.lead, 's')}. Compare the units with those of the machine",
         *(
-            ("the feed contains gravity, cogging and springs of the position: the reference must have the zero of the log",)
+            (
+                "the feed contains gravity, cogging and springs of the position: the reference must have the zero of the log",
+            )
             if has_place
             else ()
         ),
@@ -82,8 +111,14 @@ def write(request: Request) -> Product:
     )
     facts = _facts(request, friction, place if has_place else None, settings)
     facts |= {"notes": [plain(note) for note in notes], "lincurve": table}
-    texts = {file.format(request.name): rendered(template, facts) for file, template in FILES.items()}
-    files: dict[str, str | bytes] = {**with_rights(texts | ({f"{request.name}_table.hal": table} if table else {}), request.source)}
+    texts = {
+        file.format(request.name): rendered(template, facts) for file, template in FILES.items()
+    }
+    files: dict[str, str | bytes] = {
+        **with_rights(
+            texts | ({f"{request.name}_table.hal": table} if table else {}), request.source
+        )
+    }
     return Product(files | _played(request.name, references[:, None], feeds), notes)
 
 
@@ -92,7 +127,13 @@ def refuse_velocity_mode(request: Request, target: str) -> None:
     if request.mode != "torque":
         message = "feeds an effort forward, but the output of this axis is the velocity command of its amplifier"
         mend = "Set the amplifier to torque mode, or use the friction compensation of the amplifier (--to table)"
-        raise InputError(message, path=target, value=request.mode, allowed="an amplifier in torque mode", mend=mend)
+        raise InputError(
+            message,
+            path=target,
+            value=request.mode,
+            allowed="an amplifier in torque mode",
+            mend=mend,
+        )
 
 
 def _played(name: str, inputs: np.ndarray, outputs: np.ndarray) -> dict[str, str]:
@@ -101,7 +142,9 @@ def _played(name: str, inputs: np.ndarray, outputs: np.ndarray) -> dict[str, str
     played = "".join(f"{' '.join(map(repr, row))} {output!r}\n" for row, output in rows)
     return {
         f"{name}_selftest.txt": played,
-        f"{name}_selftest_expected.txt": "".join(f"{row[0]:f} {output:f} {0.0:f} \n" for row, output in rows),
+        f"{name}_selftest_expected.txt": "".join(
+            f"{row[0]:f} {output:f} {0.0:f} \n" for row, output in rows
+        ),
     }
 
 
@@ -112,29 +155,79 @@ def hal_law_files(law: Law, name: str, source: Source) -> Product:
     walk, _, efforts = law_walk(law, STEPS)
     samples = samples_along(walk, law, STEPS)
     several = {key: law.samples_ahead for key in law.inputs if key.endswith("_ahead")}
-    pins = {key: [f"{key}_{k}" for k in range(several[key])] if key in several else [key] for key in law.inputs}
+    pins = {
+        key: [f"{key}_{k}" for k in range(several[key])] if key in several else [key]
+        for key in law.inputs
+    }
     listed = [pin for names in pins.values() for pin in names]
-    values = [f"{{{', '.join(f'{pin} * scale' for pin in pins[key])}}}" if key in several else f"{key} * scale" for key in law.inputs]
+    values = [
+        f"{{{', '.join(f'{pin} * scale' for pin in pins[key])}}}"
+        if key in several
+        else f"{key} * scale"
+        for key in law.inputs
+    ]
     if len(listed) > MOST_PINS:
         mend = "Reduce the delay of the experiment, omit the plant with a screw, or export the law in C"
         raise InputError(
-            "has too many inputs for halstreamer", path="hal", value=len(listed), allowed=f"{MOST_PINS} pins or fewer", mend=mend
+            "has too many inputs for halstreamer",
+            path="hal",
+            value=len(listed),
+            allowed=f"{MOST_PINS} pins or fewer",
+            mend=mend,
         )
-    code = rendered("c/law.h", facts) + rendered("c/law.c", facts).replace(f'#include "{name}.h"\n', "")
+    code = rendered("c/law.h", facts) + rendered("c/law.c", facts).replace(
+        f'#include "{name}.h"\n', ""
+    )
     position, effort = signed_units(law.variant.axis, law.controller.kind)
     scale = (USUAL[law.controller.kind] if law.variant.axis is None else position).si
-    facts |= {"code": code, "macros": [*listed, "effort", "enable", "fault", "scale", "effort_scale", "fperiod", "data"], "pins_of": pins}
-    facts |= {"scale": repr(scale), "effort_scale": repr(effort.si), "values": ", ".join(values), "per": PER}
-    facts |= _test_facts(name, listed, "effort", {"scale": 1, "effort-scale": 1, "enable": 1}, round(1e9 * law.dt))
-    files = {f"{name}.comp": rendered("hal/law.comp", facts), f"{name}_selftest.hal": rendered("hal/selftest.hal", facts)}
-    rows = np.array([[x for key in law.inputs for x in np.atleast_1d(getattr(sample, key))] for sample in samples])
-    note = f"run the component in a thread of {1e3 * law.dt:g} ms, the sample time of the experiment"
+    facts |= {
+        "code": code,
+        "macros": [
+            *listed,
+            "effort",
+            "enable",
+            "fault",
+            "scale",
+            "effort_scale",
+            "fperiod",
+            "data",
+        ],
+        "pins_of": pins,
+    }
+    facts |= {
+        "scale": repr(scale),
+        "effort_scale": repr(effort.si),
+        "values": ", ".join(values),
+        "per": PER,
+    }
+    facts |= _test_facts(
+        name, listed, "effort", {"scale": 1, "effort-scale": 1, "enable": 1}, round(1e9 * law.dt)
+    )
+    files = {
+        f"{name}.comp": rendered("hal/law.comp", facts),
+        f"{name}_selftest.hal": rendered("hal/selftest.hal", facts),
+    }
+    rows = np.array(
+        [
+            [x for key in law.inputs for x in np.atleast_1d(getattr(sample, key))]
+            for sample in samples
+        ]
+    )
+    note = (
+        f"run the component in a thread of {1e3 * law.dt:g} ms, the sample time of the experiment"
+    )
     return Product({**with_rights(files, source), **_played(name, rows, efforts)}, (note,))
 
 
-def _test_facts(name: str, inputs: Sequence[str], output: str, presets: Mapping[str, Any], period_ns: int) -> dict[str, Any]:
+def _test_facts(
+    name: str, inputs: Sequence[str], output: str, presets: Mapping[str, Any], period_ns: int
+) -> dict[str, Any]:
     """Return the facts of the self-test: pins of the component, its parameters in the test, and the period of the thread [ns]."""
-    pins = {"pin": name.replace("_", "-"), "played": [pin.replace("_", "-") for pin in inputs], "output": output}
+    pins = {
+        "pin": name.replace("_", "-"),
+        "played": [pin.replace("_", "-") for pin in inputs],
+        "output": output,
+    }
     return pins | {"presets": presets, "steps": STEPS, "depth": STEPS + 100, "period_ns": period_ns}
 
 
@@ -144,7 +237,9 @@ def _name_of(name: str, checksum: str) -> str:
         return f"bristle_{checksum[:8]}" if checksum else "bristle_axis"
     if len(name) > LONGEST_NAME:
         allowed = f"{LONGEST_NAME} characters or fewer"
-        raise InputError("is too long for a HAL component", path="name", value=name, allowed=allowed)
+        raise InputError(
+            "is too long for a HAL component", path="name", value=name, allowed=allowed
+        )
     return name
 
 
@@ -163,7 +258,9 @@ def _lead_of(request: Request) -> float:
     return late if "delay" in request.treatment else late + cycle_of(request)
 
 
-def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: Settings, rule: Rule) -> np.ndarray:
+def feeds_of(
+    friction: Subject, place: Place, references: np.ndarray, settings: Settings, rule: Rule
+) -> np.ndarray:
     """Return the feed at each reference at gain 1, as the component computes it: same operations, same order."""
     dt, lead, before, v_before, ahead = PERIOD_NS * 1e-9, settings.lead, None, 0.0, []
     rate = 1.0 / dt
@@ -175,32 +272,57 @@ def feeds_of(friction: Subject, place: Place, references: np.ndarray, settings: 
         before, v_before = x, v
     places = np.array(ahead)
     friction_fed = fed(places, friction.forces(places, dt).tolist(), dt, rule)
-    return np.array([(force + effort_at(x, place)) / settings.effort.si for x, force in zip(ahead, friction_fed.tolist(), strict=True)])
+    return np.array(
+        [
+            (force + effort_at(x, place)) / settings.effort.si
+            for x, force in zip(ahead, friction_fed.tolist(), strict=True)
+        ]
+    )
 
 
-def _facts(request: Request, friction: Subject, place: Place | None, settings: Settings) -> dict[str, Any]:
+def _facts(
+    request: Request, friction: Subject, place: Place | None, settings: Settings
+) -> dict[str, Any]:
     """Return the facts of the templates: the C, pins and parameters, and the self-test."""
     name, constants, of_place = request.name, "", ""
     if place is not None:
         builder = Builder()
-        of_place = f" + place_{builder.function(effort_at, [REAL, struct_type(place)]).name}(ahead, place)"
+        of_place = (
+            f" + place_{builder.function(effort_at, [REAL, struct_type(place)]).name}(ahead, place)"
+        )
         for function in builder.unit.functions:
             function.name = f"place_{function.name}"
         friction = replace(friction, unit=Unit([*friction.unit.functions, *builder.unit.functions]))
     c = CFiles(friction, replace(request, axis=None), STEPS, feeds=True)
     if place is not None:
-        constants = "\n" + constant_text("place", place, struct_type(place), c.new_printer(), "place")
+        constants = "\n" + constant_text(
+            "place", place, struct_type(place), c.new_printer(), "place"
+        )
     # Inlined into the function of the component, the step lacks registers: lugre needs 13 ns more.
     facts = c.facts() | {"device": "static __attribute__((noinline)) "}
     facts |= {"data": facts["data"] + constants}
     code = "".join(rendered(part, facts) for part in ("c/structure.h", "c/head.c", "c/steps.c"))
-    presets = {"scale": settings.position.si, "effort-scale": settings.effort.si, "lead": settings.lead, "limit": 0}
+    presets = {
+        "scale": settings.position.si,
+        "effort-scale": settings.effort.si,
+        "lead": settings.lead,
+        "limit": 0,
+    }
     presets |= {"slew": "1e9", "gain": 1}
-    values = {"scale": settings.position.si, "effort_scale": settings.effort.si, "lead": settings.lead, "limit": settings.limit}
+    values = {
+        "scale": settings.position.si,
+        "effort_scale": settings.effort.si,
+        "lead": settings.lead,
+        "limit": settings.limit,
+    }
     return (
         facts
         | {name: repr(value) for name, value in values.items()}
-        | {"code": code.replace(f'#include "{name}.h"\n', ""), "macros": MACROS, "lead_max": LEAD_MAX}
+        | {
+            "code": code.replace(f'#include "{name}.h"\n', ""),
+            "macros": MACROS,
+            "lead_max": LEAD_MAX,
+        }
         | {"units": settings, "effort_of_place": of_place}
         | _test_facts(name, ["reference"], "feed", presets, PERIOD_NS)
     )
@@ -209,18 +331,38 @@ def _facts(request: Request, friction: Subject, place: Place | None, settings: S
 def _table(request: Request, settings: Settings) -> tuple[str, Sequence[str]]:
     """Return the HAL file of a table of velocity and effort in units of the machine, and the losses of the table."""
     sides = {way: side_of(request.model, way, request.speed, PER_DIRECTION) for way in (1.0, -1.0)}
-    points = points_of({way: side.entries for way, side in sides.items()}, NEAR_REST * request.speed, settings)
+    points = points_of(
+        {way: side.entries for way, side in sides.items()}, NEAR_REST * request.speed, settings
+    )
     entries: Mapping[float, np.ndarray] = {way: side.entries for way, side in sides.items()}
-    lost = (*losses(request.model, sides[1.0], sides[-1.0], settings.effort._replace(si=abs(settings.effort.si)), symmetric=False),)
+    lost = (
+        *losses(
+            request.model,
+            sides[1.0],
+            sides[-1.0],
+            settings.effort._replace(si=abs(settings.effort.si)),
+            symmetric=False,
+        ),
+    )
     lost += error_on_log(request, entries)
-    facts = {"name": request.name, "pin": f"{request.name.replace('_', '-')}-table", "points": points, "losses": map(plain, lost)}
+    facts = {
+        "name": request.name,
+        "pin": f"{request.name.replace('_', '-')}-table",
+        "points": points,
+        "losses": map(plain, lost),
+    }
     return rendered("hal/table.hal", facts | {"units": settings}), lost
 
 
-def points_of(entries: Mapping[float, np.ndarray], near_rest: float, settings: Settings) -> list[tuple[float, float]]:
+def points_of(
+    entries: Mapping[float, np.ndarray], near_rest: float, settings: Settings
+) -> list[tuple[float, float]]:
     """Return the points of the table, velocity ascending, in units of the machine; the entries at rest move to `near_rest` [m/s]."""
     points = []
     for way, side in entries.items():
         speeds = np.maximum(side[:, 0], near_rest)
-        points += [(way * v / settings.position.si, way * f / settings.effort.si) for v, f in zip(speeds, side[:, 1], strict=True)]
+        points += [
+            (way * v / settings.position.si, way * f / settings.effort.si)
+            for v, f in zip(speeds, side[:, 1], strict=True)
+        ]
     return sorted((float(v), float(f)) for v, f in points)

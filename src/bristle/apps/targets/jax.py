@@ -68,7 +68,9 @@ class Friction:
         """
         return self._array(self._walk.start, "start")
 
-    def walk(self, state: Any, x: Any, dt: Any, parameters: Any = None, **signals: Any) -> tuple[Any, Any]:
+    def walk(
+        self, state: Any, x: Any, dt: Any, parameters: Any = None, **signals: Any
+    ) -> tuple[Any, Any]:
         """Return the state after a walk, and the friction force of each step.
 
         Parameters
@@ -97,25 +99,54 @@ class Friction:
             If an argument is not of double precision, or has the wrong shape or an unknown name.
         """
         walk = self._walk
-        for kind, names, allowed in (("signals", signals, walk.signals), ("parameters", parameters, walk.parameters)):
+        for kind, names, allowed in (
+            ("signals", signals, walk.signals),
+            ("parameters", parameters, walk.parameters),
+        ):
             for name in set(names) - set(allowed) if isinstance(names, Mapping) else ():
                 raise InputError(
-                    "no such name", path=kind, value=name, mend=did_you_mean(name, allowed), allowed=", ".join(allowed) or f"no {kind}"
+                    "no such name",
+                    path=kind,
+                    value=name,
+                    mend=did_you_mean(name, allowed),
+                    allowed=", ".join(allowed) or f"no {kind}",
                 )
-        around = [self._array(signals.get(name, usual), name) for name, usual in walk.signals.items()]
+        around = [
+            self._array(signals.get(name, usual), name) for name, usual in walk.signals.items()
+        ]
         x = self._array(x, "x")
-        operands = [self._array(state, "state"), x, self._array(dt, "dt")[..., None], self._flat(parameters)]
+        operands = [
+            self._array(state, "state"),
+            x,
+            self._array(dt, "dt")[..., None],
+            self._flat(parameters),
+        ]
         operands += [signal if signal.shape else signal[None] for signal in around]
-        widths = [walk.start.size, x.shape[-1], 1, sum(map(np.size, walk.parameters.values())), *[x.shape[-1]] * len(around)]
+        widths = [
+            walk.start.size,
+            x.shape[-1],
+            1,
+            sum(map(np.size, walk.parameters.values())),
+            *[x.shape[-1]] * len(around),
+        ]
         names = ["state", "x", "dt", "parameters", *walk.signals]
         for name, operand, width in zip(names, operands, widths, strict=True):
             if operand.shape[-1] != width and not (name in walk.signals and operand.shape[-1] == 1):
-                raise InputError("has a wrong shape", path=name, value=tuple(operand.shape), allowed=f"(..., {width})")
+                raise InputError(
+                    "has a wrong shape",
+                    path=name,
+                    value=tuple(operand.shape),
+                    allowed=f"(..., {width})",
+                )
         lanes = np.broadcast_shapes(*(operand.shape[:-1] for operand in operands))
         pairs = zip(operands, widths, strict=True)
-        return self._run([self._numpy.broadcast_to(operand, (*lanes, width)) for operand, width in pairs])
+        return self._run(
+            [self._numpy.broadcast_to(operand, (*lanes, width)) for operand, width in pairs]
+        )
 
-    def force(self, state: Any, x: Any, dt: Any, parameters: Any = None, **signals: Any) -> tuple[Any, Any]:
+    def force(
+        self, state: Any, x: Any, dt: Any, parameters: Any = None, **signals: Any
+    ) -> tuple[Any, Any]:
         """Return the state after one step, and its force: `walk` with a position and signals of shape (...)."""
         signals = {name: self._array(signal, name)[..., None] for name, signal in signals.items()}
         state, force = self.walk(state, self._array(x, "x")[..., None], dt, parameters, **signals)
@@ -132,7 +163,9 @@ class Friction:
                 part = part[..., None]
             parts.append(part)
         lanes = np.broadcast_shapes(*(part.shape[:-1] for part in parts))
-        return self._numpy.concatenate([self._numpy.broadcast_to(part, (*lanes, part.shape[-1])) for part in parts], -1)
+        return self._numpy.concatenate(
+            [self._numpy.broadcast_to(part, (*lanes, part.shape[-1])) for part in parts], -1
+        )
 
     def _array(self, value: Any, name: str) -> Any:
         array = self._numpy.asarray(value)
@@ -159,8 +192,14 @@ def _walk_primitive() -> Any:
     jax, ad = import_module("jax"), import_module("jax.interpreters.ad")
     text = resources.files("bristle.apps.targets").joinpath("walk.cc").read_text(encoding="ascii")
     command = next((name for name in ("c++", "g++", "clang++") if shutil.which(name)), None)
-    path = CompiledWalk.build({"walk.cc": text}, command, ["-std=c++17", "-O1", f"-DJAX={jax.__version__}", f"-I{jax.ffi.include_dir()}"])
-    jax.ffi.register_ffi_target(TARGET, jax.ffi.pycapsule(ctypes.CDLL(str(path)).bristle_walk), platform="cpu")
+    path = CompiledWalk.build(
+        {"walk.cc": text},
+        command,
+        ["-std=c++17", "-O1", f"-DJAX={jax.__version__}", f"-I{jax.ffi.include_dir()}"],
+    )
+    jax.ffi.register_ffi_target(
+        TARGET, jax.ffi.pycapsule(ctypes.CDLL(str(path)).bristle_walk), platform="cpu"
+    )
     walk = _primitive("walk", lambda operands: operands[:2])
     forward = _primitive("walk_forward", lambda operands: operands[:2])
     reverse = _primitive("walk_reverse", lambda operands: operands[:-2])
@@ -175,7 +214,9 @@ def _walk_primitive() -> Any:
         primals, tangents = operands[: len(operands) // 2], operands[len(operands) // 2 :]
         moved = reverse.bind(*primals, *map(ad.instantiate_zeros, adjoints), library=library)
         pairs = zip(tangents, moved, strict=True)
-        return [None] * len(primals) + [adjoint if ad.is_undefined_primal(tangent) else None for tangent, adjoint in pairs]
+        return [None] * len(primals) + [
+            adjoint if ad.is_undefined_primal(tangent) else None for tangent, adjoint in pairs
+        ]
 
     ad.primitive_jvps[walk] = with_tangents
     ad.primitive_transposes[forward] = transposed
@@ -184,25 +225,41 @@ def _walk_primitive() -> Any:
 
 def _primitive(function: str, like: Callable[[Sequence[Any]], Sequence[Any]]) -> Any:
     """Return a primitive that calls a function of the library; `like` chooses the operands with the shapes of the results."""
-    jax, batching, mlir = map(import_module, ("jax", "jax.interpreters.batching", "jax.interpreters.mlir"))
+    jax, batching, mlir = map(
+        import_module, ("jax", "jax.interpreters.batching", "jax.interpreters.mlir")
+    )
     primitive = import_module("jax.extend.core").Primitive(f"bristle_{function}")
     primitive.multiple_results = True
 
     def call(*operands: Any, library: str) -> Any:
         *lanes, steps = operands[1].shape
         shapes = [jax.ShapeDtypeStruct(operand.shape, operand.dtype) for operand in like(operands)]
-        attributes = {"library": library, "symbol": function, "lanes": np.int64(math.prod(lanes)), "steps": np.int64(steps)}
+        attributes = {
+            "library": library,
+            "symbol": function,
+            "lanes": np.int64(math.prod(lanes)),
+            "steps": np.int64(steps),
+        }
         return jax.ffi.ffi_call(TARGET, shapes)(*operands, **attributes)
 
     def batched(operands: Sequence[Any], axes: Sequence[Any], *, library: str) -> Any:
-        size = next(operand.shape[axis] for operand, axis in zip(operands, axes, strict=True) if axis is not None)
-        moved = [batching.bdim_at_front(operand, axis, size) for operand, axis in zip(operands, axes, strict=True)]
+        size = next(
+            operand.shape[axis]
+            for operand, axis in zip(operands, axes, strict=True)
+            if axis is not None
+        )
+        moved = [
+            batching.bdim_at_front(operand, axis, size)
+            for operand, axis in zip(operands, axes, strict=True)
+        ]
         results = primitive.bind(*moved, library=library)
         return results, [0] * len(results)
 
     primitive.def_impl(call)
     primitive.def_abstract_eval(
-        lambda *operands, library: [jax.core.ShapedArray(operand.shape, operand.dtype) for operand in like(operands)]
+        lambda *operands, library: [
+            jax.core.ShapedArray(operand.shape, operand.dtype) for operand in like(operands)
+        ]
     )
     mlir.register_lowering(primitive, mlir.lower_fun(call, multiple_results=True), platform="cpu")
     batching.primitive_batchers[primitive] = batched

@@ -67,16 +67,30 @@ class JointFriction(NamedTuple):
 def write(request: Request) -> Product:
     """Return the scene, with notes on differences of MuJoCo."""
     friction = friction_of_joint(request)
-    error = friction.deviation and {name: value for name, value in friction.deviation._asdict().items() if value or name != "reach"}
-    return Product({f"{request.name}.xml": _scene(request, friction)}, (*friction.notes, *_left_out(request.plant)), error=error)
+    error = friction.deviation and {
+        name: value
+        for name, value in friction.deviation._asdict().items()
+        if value or name != "reach"
+    }
+    return Product(
+        {f"{request.name}.xml": _scene(request, friction)},
+        (*friction.notes, *_left_out(request.plant)),
+        error=error,
+    )
 
 
 def _left_out(plant: Model | None) -> tuple[str, ...]:
     """Return a note on the forces of a plant that the scene does not contain."""
     if plant is None:
         return ()
-    names = [name for name, value in plant.values.items() if name not in ("M", "J", "lead") and np.any(value)]
-    return (f"the scene contains the mass of the plant only, without {', '.join(names)}",) * bool(names)
+    names = [
+        name
+        for name, value in plant.values.items()
+        if name not in ("M", "J", "lead") and np.any(value)
+    ]
+    return (f"the scene contains the mass of the plant only, without {', '.join(names)}",) * bool(
+        names
+    )
 
 
 def _scene(request: Request, friction: JointFriction) -> str:
@@ -85,16 +99,37 @@ def _scene(request: Request, friction: JointFriction) -> str:
     time = math.sqrt(mass / friction.stiffness) if friction.stiffness else STEP
     about, error = OF_LUGRE, ""
     if friction.deviation is not None:
-        about, error = OF_ELEMENTS if friction.tendons else "{error}.", friction.deviation.text(model.kind)
+        about, error = (
+            OF_ELEMENTS if friction.tendons else "{error}.",
+            friction.deviation.text(model.kind),
+        )
         step = min(STEP, float(f"{0.2 * time:.1g}")) if friction.tendons else STEP
     # A comment in XML must not contain "--".
-    facts, table = (text.replace("--", "- -") for text in ("\n".join(request.source.lines), parameter_table(model, request.source)))
+    facts, table = (
+        text.replace("--", "- -")
+        for text in ("\n".join(request.source.lines), parameter_table(model, request.source))
+    )
     shape = {"joint": "slide", "axis": "1 0 0", "mass": repr(mass), "inertia": "1 1 1"}
     if model.kind != "translational":
-        shape = {"joint": "hinge", "axis": "0 0 1", "mass": "1", "inertia": f"{mass!r} {mass!r} {mass!r}"}
-    tendons, actuators = ("".join(f"    {Xml.tostring(part, encoding='unicode')}\n" for part in parts) for parts in friction[1:3])
-    parts = {"facts": facts, "table": table, "about": about.format(time=time, error=error), "actuators": actuators} | shape
-    parts["option"] = f' noslip_iterations="{ITERATIONS}"' if "frictionloss" in friction.attributes else ""
+        shape = {
+            "joint": "hinge",
+            "axis": "0 0 1",
+            "mass": "1",
+            "inertia": f"{mass!r} {mass!r} {mass!r}",
+        }
+    tendons, actuators = (
+        "".join(f"    {Xml.tostring(part, encoding='unicode')}\n" for part in parts)
+        for parts in friction[1:3]
+    )
+    parts = {
+        "facts": facts,
+        "table": table,
+        "about": about.format(time=time, error=error),
+        "actuators": actuators,
+    } | shape
+    parts["option"] = (
+        f' noslip_iterations="{ITERATIONS}"' if "frictionloss" in friction.attributes else ""
+    )
     parts["of_joint"] = "".join(f' {key}="{value}"' for key, value in friction.attributes.items())
     parts["tendons"] = tendons and f"  <tendon>\n{tendons}  </tendon>\n"
     return TEXT.format(model=plain(model.name), version=version(), name=name, step=step, **parts)
@@ -104,20 +139,52 @@ def friction_of_joint(request: Request) -> JointFriction:
     """Return the friction of a joint, named like the request."""
     component, values, name = request.model.component, request.model.values, request.name
     slots = variations_of(component)
-    if base_of(component).name == "lugre" and not (slots or directional(component)) and math.isinf(values["v_d"]):
-        lugre = " ".join(repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
-        attributes = {"motorconst": "0", "resistance": "1", "input": "none", "damping": repr(float(values["sigma_2"])), "lugre": lugre}
+    if (
+        base_of(component).name == "lugre"
+        and not (slots or directional(component))
+        and math.isinf(values["v_d"])
+    ):
+        lugre = " ".join(
+            repr(float(values[key])) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S")
+        )
+        attributes = {
+            "motorconst": "0",
+            "resistance": "1",
+            "input": "none",
+            "damping": repr(float(values["sigma_2"])),
+            "lugre": lugre,
+        }
         constant, notes = _constant(name, offset_of(component.variables, values))
         motor = Xml.Element("dcmotor", {"name": f"{name}_friction", "joint": name} | attributes)
-        return JointFriction({}, [], [motor, *constant], values["sigma_0"], None, (NOTE_OF_LUGRE, *notes))
+        return JointFriction(
+            {}, [], [motor, *constant], values["sigma_0"], None, (NOTE_OF_LUGRE, *notes)
+        )
     elements, deviation = elements_of(request)
     actuators, notes = _constant(name, elements.whole_constant)
     slots = slots or ("transmitted effort",) * rises_with_effort(request.model)
     if slots:
-        notes = (f"the scene omits {', '.join(slots)}: its friction is that at nominal values, in the middle of the range", *notes)
-    attributes = {key: repr(float(value)) for key, value in (("frictionloss", elements.dry), ("damping", elements.damping)) if value}
-    notes = (deviation.text(request.model.kind), *(("the scene needs MuJoCo 4 or later",) if elements.stiffness.size else ()), *notes)
-    return JointFriction(attributes, _tendons(name, elements), actuators, float(np.sum(elements.stiffness)), deviation, notes)
+        notes = (
+            f"the scene omits {', '.join(slots)}: its friction is that at nominal values, in the middle of the range",
+            *notes,
+        )
+    attributes = {
+        key: repr(float(value))
+        for key, value in (("frictionloss", elements.dry), ("damping", elements.damping))
+        if value
+    }
+    notes = (
+        deviation.text(request.model.kind),
+        *(("the scene needs MuJoCo 4 or later",) if elements.stiffness.size else ()),
+        *notes,
+    )
+    return JointFriction(
+        attributes,
+        _tendons(name, elements),
+        actuators,
+        float(np.sum(elements.stiffness)),
+        deviation,
+        notes,
+    )
 
 
 def _tendons(name: str, elements: Elements) -> list[Xml.Element]:
@@ -125,8 +192,17 @@ def _tendons(name: str, elements: Elements) -> list[Xml.Element]:
     tendons = []
     for k, d in zip(elements.stiffness.tolist(), elements.yields.tolist(), strict=True):
         if k * d > 0.0:
-            lengths = {"springlength": repr(elements.ratio * d), "springyield": repr(d)} if math.isfinite(d) else {"springlength": "0"}
-            tendons.append(Xml.Element("fixed", {"name": f"{name}_element_{len(tendons)}", "stiffness": repr(k)} | lengths))
+            lengths = (
+                {"springlength": repr(elements.ratio * d), "springyield": repr(d)}
+                if math.isfinite(d)
+                else {"springlength": "0"}
+            )
+            tendons.append(
+                Xml.Element(
+                    "fixed",
+                    {"name": f"{name}_element_{len(tendons)}", "stiffness": repr(k)} | lengths,
+                )
+            )
             Xml.SubElement(tendons[-1], "joint", joint=name, coef="1")
     return tendons
 
@@ -135,5 +211,13 @@ def _constant(name: str, force: float) -> tuple[list[Xml.Element], tuple[str, ..
     """Return the actuator of a constant friction force [N or N*m], and a note; both empty without this force."""
     if not force:
         return [], ()
-    bias = {"name": f"{name}_constant", "joint": name, "gainprm": "0", "biastype": "affine", "biasprm": f"{-force!r} 0 0"}
-    return [Xml.Element("general", bias)], (f"the actuator {name}_constant applies a constant force; its control has no effect",)
+    bias = {
+        "name": f"{name}_constant",
+        "joint": name,
+        "gainprm": "0",
+        "biastype": "affine",
+        "biasprm": f"{-force!r} 0 0",
+    }
+    return [Xml.Element("general", bias)], (
+        f"the actuator {name}_constant applies a constant force; its control has no effect",
+    )

@@ -115,7 +115,12 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         """
         columns, effort = _columns_of(X), array()(y, "y", None)
         if effort.size != columns["time"].size:
-            raise InputError("has a different number of rows than X", path="y", value=effort.size, allowed=str(columns["time"].size))
+            raise InputError(
+                "has a different number of rows than X",
+                path="y",
+                value=effort.size,
+                allowed=str(columns["time"].size),
+            )
         options: dict[str, Any] = self.get_params(deep=False) | {"axis": self._axis()}
         self.identified_: Identified = identify(columns | {"effort": effort}, **options)  # type: ignore[arg-type]
         self.n_features_in_ = len(columns)
@@ -148,9 +153,14 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         columns, axis = _columns_of(X), self._axis()
         if len(columns) != self.n_features_in_:
             raise InputError(
-                "has a different number of columns than the X of fit", path="X", value=len(columns), allowed=str(self.n_features_in_)
+                "has a different number of columns than the X of fit",
+                path="X",
+                value=len(columns),
+                allowed=str(self.n_features_in_),
             )
-        predicted = effort_of_motion(identified.plant, identified.model, columns, axis, identified.treatment)
+        predicted = effort_of_motion(
+            identified.plant, identified.model, columns, axis, identified.treatment
+        )
         left_out = np.flatnonzero(np.isnan(predicted))
         if left_out.size:
             raise InputError(
@@ -164,7 +174,9 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
     def _axis(self) -> Axis | None:
         if self.axis is None:
             return None
-        return replace(AXIS(self.axis, "axis", None), columns={}, injected=(), table=None, sample_time=None)
+        return replace(
+            AXIS(self.axis, "axis", None), columns={}, injected=(), table=None, sample_time=None
+        )
 
 
 def _columns_of(X: Any) -> dict[str, np.ndarray]:

@@ -29,15 +29,30 @@ def write(request: Request) -> Product:
     """Return the package; its parameters lead and limit have the values of the loop and of the drive."""
     refuse_velocity_mode(request, "ros2")
     tuned = tunable_of(request.sampled) if request.tunable else None
-    c = CFiles(settled_subject(subject_of(request.sampled), tuned.places if tuned else ()), request, feeds=True)
+    c = CFiles(
+        settled_subject(subject_of(request.sampled), tuned.places if tuned else ()),
+        request,
+        feeds=True,
+    )
     own = {file.format(request.name) for file in OF_C}
     of_c = {file: text for file, text in c.files().items() if file in own}
     settings, force = settings_of(request), unit_of("force", request.model.kind)
     joint = "prismatic" if request.model.kind == "translational" else "revolute"
-    notes = (f"the joint must be {joint}, and its drive must accept an effort in {force}", "the controller was not run in ROS 2")
+    notes = (
+        f"the joint must be {joint}, and its drive must accept an effort in {force}",
+        "the controller was not run in ROS 2",
+    )
     package = f"{request.name}_controller"
-    facts = c.facts() | {"package": package, "notes": [plain(note) for note in notes], "lead_max": LEAD_MAX, "lead": _yaml(settings.lead)}
-    facts |= {"limit": _yaml(settings.limit * abs(settings.effort.si)), "tuned": _tuned(tuned, c.new_printer()) if tuned else []}
+    facts = c.facts() | {
+        "package": package,
+        "notes": [plain(note) for note in notes],
+        "lead_max": LEAD_MAX,
+        "lead": _yaml(settings.lead),
+    }
+    facts |= {
+        "limit": _yaml(settings.limit * abs(settings.effort.si)),
+        "tuned": _tuned(tuned, c.new_printer()) if tuned else [],
+    }
     facts |= {"rate": max(1, round(1.0 / request.dt))}
     texts = {file.format(package): rendered(template, facts) for file, template in FILES.items()}
     return Product({**of_c, **with_rights(texts, request.source)}, notes)
@@ -46,7 +61,11 @@ def write(request: Request) -> Product:
 def _tuned(tuned: Tunable, printer: Printer) -> list[dict[str, Any]]:
     """Return name, field of the structure, size, value and meaning of each parameter that can change."""
     return [
-        {"name": name, "field": printer.names.variable(name), "size": value.size if isinstance(value, np.ndarray) else 0}
+        {
+            "name": name,
+            "field": printer.names.variable(name),
+            "size": value.size if isinstance(value, np.ndarray) else 0,
+        }
         | {"value": _yaml(value)}
         | {"meaning": plain(meaning_within(tuned.variables[name], tuned.kind)).replace('"', "'")}
         for name, value in tuned.values.items()
@@ -58,4 +77,6 @@ def _yaml(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"[{', '.join(map(_yaml, value.tolist()))}]"
     text = repr(value)
-    return text.replace("e", ".0e") if "e" in text and "." not in text else text.replace("inf", ".inf")
+    return (
+        text.replace("e", ".0e") if "e" in text and "." not in text else text.replace("inf", ".inf")
+    )

@@ -9,20 +9,50 @@ from typing import Any
 
 from bristle.apps.targets import st_project
 from bristle.apps.targets.st_code import Printer
-from bristle.apps.targets.st_parts import LREAL, REAL, WITHIN, Array as ArrayPart, Names, Pou, Variable, checked, real_literal
-from bristle.apps.targets.st_project import FARTHEST, Tuned, body_lines, call_text, interface, set_lines
+from bristle.apps.targets.st_parts import (
+    LREAL,
+    REAL,
+    WITHIN,
+    Array as ArrayPart,
+    Names,
+    Pou,
+    Variable,
+    checked,
+    real_literal,
+)
+from bristle.apps.targets.st_project import (
+    FARTHEST,
+    Tuned,
+    body_lines,
+    call_text,
+    interface,
+    set_lines,
+)
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine.translation.tree import Array, Struct, Type
 from bristle.exports.described import Source, meaning_of, model_facts, plain
 from bristle.exports.feed import Feed, with_feed
 from bristle.exports.law import INPUTS, PER_VELOCITY, Law, law_facts, law_walk
-from bristle.exports.subject import COMMIT, COUNT, TRIAL, Subject, arguments_left, settled_subject, subject_of, walk_of
+from bristle.exports.subject import (
+    COMMIT,
+    COUNT,
+    TRIAL,
+    Subject,
+    arguments_left,
+    settled_subject,
+    subject_of,
+    walk_of,
+)
 from bristle.exports.targets import Product, Request
 from bristle.exports.tunable import CONSTANTS, settled_law, single_note, tunable_law, tunable_of
 from bristle.models.controllers.feedforward import Rule
 from bristle.prediction.drive_units import command_units
 
-TUNED = {"gain": 1.0, "return_distance": 1e6, "fade_time": 1e6}  # inputs of a block for the rule of its feed, with the largest values
+TUNED = {
+    "gain": 1.0,
+    "return_distance": 1e6,
+    "fade_time": 1e6,
+}  # inputs of a block for the rule of its feed, with the largest values
 IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
 OWN = """
 position period restart clear force refused overflow begun prepared usable done last_position command place state memory motion
@@ -40,20 +70,41 @@ def st_files(subject: Subject, request: Request) -> dict[str, str]:
     printer = Printer(with_it.unit, name, around, REAL if single else LREAL)
     walk = walk_of(subject, request.dt)
     x = walk.positions(COUNT)
-    judged = st_project.Judged(name, subject.outputs(x) if operator else subject.forces(x, request.dt), single)
+    judged = st_project.Judged(
+        name, subject.outputs(x) if operator else subject.forces(x, request.dt), single
+    )
     too_far = f"{IN[operator]} := {real_literal(10.0 * FARTHEST)}"
-    facts = st_project.commented_facts(model_facts(subject, name, request.source, request.dt, single=single, tunable=request.tunable))
-    facts |= {"unit_in": plain(facts["unit_x"]), "unit_out": plain(facts["unit_force"]), "input": IN[operator]}
+    facts = st_project.commented_facts(
+        model_facts(
+            subject, name, request.source, request.dt, single=single, tunable=request.tunable
+        )
+    )
+    facts |= {
+        "unit_in": plain(facts["unit_x"]),
+        "unit_out": plain(facts["unit_force"]),
+        "input": IN[operator],
+    }
     facts |= {"count": COUNT, "output": OUT[operator], "result": OUT[operator]}
-    facts |= st_project.bounds(single=single, farthest=st_project.FARTHEST_OF_OPERATOR if operator else FARTHEST)
+    facts |= st_project.bounds(
+        single=single, farthest=st_project.FARTHEST_OF_OPERATOR if operator else FARTHEST
+    )
     block = _block(subject, feed, request, printer, facts)
-    last_call = {"last_call": too_far if operator else f"{too_far}, period := {real_literal(request.dt)}"}
-    body = body_lines("st/selftest.st", facts | st_project.walk_facts(walk, printer, "count") | judged.facts() | last_call)
+    last_call = {
+        "last_call": too_far if operator else f"{too_far}, period := {real_literal(request.dt)}"
+    }
+    body = body_lines(
+        "st/selftest.st",
+        facts | st_project.walk_facts(walk, printer, "count") | judged.facts() | last_call,
+    )
     test = Pou("PROGRAM", f"{name}_selftest", "", tuple(judged.variables()), body)
-    return st_project.project_files(name, printer, facts, block, test, judged.arrays(walk), "st/head.st", request.source)
+    return st_project.project_files(
+        name, printer, facts, block, test, judged.arrays(walk), "st/head.st", request.source
+    )
 
 
-def _block(subject: Subject, feed: Feed | None, request: Request, printer: Printer, facts: dict[str, Any]) -> Pou:
+def _block(
+    subject: Subject, feed: Feed | None, request: Request, printer: Printer, facts: dict[str, Any]
+) -> Pou:
     operator, kind, names = subject.is_operator, subject.model.kind, Names(OWN.split())
     units = None if operator else command_units(request.axis, kind)
     signals = {signal: names.of(signal, signal) for signal in subject.signals}
@@ -64,23 +115,49 @@ def _block(subject: Subject, feed: Feed | None, request: Request, printer: Print
     commit = arguments_left(subject.commit, COMMIT) if subject.commits else []
     needed = {*trial, *commit} | ({"state"} if subject.state.fields else set())
     memory = subject.memory_size if "memory" in needed else 0
-    handed = {"dt": printer.narrowed("period"), "p": "parameters", "input": printer.narrowed(IN[True])}
+    handed = {
+        "dt": printer.narrowed("period"),
+        "p": "parameters",
+        "input": printer.narrowed(IN[True]),
+    }
     handed["move"] = f"tried.{printer.field(tried, '_1')}"
     places = tuned.tunable.places if tuned else ()
-    start = [*set_lines("parameters", subject.model.parameters, subject.parameters, printer, places)] if "p" in needed else []
-    committed = call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after") if subject.commits else ""
+    start = (
+        [*set_lines("parameters", subject.model.parameters, subject.parameters, printer, places)]
+        if "p" in needed
+        else []
+    )
+    committed = (
+        call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after")
+        if subject.commits
+        else ""
+    )
     start += set_lines("state", subject.virgin, subject.state, printer)
     facts = (
         facts
-        | {"start": start, "zero": printer.real(0.0), "memories": {"memory": memory} if memory else {}}
+        | {
+            "start": start,
+            "zero": printer.real(0.0),
+            "memories": {"memory": memory} if memory else {},
+        }
         | {"state": bool(subject.state.fields), "commit": committed}
         | {"ranges": [*tuned.ranges(printer)] if tuned else [], "signals": list(signals.values())}
-        | {"tuned": [*tuned.lines("parameters", subject.parameters, printer)] if tuned and "p" in needed else []}
         | {
-            "motion": _motion(subject, printer, signals, single=request.single) if "motion" in trial else [],
+            "tuned": [*tuned.lines("parameters", subject.parameters, printer)]
+            if tuned and "p" in needed
+            else []
+        }
+        | {
+            "motion": _motion(subject, printer, signals, single=request.single)
+            if "motion" in trial
+            else [],
             "within": printer.helper(WITHIN, LREAL),
         }
-        | {"trial": call_text(printer, subject.trial, [handed.get(name, name) for name in trial], "tried")}
+        | {
+            "trial": call_text(
+                printer, subject.trial, [handed.get(name, name) for name in trial], "tried"
+            )
+        }
         | {"tried": printer.widened(f"tried.{printer.field(tried, '_0')}")}
         | {"drive": "" if units is None else real_literal(units.effort.si)}
     )
@@ -90,30 +167,55 @@ def _block(subject: Subject, feed: Feed | None, request: Request, printer: Print
         facts |= _feed_facts(feed, request, printer)
         of_feed = _feed_variables(feed, request, printer)
     own = _own_variables(subject, needed)
-    meanings, unit_in, unit_out = variables_of(subject.motion.cls), facts["unit_in"], facts["unit_out"]
+    meanings, unit_in, unit_out = (
+        variables_of(subject.motion.cls),
+        facts["unit_in"],
+        facts["unit_out"],
+    )
     meanings_of = ("position of the axis", "mean friction force of the last step")
     meanings_of = ("input of the operator", "output of the operator") if operator else meanings_of
     variables = [
         Variable(IN[operator], "LREAL", f"{meanings_of[0]} [{unit_in}]", "VAR_INPUT"),
-        *([] if operator else [Variable("period", "LREAL", "time since the last call [s]", "VAR_INPUT")]),
         *(
-            Variable(name, "LREAL", meaning_of(meanings[key], subject.model.kind), "VAR_INPUT", real_literal(subject.usual[key]))
+            []
+            if operator
+            else [Variable("period", "LREAL", "time since the last call [s]", "VAR_INPUT")]
+        ),
+        *(
+            Variable(
+                name,
+                "LREAL",
+                meaning_of(meanings[key], subject.model.kind),
+                "VAR_INPUT",
+                real_literal(subject.usual[key]),
+            )
             for key, name in signals.items()
         ),
         *(tuned.inputs(printer) if tuned else []),
-        *st_project.interface("virgin contact, no sample yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", units),
+        *st_project.interface(
+            "virgin contact, no sample yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", units
+        ),
         *of_feed,
         *(Variable(name, printer.type_name(kind)) for name, kind in own),
-        *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done") if name != "begun" or not operator),
+        *(
+            Variable(name, "BOOL")
+            for name in ("prepared", "begun", "usable", "done")
+            if name != "begun" or not operator
+        ),
         *([] if operator else [Variable("last_position", "LREAL")]),
         *([Variable("place", "DINT")] if memory else []),
     ]
-    return Pou("FUNCTION_BLOCK", request.name, "", tuple(variables), body_lines("st/block.st", facts))
+    return Pou(
+        "FUNCTION_BLOCK", request.name, "", tuple(variables), body_lines("st/block.st", facts)
+    )
 
 
 def _own_variables(subject: Subject, needed: Collection[str]) -> list[tuple[str, Type]]:
     """Return the variables that a block keeps, with their types."""
-    held: dict[str, tuple[str, Type]] = {"state": ("state", subject.state), "memory": ("memory", Array(subject.memory_size))}
+    held: dict[str, tuple[str, Type]] = {
+        "state": ("state", subject.state),
+        "memory": ("memory", Array(subject.memory_size)),
+    }
     held |= {"motion": ("motion", subject.motion), "p": ("parameters", subject.parameters)}
     own = [pair for key, pair in held.items() if key in needed]
     own.append(("tried", subject.trial.result))
@@ -131,7 +233,10 @@ def _feed_facts(feed: Feed, request: Request, printer: Printer) -> dict[str, Any
         "feed": {
             "start": [*set_lines("rule", request.share, feed.rule, printer, inputs)],
             "tuned": [f"rule.{printer.field(feed.rule, name)} := {name};" for name in TUNED],
-            "ranges": [f"({name} >= {printer.real(0.0)}) AND ({name} <= {printer.real(most)})" for name, most in TUNED.items()],
+            "ranges": [
+                f"({name} >= {printer.real(0.0)}) AND ({name} <= {printer.real(most)})"
+                for name, most in TUNED.items()
+            ],
             "speed": _speed(printer, single=request.single),
             "call": call,
             "share": f"fed.{printer.field(feed.result, 'share')}",
@@ -145,10 +250,33 @@ def _feed_variables(feed: Feed, request: Request, printer: Printer) -> list[Vari
     """Return the inputs and the output of the feed, and its own variables."""
     meanings, kind = variables_of(Rule), request.model.kind
     values = request.share._asdict()
-    inputs = [Variable(name, printer.scalar, meaning_of(meanings[name], kind), "VAR_INPUT", printer.real(values[name])) for name in TUNED]
-    output = Variable("feed", "LREAL", f"effort to feed forward along the desired motion [{unit_of('force', kind)}]", "VAR_OUTPUT")
-    own = [Variable("rule", printer.type_name(feed.rule)), Variable("fed", printer.type_name(feed.result))]
-    return [*inputs, output, *own, Variable("share", printer.scalar), Variable("speed", printer.scalar)]
+    inputs = [
+        Variable(
+            name,
+            printer.scalar,
+            meaning_of(meanings[name], kind),
+            "VAR_INPUT",
+            printer.real(values[name]),
+        )
+        for name in TUNED
+    ]
+    output = Variable(
+        "feed",
+        "LREAL",
+        f"effort to feed forward along the desired motion [{unit_of('force', kind)}]",
+        "VAR_OUTPUT",
+    )
+    own = [
+        Variable("rule", printer.type_name(feed.rule)),
+        Variable("fed", printer.type_name(feed.result)),
+    ]
+    return [
+        *inputs,
+        output,
+        *own,
+        Variable("share", printer.scalar),
+        Variable("speed", printer.scalar),
+    ]
 
 
 def _speed(printer: Printer, *, single: bool) -> str:
@@ -158,11 +286,16 @@ def _speed(printer: Printer, *, single: bool) -> str:
     return f"{printer.narrowed('position - last_position')} / {printer.narrowed('period')}"
 
 
-def _motion(subject: Subject, printer: Printer, signals: dict[str, str], *, single: bool) -> list[str]:
+def _motion(
+    subject: Subject, printer: Printer, signals: dict[str, str], *, single: bool
+) -> list[str]:
     # A sum with 0.0 turns -0.0 into 0.0: a step of length 0 has no sign.
     v = f"{_speed(printer, single=single)} + {printer.real(0.0)}"
     values = {"v": v, "x": printer.narrowed("position")}
-    values |= {name: printer.narrowed(signals[name]) if name in signals else printer.real(usual) for name, usual in subject.usual.items()}
+    values |= {
+        name: printer.narrowed(signals[name]) if name in signals else printer.real(usual)
+        for name, usual in subject.usual.items()
+    }
     motion = subject.motion
     return [f"motion.{printer.field(motion, name)} := {values[name]};" for name, _ in motion.fields]
 
@@ -181,7 +314,11 @@ def write(request: Request) -> Product:
 OWN_OF_LAW = """
 restart clear effort command refused overflow parameters lasting now memory table_memory leads prepared begun usable done place
 """
-ALONG_WALK = {"velocity": "speed", "acceleration": f"{PER_VELOCITY!r} * speed", "position": "places[count]"}
+ALONG_WALK = {
+    "velocity": "speed",
+    "acceleration": f"{PER_VELOCITY!r} * speed",
+    "position": "places[count]",
+}
 
 
 def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
@@ -189,13 +326,19 @@ def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     checked(name)
     law = settled_law(law)
     facts = st_project.commented_facts(law_facts(law, name, source))
-    around = (*law.types, *(Array(memory.size) for memory in law.memories.values()), Array(law.samples_ahead))
+    around = (
+        *law.types,
+        *(Array(memory.size) for memory in law.memories.values()),
+        Array(law.samples_ahead),
+    )
     facts |= {"output": "effort", "operator": False, "unit_in": facts["unit_x"], "count": COUNT}
     facts |= st_project.bounds(single=law.single, farthest=st_project.FARTHEST_OF_LAW)
     printer = Printer(law.unit, name, around, REAL if law.single else LREAL)
     block = _law_block(law, name, printer, facts)
     test, arrays = _law_selftest(law, name, printer, facts)
-    return st_project.project_files(name, printer, facts, block, test, arrays, "st/law_head.st", source)
+    return st_project.project_files(
+        name, printer, facts, block, test, arrays, "st/law_head.st", source
+    )
 
 
 def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> Pou:
@@ -207,25 +350,56 @@ def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> 
     ahead_names = [fed["name"] for fed in facts["inputs"] if fed["several"]]
     arrays = ahead_names if law.single else []
     handed = {name: printer.narrowed(name) for name in law.inputs if name not in ahead_names}
-    handed |= {"dt": printer.real(law.dt), "p": "parameters"} | {name: f"narrowed_{name}" for name in arrays}
+    handed |= {"dt": printer.real(law.dt), "p": "parameters"} | {
+        name: f"narrowed_{name}" for name in arrays
+    }
     tuned = (
-        Tuned.of(tunable_law(law), Names([*OWN_OF_LAW.split(), *INPUTS, *(f"narrowed_{name}" for name in INPUTS)])) if law.tunable else None
+        Tuned.of(
+            tunable_law(law),
+            Names([*OWN_OF_LAW.split(), *INPUTS, *(f"narrowed_{name}" for name in INPUTS)]),
+        )
+        if law.tunable
+        else None
     )
-    memories = {name: memory for name, memory in law.memories.items() if name in needed and memory.size}
+    memories = {
+        name: memory for name, memory in law.memories.items() if name in needed and memory.size
+    }
     skipped = tuned.tunable.places if tuned else ()
-    start = [*set_lines("parameters", law.p, p, printer, skipped), *set_lines("lasting", law.lasting, lasting, printer)]
+    start = [
+        *set_lines("parameters", law.p, p, printer, skipped),
+        *set_lines("lasting", law.lasting, lasting, printer),
+    ]
     of_block = (
         {"divisor": "" if units is None else real_literal(units.effort.si), "start": start}
         | {"memories": {name: memory.size for name, memory in memories.items()}}
-        | {"within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0), "ranges": [*tuned.ranges(printer)] if tuned else []}
-        | {"tuned": [*tuned.lines("parameters", p, printer)] if tuned else [], "after": f"now.{printer.field(now, '_1')}"}
-        | {"narrowed": [f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};" for name in arrays]}
         | {
-            "remembered": [
-                f"{name}[{i}] := {printer.real(x)};" for name, memory in memories.items() for i, x in enumerate(memory.tolist()) if x
+            "within": printer.helper(WITHIN, LREAL),
+            "zero": printer.real(0.0),
+            "ranges": [*tuned.ranges(printer)] if tuned else [],
+        }
+        | {
+            "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
+            "after": f"now.{printer.field(now, '_1')}",
+        }
+        | {
+            "narrowed": [
+                f"narrowed_{name}[place] := {printer.narrowed(f'{name}[place]')};"
+                for name in arrays
             ]
         }
-        | {"command": call_text(printer, law.entry, [handed.get(name, name) for name in needed], "now")}
+        | {
+            "remembered": [
+                f"{name}[{i}] := {printer.real(x)};"
+                for name, memory in memories.items()
+                for i, x in enumerate(memory.tolist())
+                if x
+            ]
+        }
+        | {
+            "command": call_text(
+                printer, law.entry, [handed.get(name, name) for name in needed], "now"
+            )
+        }
         | {"commanded": printer.widened(f"now.{printer.field(now, '_0')}")}
     )
     own = [("parameters", p), ("lasting", lasting), ("now", now)]
@@ -234,24 +408,47 @@ def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> 
     ahead = printer.array(law.samples_ahead, LREAL)
     variables = [
         *(
-            Variable(fed["name"], ahead if fed["several"] else "LREAL", plain(f"{fed['told']} [{fed['unit']}]"), "VAR_INPUT")
+            Variable(
+                fed["name"],
+                ahead if fed["several"] else "LREAL",
+                plain(f"{fed['told']} [{fed['unit']}]"),
+                "VAR_INPUT",
+            )
             for fed in facts["inputs"]
         ),
         *(tuned.inputs(printer) if tuned else []),
-        *interface("the law takes over the desired motion", "effort", f"command for the drive [{facts['unit_force']}]", units),
+        *interface(
+            "the law takes over the desired motion",
+            "effort",
+            f"command for the drive [{facts['unit_force']}]",
+            units,
+        ),
         *(Variable(name, printer.type_name(kind)) for name, kind in own),
         *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
         *([Variable("place", "DINT")] if memories or ahead_names else []),
     ]
-    return Pou("FUNCTION_BLOCK", name, "", tuple(variables), body_lines("st/law.st", facts | of_block))
+    return Pou(
+        "FUNCTION_BLOCK", name, "", tuple(variables), body_lines("st/law.st", facts | of_block)
+    )
 
 
-def _law_selftest(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> tuple[Pou, tuple[ArrayPart, ...]]:
+def _law_selftest(
+    law: Law, name: str, printer: Printer, facts: dict[str, Any]
+) -> tuple[Pou, tuple[ArrayPart, ...]]:
     walk, positions, efforts = law_walk(law, COUNT)
     judged = st_project.Judged(name, efforts, law.single)
-    of_test = {"told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in law.inputs), "positions": positions}
-    of_test |= {"per_velocity": real_literal(PER_VELOCITY), "last_call": f"measured := {real_literal(10.0 * FARTHEST)}"}
-    body = body_lines("st/law_selftest.st", facts | st_project.walk_facts(walk, printer, "each") | judged.facts() | of_test)
+    of_test = {
+        "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in law.inputs),
+        "positions": positions,
+    }
+    of_test |= {
+        "per_velocity": real_literal(PER_VELOCITY),
+        "last_call": f"measured := {real_literal(10.0 * FARTHEST)}",
+    }
+    body = body_lines(
+        "st/law_selftest.st",
+        facts | st_project.walk_facts(walk, printer, "each") | judged.facts() | of_test,
+    )
     arrays_ahead = [fed["name"] for fed in facts["inputs"] if fed["several"]]
     variables = [
         *judged.variables(),

@@ -26,8 +26,26 @@ from bristle.apps.targets.st_parts import (
 )
 from bristle.engine.translation import tree
 from bristle.engine.translation.scope import NotExportableError
-from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type, walk
-from bristle.exports.printing import PRIMARY, UNARY, described, needs_wide_integers, structures_of, types_in, wrapped
+from bristle.engine.translation.tree import (
+    INTEGER,
+    REAL,
+    TRUTH,
+    VOID,
+    Array,
+    Scalar,
+    Struct,
+    Type,
+    walk,
+)
+from bristle.exports.printing import (
+    PRIMARY,
+    UNARY,
+    described,
+    needs_wide_integers,
+    structures_of,
+    types_in,
+    wrapped,
+)
 
 RESULT = "given_back"
 # Precedence of an expression.
@@ -40,7 +58,9 @@ IN_WORDS = {"&": "AND", "^": "XOR"}
 class Printer:
     """Prints the functions of one unit."""
 
-    def __init__(self, unit: tree.Unit, name: str, also: tuple[Type, ...] = (), scalar: str = LREAL) -> None:
+    def __init__(
+        self, unit: tree.Unit, name: str, also: tuple[Type, ...] = (), scalar: str = LREAL
+    ) -> None:
         self.unit, self.scalar = unit, scalar
         self.integer = "LINT" if needs_wide_integers(unit) else "DINT"
         used = [*(kind for function in unit.functions for kind in types_in(function)), *also]
@@ -55,11 +75,17 @@ class Printer:
     def parts(self) -> tuple[list[ArrayPart | Record], list[Pou]]:
         """Return data types and functions; `helpers` then holds the helpers that they call."""
         functions = [self.body(function).pou() for function in self.unit.functions]
-        arrays = [ArrayPart(self.array(size, of), max(size, 1), of) for size, of in sorted(self._arrays)]
+        arrays = [
+            ArrayPart(self.array(size, of), max(size, 1), of) for size, of in sorted(self._arrays)
+        ]
         records = []
         for kind in self.structures:
-            fields = [Declared(self.field(kind, name), self.type_name(part)) for name, part in kind.fields]
-            records.append(Record(self.type_name(kind), tuple(fields or [Declared("nothing", "BOOL")])))
+            fields = [
+                Declared(self.field(kind, name), self.type_name(part)) for name, part in kind.fields
+            ]
+            records.append(
+                Record(self.type_name(kind), tuple(fields or [Declared("nothing", "BOOL")]))
+            )
         return [*arrays, *records], functions
 
     def function(self, function: tree.Function) -> str:
@@ -74,13 +100,17 @@ class Printer:
         """Return the name of a helper for real numbers of this type, and mark it as used."""
         scalar = scalar or self.scalar
         self.helpers.add((name, scalar))
-        return self._public.of(("helper", name, scalar), name if scalar == LREAL else f"single_{name}")
+        return self._public.of(
+            ("helper", name, scalar), name if scalar == LREAL else f"single_{name}"
+        )
 
     def array(self, size: int, scalar: str = "") -> str:
         """Return the name of the type of an array."""
         scalar = scalar or self.scalar
         self._arrays.add((size, scalar))
-        return self._public.of(("array", size, scalar), f"{'Numbers' if scalar == LREAL else 'Singles'}_{size}")
+        return self._public.of(
+            ("array", size, scalar), f"{'Numbers' if scalar == LREAL else 'Singles'}_{size}"
+        )
 
     def real(self, value: float) -> str:
         """Return a real number as text; -0.0, a limit from below, becomes a number just below zero."""
@@ -119,8 +149,15 @@ class Body:
         self._declared: dict[str, Declared] = {}
         self._indent = INDENT
         self._count = 0
-        assigned = {part.variable.name for part in walk(function.body) if isinstance(part, (tree.Assign, tree.For))}
-        self.arguments = [self._parameter(parameter, copied=parameter.name in assigned) for parameter in function.parameters]
+        assigned = {
+            part.variable.name
+            for part in walk(function.body)
+            if isinstance(part, (tree.Assign, tree.For))
+        }
+        self.arguments = [
+            self._parameter(parameter, copied=parameter.name in assigned)
+            for parameter in function.parameters
+        ]
 
     def _parameter(self, parameter: tree.Variable, *, copied: bool) -> str:
         """Declare an argument, and return its name; an argument that the function assigns is copied first."""
@@ -133,7 +170,9 @@ class Body:
         return original
 
     def _declare(self, name: str, kind: Type, section: str = "VAR") -> str:
-        self._declared.setdefault(name, Declared(name, self.printer.type_name(kind), section=section))
+        self._declared.setdefault(
+            name, Declared(name, self.printer.type_name(kind), section=section)
+        )
         return name
 
     def _aside(self, kind: Type) -> str:
@@ -239,7 +278,9 @@ class Body:
         if e.operator in BINDS:
             binds = BINDS[e.operator]
             # Brackets mark numbers that are rounded first, though the standard does not need them: (x + C) - C.
-            mixed = isinstance(e.left, tree.Binary) and e.left.operator != e.operator and e.type == REAL
+            mixed = (
+                isinstance(e.left, tree.Binary) and e.left.operator != e.operator and e.type == REAL
+            )
             left = self._of(e.left, binds + 1 if mixed else binds)
             return f"{left} {e.operator} {self._of(e.right, binds + 1)}", binds
         if e.operator in IN_WORDS:
@@ -248,7 +289,9 @@ class Body:
         right = e.right
         if e.operator == ">>":
             if not isinstance(right, tree.Constant):
-                raise NotExportableError(self.function.source, None, "a shift by a variable number is not exportable")
+                raise NotExportableError(
+                    self.function.source, None, "a shift by a variable number is not exportable"
+                )
             right = tree.Constant(INTEGER, 2 ** int(right.value))
         helper = self.printer.helper("floor_rest" if e.operator == "%" else "floor_divided")
         return f"{helper}(first := {self._of(e.left)}, second := {self._of(right)})", PRIMARY
@@ -261,7 +304,9 @@ class Body:
     def _logic(self, e: tree.Logic) -> tuple[str, int]:
         if not all(is_safe(part) for part in e.parts[1:]):
             return self._one_by_one(e), PRIMARY
-        return f" {e.operator.upper()} ".join(self._of(part, UNARY) for part in e.parts), BINDS[e.operator]
+        return f" {e.operator.upper()} ".join(self._of(part, UNARY) for part in e.parts), BINDS[
+            e.operator
+        ]
 
     def _select(self, e: tree.Select | tree.Make) -> tuple[str, int]:
         return self._held(e), PRIMARY
@@ -270,7 +315,9 @@ class Body:
 
     def _convert(self, e: tree.Convert) -> tuple[str, int]:
         if e.of.type == TRUTH:
-            true, false = (tree.Constant(e.type, float(value) if e.type == REAL else value) for value in (1, 0))
+            true, false = (
+                tree.Constant(e.type, float(value) if e.type == REAL else value) for value in (1, 0)
+            )
             return self._held(tree.Select(e.type, e.of, true, false)), PRIMARY
         if e.type == REAL:
             return f"{self.printer.integer}_TO_{self.printer.scalar}({self._of(e.of)})", PRIMARY
@@ -281,8 +328,14 @@ class Body:
 
     def _called(self, e: tree.Call, target: str = "") -> str:
         names, pairs = self.printer.body(e.function).arguments, []
-        for name, parameter, argument in zip(names, e.function.parameters, e.arguments, strict=True):
-            text = self._of(argument) if isinstance(parameter.type, Scalar) else self._in_place(argument)
+        for name, parameter, argument in zip(
+            names, e.function.parameters, e.arguments, strict=True
+        ):
+            text = (
+                self._of(argument)
+                if isinstance(parameter.type, Scalar)
+                else self._in_place(argument)
+            )
             pairs.append(f"{name} := {text}")
         pairs += [f"{RESULT} := {target}"] if target else []
         return f"{self.printer.function(e.function)}({', '.join(pairs)})"
@@ -307,8 +360,17 @@ class Body:
         self._block(function.body)
         if self.out and self.out[-1] == f"{INDENT}RETURN;":
             self.out.pop()
-        returns = self.printer.type_name(function.result if isinstance(function.result, Scalar) else TRUTH)
-        return Pou("FUNCTION", own, returns, tuple(self._declared.values()), tuple(self.out), described(function.description))
+        returns = self.printer.type_name(
+            function.result if isinstance(function.result, Scalar) else TRUTH
+        )
+        return Pou(
+            "FUNCTION",
+            own,
+            returns,
+            tuple(self._declared.values()),
+            tuple(self.out),
+            described(function.description),
+        )
 
     def _block(self, block: list[tree.Statement]) -> None:
         for s in block:
@@ -321,7 +383,12 @@ class Body:
                 self._into(self._aside(s.call.type), s.call)
             elif isinstance(s, tree.Return):
                 if s.value is not None:
-                    self._into(RESULT if isinstance(s.value.type, Struct) else self.printer.function(self.function), s.value)
+                    self._into(
+                        RESULT
+                        if isinstance(s.value.type, Struct)
+                        else self.printer.function(self.function),
+                        s.value,
+                    )
                 self._line("RETURN;")
             elif isinstance(s, tree.If):
                 self._if(s)
@@ -336,7 +403,12 @@ class Body:
             test, first, second = tree.Not(TRUTH, test), second, []
         self._line(f"IF {self._of(test)} THEN")
         self._inner(first)
-        while len(second) == 1 and isinstance(second[0], tree.If) and second[0].body and is_safe(second[0].test):
+        while (
+            len(second) == 1
+            and isinstance(second[0], tree.If)
+            and second[0].body
+            and is_safe(second[0].test)
+        ):
             self._line(f"ELSIF {self._of(second[0].test)} THEN")
             self._inner(second[0].body)
             second = second[0].otherwise
@@ -351,7 +423,9 @@ class Body:
 
     def _for(self, s: tree.For) -> None:
         """Print a loop over whole numbers as WHILE: MATIEC skips a FOR loop that has one pass."""
-        counter = self._aside(INTEGER) if s.variable.name == "_" else self._variable_name(s.variable)
+        counter = (
+            self._aside(INTEGER) if s.variable.name == "_" else self._variable_name(s.variable)
+        )
         last = self._one_less(s.stop)
         if not isinstance(s.stop, tree.Constant):
             held = self._aside(INTEGER)
@@ -386,7 +460,18 @@ def is_safe(e: tree.Expression) -> bool:
     """Return whether an expression may be evaluated unnecessarily, and without a preceding statement."""
     for part in walk(e):
         divides = isinstance(part, tree.Binary) and part.operator not in ("+", "-", "*")
-        calls = isinstance(part, tree.Intrinsic) and part.name not in ("abs", "min", "max", "copysign", "isinf", "isnan")
-        if divides or calls or isinstance(part, (tree.Index, tree.Call, tree.Select, tree.Convert, tree.Make)):
+        calls = isinstance(part, tree.Intrinsic) and part.name not in (
+            "abs",
+            "min",
+            "max",
+            "copysign",
+            "isinf",
+            "isnan",
+        )
+        if (
+            divides
+            or calls
+            or isinstance(part, (tree.Index, tree.Call, tree.Select, tree.Convert, tree.Make))
+        ):
             return False
     return True

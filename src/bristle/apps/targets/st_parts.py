@@ -38,8 +38,12 @@ version void wchar weigh while with word wstring xor
 RESERVED = frozenset(WORDS.split())
 LREAL, REAL = "LREAL", "REAL"
 SHORT = 2  # letters: length of names of tags, qualifiers of actions and old instructions
-LARGEST_PRODUCT = 16777215.0 * 2.0**1000  # MATIEC folds constants in single precision, which has no more digits
-LARGEST_WRITTEN = 1e37  # some compilers refuse larger literals, because they read them as REAL first
+LARGEST_PRODUCT = (
+    16777215.0 * 2.0**1000
+)  # MATIEC folds constants in single precision, which has no more digits
+LARGEST_WRITTEN = (
+    1e37  # some compilers refuse larger literals, because they read them as REAL first
+)
 NO_NUMBER_WRITTEN = 3e37  # marks "not a number"
 BELOW_ZERO = {LREAL: 2.0**-1000, REAL: 2.0**-120}  # the language cannot distinguish -0.0 from 0.0
 STEP = 100  # power of two that builds longer ones
@@ -186,7 +190,17 @@ def part_text(part: Array | Record | Pou) -> str:
         return f"TYPE\n{INDENT}{part.name} : ARRAY[0..{part.size - 1}] OF {part.of};\nEND_TYPE\n"
     if isinstance(part, Record):
         fields = [f"{INDENT * 2}{line}" for line in _declarations(part.fields)]
-        return "\n".join(["TYPE", f"{INDENT}{part.name} :", f"{INDENT}STRUCT", *fields, f"{INDENT}END_STRUCT;", "END_TYPE", ""])
+        return "\n".join(
+            [
+                "TYPE",
+                f"{INDENT}{part.name} :",
+                f"{INDENT}STRUCT",
+                *fields,
+                f"{INDENT}END_STRUCT;",
+                "END_TYPE",
+                "",
+            ]
+        )
     lines = [f"(* {commented(part.meaning)} *)"] if part.meaning else []
     lines.append(f"{part.kind} {part.name}{f' : {part.returns}' if part.returns else ''}")
     for section in SECTIONS:
@@ -352,7 +366,9 @@ for _block in HELPERS.strip().split("\n\n"):
 NEEDED = {"truncated": "floor", "floor_rest": "floor_divided"}
 
 
-def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str, scalar: str = LREAL) -> list[Pou]:
+def helpers_of(
+    names: Collection[str], named: Callable[[str], str], integer: str, scalar: str = LREAL
+) -> list[Pou]:
     """Return the requested helpers; `named` maps each to its name in the program."""
     needed = {*names, *(NEEDED[name] for name in names if name in NEEDED)}
     called = {name: named(name) for name in TEXTS if name in needed}
@@ -368,11 +384,20 @@ def helpers_of(names: Collection[str], named: Callable[[str], str], integer: str
             for variable, _, kind in (word.partition(":") for word in text.split())
         ]
         parts = {f"of_{part}": _scaled(part, scalar, own) for part in ("mantissa", "exponent")}
-        parts |= {"smaller": CHOICE.format(own=own, than="<"), "larger": CHOICE.format(own=own, than=">")}
+        parts |= {
+            "smaller": CHOICE.format(own=own, than="<"),
+            "larger": CHOICE.format(own=own, than=">"),
+        }
         parts |= {"magnitude": SIZE.format(to=own), "sized": SIZE.format(to="size")}
         text = body.format(**facts, **parts, own=own)
         # Some compilers read a number without a type as double.
-        text = text if scalar == LREAL else NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
+        text = (
+            text
+            if scalar == LREAL
+            else NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
+        )
         lines = [f"    {line}" for line in text.strip().split("\n")]
-        pous.append(Pou("FUNCTION", own, types.get(gives, gives), tuple(declared), tuple(lines), meaning))
+        pous.append(
+            Pou("FUNCTION", own, types.get(gives, gives), tuple(declared), tuple(lines), meaning)
+        )
     return pous

@@ -12,8 +12,24 @@ import numpy as np
 
 from bristle.apps.targets import st_parts
 from bristle.apps.targets.st_code import RESULT, Printer
-from bristle.apps.targets.st_parts import INDENT, LREAL, REAL, Array, Names, Pou, Variable, helpers_of, real_literal
-from bristle.engine.translation.tree import REAL as NUMBER, TRUTH, Array as ArrayType, Function, Struct
+from bristle.apps.targets.st_parts import (
+    INDENT,
+    LREAL,
+    REAL,
+    Array,
+    Names,
+    Pou,
+    Variable,
+    helpers_of,
+    real_literal,
+)
+from bristle.engine.translation.tree import (
+    REAL as NUMBER,
+    TRUTH,
+    Array as ArrayType,
+    Function,
+    Struct,
+)
 from bristle.exports.described import Source, meaning_within, plain, rendered, version, with_rights
 from bristle.exports.printing import element, wrapped
 from bristle.exports.subject import FACTOR, PART, RESTS, SEED, TERM, Walk
@@ -36,16 +52,27 @@ class Tuned:
         return cls(
             tunable,
             {
-                (name, place): names.of(("parameter", name, place), name if place is None else f"{name}_{place + 1}")
+                (name, place): names.of(
+                    ("parameter", name, place), name if place is None else f"{name}_{place + 1}"
+                )
                 for name, place, _ in tunable.numbers()
             },
         )
 
     def inputs(self, printer: Printer) -> list[Variable]:
         """Return the declarations."""
-        meanings = {name: meaning_within(variable, self.tunable.kind) for name, variable in self.tunable.variables.items()}
+        meanings = {
+            name: meaning_within(variable, self.tunable.kind)
+            for name, variable in self.tunable.variables.items()
+        }
         return [
-            Variable(self.names[name, place], printer.scalar, meanings[name], "VAR_INPUT", printer.real(value))
+            Variable(
+                self.names[name, place],
+                printer.scalar,
+                meanings[name],
+                "VAR_INPUT",
+                printer.real(value),
+            )
             for name, place, value in self.tunable.numbers()
         ]
 
@@ -59,7 +86,9 @@ class Tuned:
             ]
             yield " AND ".join(tests)
 
-    def lines(self, place: str, kind: Struct, printer: Printer, path: tuple[str, ...] = ()) -> Iterator[str]:
+    def lines(
+        self, place: str, kind: Struct, printer: Printer, path: tuple[str, ...] = ()
+    ) -> Iterator[str]:
         """Yield the lines that copy the inputs to the parameters of the kernels."""
         for name, part in kind.fields:
             at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
@@ -68,11 +97,17 @@ class Tuned:
             elif inner in self.tunable.places:
                 parameter = self.tunable.places[inner]
                 numbers = range(part.size) if isinstance(part, ArrayType) else (None,)
-                yield from (f"{at}{'' if i is None else f'[{i}]'} := {self.names[parameter, i]};" for i in numbers)
+                yield from (
+                    f"{at}{'' if i is None else f'[{i}]'} := {self.names[parameter, i]};"
+                    for i in numbers
+                )
 
 
 FARTHEST = 1e30  # Inputs and outputs beyond it do not count as numbers
-PERIODS = {False: (1e-12, 1e12), True: (1e-6, 1e6)}  # allowed time steps, in double and single precision [s]
+PERIODS = {
+    False: (1e-12, 1e12),
+    True: (1e-6, 1e6),
+}  # allowed time steps, in double and single precision [s]
 # Limits that keep the square of velocity over Stribeck velocity within single precision.
 FASTEST, FARTHEST_OF_OPERATOR, FARTHEST_OF_LAW = 1e9, 1e9, 1e5
 Path = tuple[str, ...]
@@ -81,14 +116,23 @@ PER_CYCLE = 20  # Steps of a self-test in one cycle of a task
 
 
 def project_files(
-    name: str, printer: Printer, facts: dict[str, Any], block: Pou, test: Pou, arrays: Sequence[Array], head: str, source: Source
+    name: str,
+    printer: Printer,
+    facts: dict[str, Any],
+    block: Pou,
+    test: Pou,
+    arrays: Sequence[Array],
+    head: str,
+    source: Source,
 ) -> dict[str, str]:
     """Return the files of a function block with its parts, and of its self-test; `head` is the template of their first comment."""
     types, functions = printer.parts()
     helpers = []
     for scalar in (LREAL, REAL):
         names = [helper for helper, of in sorted(printer.helpers) if of == scalar]
-        helpers += helpers_of(names, partial(printer.helper, scalar=scalar), printer.integer, scalar)
+        helpers += helpers_of(
+            names, partial(printer.helper, scalar=scalar), printer.integer, scalar
+        )
     functions = [*helpers, *functions]
     types = st_parts.used_of(types, [*functions, block])
     comment = rendered(head, facts)
@@ -96,21 +140,35 @@ def project_files(
     files = {
         f"{name}.st": "\n".join([comment, *map(st_parts.part_text, [*types, *functions, block])]),
         f"{name}_selftest.st": "\n".join([test_head, *map(st_parts.part_text, [*arrays, test])]),
-        f"{name}_plcopen.xml": project_text(name, comment, [*types, *arrays], [*functions, block, test]),
+        f"{name}_plcopen.xml": project_text(
+            name, comment, [*types, *arrays], [*functions, block, test]
+        ),
     }
     return with_rights(files, source)
 
 
 def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) -> list[Variable]:
     """Return the further inputs and the outputs of a block: command in units of a drive, and flags of repeated output."""
-    command = "" if units is None else f"the same in the units of the drive [{plain(units.effort.name)}]"
+    command = (
+        "" if units is None else f"the same in the units of the drive [{plain(units.effort.name)}]"
+    )
     return [
         Variable("restart", "BOOL", f"begin anew: {anew}", "VAR_INPUT"),
         Variable("clear", "BOOL", "reset the flags", "VAR_INPUT"),
         Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
         *([Variable("command", "LREAL", command, "VAR_OUTPUT")] if command else []),
-        Variable("refused", "BOOL", "an input was not a finite number: the output was repeated", "VAR_OUTPUT"),
-        Variable("overflow", "BOOL", "the result was not a finite number: the last output was repeated", "VAR_OUTPUT"),
+        Variable(
+            "refused",
+            "BOOL",
+            "an input was not a finite number: the output was repeated",
+            "VAR_OUTPUT",
+        ),
+        Variable(
+            "overflow",
+            "BOOL",
+            "the result was not a finite number: the last output was repeated",
+            "VAR_OUTPUT",
+        ),
     ]
 
 
@@ -127,19 +185,39 @@ class Judged:
         total, lost = total_of(self.outputs.tolist())
         near = checkpoints(self.outputs, single=self.single)
         return (
-            {"total": real_literal(total), "lost": real_literal(lost), "last": real_literal(float(self.outputs[-1]))}
-            | {"every": near["every"], "expected": [real_literal(float(text)) for text in near["checkpoints"]]}
-            | {"tolerance": real_literal(TOLERANCE * float(near["largest"])), "count": self.outputs.size}
+            {
+                "total": real_literal(total),
+                "lost": real_literal(lost),
+                "last": real_literal(float(self.outputs[-1])),
+            }
+            | {
+                "every": near["every"],
+                "expected": [real_literal(float(text)) for text in near["checkpoints"]],
+            }
+            | {
+                "tolerance": real_literal(TOLERANCE * float(near["largest"])),
+                "count": self.outputs.size,
+            }
         )
 
     def variables(self) -> list[Variable]:
         """Return the variables that all self-tests have."""
         gave = "within the error of single precision" if self.single else "bit by bit"
         worst = [Variable("worst", "LREAL", "largest deviation of the output", "VAR_OUTPUT")]
-        numbers = ["bits", "walked", "following", *([] if self.single else ["total", "lost", "added"])]
+        numbers = [
+            "bits",
+            "walked",
+            "following",
+            *([] if self.single else ["total", "lost", "added"]),
+        ]
         return [
             Variable("done", "BOOL", "whether the walk is complete", "VAR_OUTPUT"),
-            Variable("passed", "BOOL", f"whether the outputs match those of bristle, {gave}", "VAR_OUTPUT"),
+            Variable(
+                "passed",
+                "BOOL",
+                f"whether the outputs match those of bristle, {gave}",
+                "VAR_OUTPUT",
+            ),
             *(worst if self.single else []),
             Variable("axis", self.name),
             Variable("prepared", "BOOL"),
@@ -158,25 +236,58 @@ class Judged:
 
 def commented_facts(facts: dict[str, Any]) -> dict[str, Any]:
     """Return facts without text that begins or ends a comment."""
-    texts = {key: st_parts.commented(facts[key]) for key in ("description", "variant", "table") if key in facts}
-    texts |= {"frictions": {title: st_parts.commented(rows) for title, rows in facts.get("frictions", {}).items()}}
-    return facts | texts | {key: [st_parts.commented(line) for line in facts[key]] for key in ("facts", "fed") if key in facts}
+    texts = {
+        key: st_parts.commented(facts[key])
+        for key in ("description", "variant", "table")
+        if key in facts
+    }
+    texts |= {
+        "frictions": {
+            title: st_parts.commented(rows) for title, rows in facts.get("frictions", {}).items()
+        }
+    }
+    return (
+        facts
+        | texts
+        | {
+            key: [st_parts.commented(line) for line in facts[key]]
+            for key in ("facts", "fed")
+            if key in facts
+        }
+    )
 
 
 def call_text(printer: Printer, function: Function, handed: Iterable[str], result: str) -> str:
     """Return a call of a function that writes a structure to `result`."""
-    pairs = [f"{name} := {value}" for name, value in zip(printer.body(function).arguments, handed, strict=True)]
+    pairs = [
+        f"{name} := {value}"
+        for name, value in zip(printer.body(function).arguments, handed, strict=True)
+    ]
     return f"{printer.function(function)}({', '.join([*pairs, f'{RESULT} := {result}'])})"
 
 
 def bounds(*, single: bool, farthest: float = FARTHEST) -> dict[str, str]:
     """Return the limits of inputs and outputs; in single precision, `farthest` limits inputs."""
     shortest, longest = PERIODS[single]
-    held = {"farthest": farthest if single else FARTHEST, "beyond": FARTHEST, "shortest": shortest, "longest": longest}
-    return {name: real_literal(value) for name, value in held.items()} | {"fastest": real_literal(FASTEST) if single else ""}
+    held = {
+        "farthest": farthest if single else FARTHEST,
+        "beyond": FARTHEST,
+        "shortest": shortest,
+        "longest": longest,
+    }
+    return {name: real_literal(value) for name, value in held.items()} | {
+        "fastest": real_literal(FASTEST) if single else ""
+    }
 
 
-def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: Container[Path] = (), path: Path = ()) -> Iterator[str]:
+def set_lines(
+    place: str,
+    value: Any,
+    kind: Struct,
+    printer: Printer,
+    skipped: Container[Path] = (),
+    path: Path = (),
+) -> Iterator[str]:
     """Yield the lines that set a structure, without the skipped paths."""
     for (name, part), field in zip(kind.fields, value, strict=True):
         at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
@@ -185,7 +296,9 @@ def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: C
         if isinstance(part, Struct):
             yield from set_lines(at, field, part, printer, skipped, inner)
         elif isinstance(part, ArrayType):
-            yield from (f"{at}[{i}] := {printer.real(float(number))};" for i, number in enumerate(field))
+            yield from (
+                f"{at}[{i}] := {printer.real(float(number))};" for i, number in enumerate(field)
+            )
         elif part == TRUTH:
             yield f"{at} := {'TRUE' if field else 'FALSE'};"
         else:
@@ -195,7 +308,9 @@ def set_lines(place: str, value: Any, kind: Struct, printer: Printer, skipped: C
 def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
     """Return the lines of a body."""
     lines = [f"{INDENT}{line}" for line in rendered(template, facts).rstrip("\n").split("\n")]
-    return tuple(part for line in lines for part in wrapped(line, line[: len(line) - len(line.lstrip())]))
+    return tuple(
+        part for line in lines for part in wrapped(line, line[: len(line) - len(line.lstrip())])
+    )
 
 
 def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
@@ -210,7 +325,13 @@ def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
         "END_IF;",
     ]
     scales = [real_literal(scale) for scale in walk.scales]
-    return {"seed": real_literal(SEED), "scales": scales, "dt": real_literal(walk.dt), "per_cycle": PER_CYCLE, "step": step}
+    return {
+        "seed": real_literal(SEED),
+        "scales": scales,
+        "dt": real_literal(walk.dt),
+        "per_cycle": PER_CYCLE,
+        "step": step,
+    }
 
 
 def total_of(numbers: Iterable[float]) -> tuple[float, float]:
@@ -228,29 +349,61 @@ def total_of(numbers: Iterable[float]) -> tuple[float, float]:
 NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
 POU_TYPES = {"FUNCTION": "function", "FUNCTION_BLOCK": "functionBlock", "PROGRAM": "program"}
-SECTIONS = {"VAR_INPUT": "inputVars", "VAR_OUTPUT": "outputVars", "VAR_IN_OUT": "inOutVars", "VAR": "localVars"}
+SECTIONS = {
+    "VAR_INPUT": "inputVars",
+    "VAR_OUTPUT": "outputVars",
+    "VAR_IN_OUT": "inOutVars",
+    "VAR": "localVars",
+}
 NEVER = "1970-01-01T00:00:00"  # the same model gives the same file
 
 
-def project_text(name: str, head: str, types: Sequence[Array | st_parts.Record], pous: Sequence[Pou]) -> str:
+def project_text(
+    name: str, head: str, types: Sequence[Array | st_parts.Record], pous: Sequence[Pou]
+) -> str:
     """Return a project with data types, functions, blocks and programs."""
-    scaled = [element(language, element("scaling", x="1", y="1")) for language in ("fbd", "ld", "sfc")]
+    scaled = [
+        element(language, element("scaling", x="1", y="1")) for language in ("fbd", "ld", "sfc")
+    ]
     comment = head.strip().removeprefix("(*").removesuffix("*)").strip()
     project = element(
         "project",
-        element("fileHeader", companyName="bristle", productName="bristle", productVersion=version(), creationDateTime=NEVER),
-        element("contentHeader", element("Comment", comment), element("coordinateInfo", *scaled), name=name),
-        element("types", element("dataTypes", *map(_data_type, types)), element("pous", *map(_pou, pous))),
+        element(
+            "fileHeader",
+            companyName="bristle",
+            productName="bristle",
+            productVersion=version(),
+            creationDateTime=NEVER,
+        ),
+        element(
+            "contentHeader",
+            element("Comment", comment),
+            element("coordinateInfo", *scaled),
+            name=name,
+        ),
+        element(
+            "types",
+            element("dataTypes", *map(_data_type, types)),
+            element("pous", *map(_pou, pous)),
+        ),
         element("instances", element("configurations")),
         **{"xmlns": NAMESPACE, "xmlns:xhtml": XHTML},
     )
     ElementTree.indent(project)
-    return '<?xml version="1.0" encoding="utf-8"?>\n' + ElementTree.tostring(project, encoding="unicode") + "\n"
+    return (
+        '<?xml version="1.0" encoding="utf-8"?>\n'
+        + ElementTree.tostring(project, encoding="unicode")
+        + "\n"
+    )
 
 
 def _data_type(part: Array | st_parts.Record) -> ElementTree.Element:
     if isinstance(part, Array):
-        base = element("array", element("dimension", lower="0", upper=str(part.size - 1)), element("baseType", _type(part.of)))
+        base = element(
+            "array",
+            element("dimension", lower="0", upper=str(part.size - 1)),
+            element("baseType", _type(part.of)),
+        )
     else:
         base = element("struct", *map(_variable, part.fields))
     return element("dataType", element("baseType", base), name=part.name)
@@ -259,20 +412,41 @@ def _data_type(part: Array | st_parts.Record) -> ElementTree.Element:
 def _pou(pou: Pou) -> ElementTree.Element:
     declared = [element("returnType", _type(pou.returns))] if pou.returns else []
     sections = {tag: pou.declared(section) for section, tag in SECTIONS.items()}
-    declared += [element(tag, *map(_variable, variables)) for tag, variables in sections.items() if variables]
-    body = element("body", element("ST", _paragraph("\n".join(line.removeprefix(INDENT) for line in pou.body))))
+    declared += [
+        element(tag, *map(_variable, variables)) for tag, variables in sections.items() if variables
+    ]
+    body = element(
+        "body", element("ST", _paragraph("\n".join(line.removeprefix(INDENT) for line in pou.body)))
+    )
     meaning = [element("documentation", _paragraph(pou.meaning))] if pou.meaning else []
-    return element("pou", element("interface", *declared), body, *meaning, name=pou.name, pouType=POU_TYPES[pou.kind])
+    return element(
+        "pou",
+        element("interface", *declared),
+        body,
+        *meaning,
+        name=pou.name,
+        pouType=POU_TYPES[pou.kind],
+    )
 
 
 def _variable(variable: Variable) -> ElementTree.Element:
-    initial = [element("initialValue", element("simpleValue", value=variable.initial))] if variable.initial else []
+    initial = (
+        [element("initialValue", element("simpleValue", value=variable.initial))]
+        if variable.initial
+        else []
+    )
     meaning = [element("documentation", _paragraph(variable.meaning))] if variable.meaning else []
-    return element("variable", element("type", _type(variable.type)), *initial, *meaning, name=variable.name)
+    return element(
+        "variable", element("type", _type(variable.type)), *initial, *meaning, name=variable.name
+    )
 
 
 def _type(name: str) -> ElementTree.Element:
-    return element(name) if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL") else element("derived", name=name)
+    return (
+        element(name)
+        if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL")
+        else element("derived", name=name)
+    )
 
 
 def _paragraph(text: str) -> ElementTree.Element:

@@ -13,13 +13,25 @@ Coulomb friction has :math:`N = 4jF_C/(\pi A)`. A loop around friction oscillate
 
 import numpy as np
 
-from bristle.core import Amount, InputError, MissingExtraError, Model, Variable, amount, factor, guarded, unit_of
+from bristle.core import (
+    Amount,
+    InputError,
+    MissingExtraError,
+    Model,
+    Variable,
+    amount,
+    factor,
+    guarded,
+    unit_of,
+)
 from bristle.engine import FRICTION, contact_step, response, system_of
 
 try:
     from control import DescribingFunctionNonlinearity, NonlinearIOSystem
 except ImportError as error:
-    raise MissingExtraError.of("a system of python-control, or a describing function", "control") from error
+    raise MissingExtraError.of(
+        "a system of python-control, or a describing function", "control"
+    ) from error
 
 
 class FrictionSystem(NonlinearIOSystem):
@@ -39,9 +51,16 @@ class FrictionSystem(NonlinearIOSystem):
 
     def __str__(self) -> str:
         # python-control would print meaningless addresses of functions.
-        signals = {"Inputs": self.input_labels, "Outputs": self.output_labels, "States": self.state_labels}
+        signals = {
+            "Inputs": self.input_labels,
+            "Outputs": self.output_labels,
+            "States": self.state_labels,
+        }
         units = self.units
-        named = {head: [f"{name} [{units[name]}]" if name in units else name for name in names] for head, names in signals.items()}
+        named = {
+            head: [f"{name} [{units[name]}]" if name in units else name for name in names]
+            for head, names in signals.items()
+        }
         lines = [f"{head}: {', '.join(names)}" for head, names in named.items()]
         time = "differential equation"
         if self.dt != 0:
@@ -53,7 +72,12 @@ class FrictionSystem(NonlinearIOSystem):
 
 
 def to_control(
-    friction: Model, plant: Model | None = None, *, dt: Amount | None = None, steps: int = 1, name: str | None = None
+    friction: Model,
+    plant: Model | None = None,
+    *,
+    dt: Amount | None = None,
+    steps: int = 1,
+    name: str | None = None,
 ) -> FrictionSystem:
     r"""Return an axis with its friction, or friction alone, as a nonlinear system of python-control.
 
@@ -104,8 +128,14 @@ def to_control(
     (['position', 'velocity', 'z'], 'm/s')
     """
     described = system_of(friction, plant, dt, steps, name, asked_by="to_control")
-    signals = {"inputs": list(described.inputs), "outputs": list(described.outputs), "states": list(described.states)}
-    system = FrictionSystem(described.following, described.output, name=described.name, dt=described.dt, **signals)
+    signals = {
+        "inputs": list(described.inputs),
+        "outputs": list(described.outputs),
+        "states": list(described.states),
+    }
+    system = FrictionSystem(
+        described.following, described.output, name=described.name, dt=described.dt, **signals
+    )
     system.friction, system.plant = friction, plant
     system.units = described.states | described.inputs | described.outputs
     return system
@@ -205,5 +235,7 @@ class DescribingFunction(DescribingFunctionNonlinearity):
 
     def __call__(self, A: float) -> float:
         """Return the mean force [N or N*m] on the way from the last position, as python-control asks sample by sample."""
-        force, self._state = self._step(self._state, (float(A) * self._scale - self._state[0]) / self._dt)
+        force, self._state = self._step(
+            self._state, (float(A) * self._scale - self._state[0]) / self._dt
+        )
         return force

@@ -45,10 +45,16 @@ class WarpFiles(CudaFiles):
         draws = {}
         for name, place, _ in tuned.numbers():
             if name in drawn:
-                draws[_flat(name, place)] = np.asarray(drawn[name], dtype=float).reshape(len(drawn[name]), -1)[:, place or 0].tolist()
+                draws[_flat(name, place)] = (
+                    np.asarray(drawn[name], dtype=float)
+                    .reshape(len(drawn[name]), -1)[:, place or 0]
+                    .tolist()
+                )
         return facts | {
             "numbers": {name: _literal(value) for name, value in numbers.items()},
-            "draws": {name: [_literal(value) for value in values] for name, values in draws.items()},
+            "draws": {
+                name: [_literal(value) for value in values] for name, values in draws.items()
+            },
             "columns_named": [f"`{name}`" for name in numbers],
             "words": facts["bytes"] // 8,
             "step_size": repr(request.dt),
@@ -63,10 +69,20 @@ def write(request: Request) -> Product:
         places = tunable_of(subject.model, WarpFiles.fixed).places
     except InputError as error:
         raise InputError(
-            "has parameters that cannot differ between axes", path="warp", value=request.model.name, mend="Use cuda"
+            "has parameters that cannot differ between axes",
+            path="warp",
+            value=request.model.name,
+            mend="Use cuda",
         ) from error
-    product: dict[str, str | bytes] = dict(WarpFiles(settled_subject(subject, places), request).files())
-    return Product(product, ("the force is explicit: use a step shorter than sqrt(inertia / stiffness of the contact)",))
+    product: dict[str, str | bytes] = dict(
+        WarpFiles(settled_subject(subject, places), request).files()
+    )
+    return Product(
+        product,
+        (
+            "the force is explicit: use a step shorter than sqrt(inertia / stiffness of the contact)",
+        ),
+    )
 
 
 def _literal(value: float) -> str:

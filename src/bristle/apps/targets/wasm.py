@@ -20,12 +20,39 @@ from bristle.apps.targets.wasm_code import OP, Code, Types, emitted, flat, leb, 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.engine.translation.build import Builder
-from bristle.engine.translation.tree import INTEGER, REAL, Array, Call, Function, Struct, Unit, struct_type, walk
-from bristle.exports.cycle import BEGUN, FORCE, OVERFLOW, POSITION, REFUSED, STATE, core_of, cycle_of
+from bristle.engine.translation.tree import (
+    INTEGER,
+    REAL,
+    Array,
+    Call,
+    Function,
+    Struct,
+    Unit,
+    struct_type,
+    walk,
+)
+from bristle.exports.cycle import (
+    BEGUN,
+    FORCE,
+    OVERFLOW,
+    POSITION,
+    REFUSED,
+    STATE,
+    core_of,
+    cycle_of,
+)
 from bristle.exports.described import parameter_table, rendered, version, with_rights
 from bristle.exports.printing import needs_wide_integers
 from bristle.exports.settled import pruned
-from bristle.exports.subject import FNV_OFFSET, FNV_PRIME, Subject, capacity_of, digest_of, layout_of, subject_of
+from bristle.exports.subject import (
+    FNV_OFFSET,
+    FNV_PRIME,
+    Subject,
+    capacity_of,
+    digest_of,
+    layout_of,
+    subject_of,
+)
 from bristle.exports.targets import Product, Request
 from bristle.exports.tunable import tunable_of
 from bristle.models.friction import unvaried
@@ -33,7 +60,9 @@ from bristle.models.friction.resting import rest_rule
 
 PAGE, FIRST = 65536, 8
 ALONE, PACKED = 500, 60  # limit on parts of the tree that inlining a function may add
-VARYING = frozenset({"place", "rise", "slot", "around"})  # fields of the parameters that make friction vary
+VARYING = frozenset(
+    {"place", "rise", "slot", "around"}
+)  # fields of the parameters that make friction vary
 
 
 @dataclass(frozen=True)
@@ -65,14 +94,29 @@ class _Memory:
         self.numbers += [float(value) for value in np.atleast_1d(values)]
         return address
 
-    def place(self, argument: str, model: Model, kind: Struct, *, choices: bool = False) -> dict[str, list[list[int]]]:
+    def place(
+        self, argument: str, model: Model, kind: Struct, *, choices: bool = False
+    ) -> dict[str, list[list[int]]]:
         """Lay out the parameters of a model, store the instructions that pass them to an entry, and return their addresses."""
-        named = {name for name, variable in model.component.variables.items() if variable.choices and choices}
+        named = {
+            name
+            for name, variable in model.component.variables.items()
+            if variable.choices and choices
+        }
         self.addresses[argument] = {}
-        self.pushed[argument] = self._pushed(model.parameters, kind, self.addresses[argument], (), named)
+        self.pushed[argument] = self._pushed(
+            model.parameters, kind, self.addresses[argument], (), named
+        )
         return _places(model, self.addresses[argument], choices=choices)
 
-    def _pushed(self, value: Any, kind: Struct, addresses: dict[tuple[str, ...], int], path: tuple[str, ...], named: set[str]) -> bytes:
+    def _pushed(
+        self,
+        value: Any,
+        kind: Struct,
+        addresses: dict[tuple[str, ...], int],
+        path: tuple[str, ...],
+        named: set[str],
+    ) -> bytes:
         """Return the instructions that push parameters: fixed whole numbers by value, arrays by address."""
         code = b""
         for (name, part), leaf in zip(kind.fields, value, strict=True):
@@ -82,7 +126,11 @@ class _Memory:
                 addresses[*path, name] = self.add(leaf)
                 code += emitted("i32.const", signed_leb(addresses[*path, name]))
                 loaded = b"" if isinstance(part, Array) else OP["load"]
-                code += loaded if part == REAL or not loaded else emitted("load", f"{self.integer}.truncate")
+                code += (
+                    loaded
+                    if part == REAL or not loaded
+                    else emitted("load", f"{self.integer}.truncate")
+                )
             else:
                 code += emitted(f"{self.integer}.const", signed_leb(int(leaf)))
         return code
@@ -113,11 +161,17 @@ def module_of(
     addresses = layout.place("p", subject.model, subject.parameters, choices=choices)
     if plant is not None and core is not None:
         addresses |= layout.place("q", plant, core.parameters["q"][1])
-    binary = _binary({name: _entry(root, layout, begins[name]) for name, root in roots.items()}, layout)
+    binary = _binary(
+        {name: _entry(root, layout, begins[name]) for name, root in roots.items()}, layout
+    )
     body = begins["step"]["lasting"] if core is not None else 0
     # Addresses of the coefficients of variations, and their neutral values.
     values = unvaried(subject.model).parameters
-    still = [(at, float(reduce(getattr, path, values))) for path, at in layout.addresses["p"].items() if not VARYING.isdisjoint(path)]
+    still = [
+        (at, float(reduce(getattr, path, values)))
+        for path, at in layout.addresses["p"].items()
+        if not VARYING.isdisjoint(path)
+    ]
     return Module(binary, places["lasting"], addresses, places["memory"], body, parameters, still)
 
 
@@ -129,7 +183,9 @@ class Part(NamedTuple):
     model: Model
 
 
-def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes, dict[str, dict[str, Any]]]:
+def module_of_parts(
+    builder: Builder, parts: Mapping[str, Part]
+) -> tuple[bytes, dict[str, dict[str, Any]]]:
     """Return a module with an exported function for each part, and the addresses of state and parameters."""
     roots = [part.entry for part in parts.values()]
     layout = _Memory(pruned(builder.unit, roots), roots, PACKED)
@@ -144,11 +200,15 @@ def module_of_parts(builder: Builder, parts: Mapping[str, Part]) -> tuple[bytes,
 
 def _called(unit: Unit, roots: list[Function], added: int) -> list[Function]:
     """Return the functions that stay functions; the others are inlined, because this adds few parts."""
-    calls = Counter(id(part.function) for f in unit.functions for part in walk(f.body) if isinstance(part, Call))
+    calls = Counter(
+        id(part.function) for f in unit.functions for part in walk(f.body) if isinstance(part, Call)
+    )
     functions, sizes = [], dict[int, int]()
     for function in unit.functions:
         parts = list(walk(function.body))
-        size = len(parts) + sum(sizes.get(id(part.function), 0) for part in parts if isinstance(part, Call))
+        size = len(parts) + sum(
+            sizes.get(id(part.function), 0) for part in parts if isinstance(part, Call)
+        )
         if function in roots or (calls[id(function)] - 1) * size > added:
             functions.append(function)
         else:
@@ -163,37 +223,83 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     numbers = {id(function): number for number, function in enumerate(functions)}
     bodies = [Code(function, numbers, types, integer).body() for function in functions]
     bodies += entries.values()
-    kinds = [types.index([n for p in f.parameters for n in flat(p.type, integer)], flat(f.result, integer)) for f in functions] + [
-        types.index(["f64", "f64"], ["f64"])
-    ] * len(entries)
+    kinds = [
+        types.index(
+            [n for p in f.parameters for n in flat(p.type, integer)], flat(f.result, integer)
+        )
+        for f in functions
+    ] + [types.index(["f64", "f64"], ["f64"])] * len(entries)
     image = struct.pack(f"<{len(layout.numbers)}d", *layout.numbers)
     pages = (len(image) + PAGE - 1) // PAGE
-    exported = [("memory", b"\2", 0), *((name, b"\0", number) for number, name in enumerate(entries, len(functions)))]
+    exported = [
+        ("memory", b"\2", 0),
+        *((name, b"\0", number) for number, name in enumerate(entries, len(functions))),
+    ]
     sections = {
-        "types": [b"\x60" + vector([OP[n] for n in t]) + vector([OP[n] for n in g]) for t, g in types.listed],
+        "types": [
+            b"\x60" + vector([OP[n] for n in t]) + vector([OP[n] for n in g])
+            for t, g in types.listed
+        ],
         "functions": [leb(kind) for kind in kinds],
         "memories": [b"\0" + leb(pages)],
-        "exports": [leb(len(name)) + name.encode() + kind + leb(index) for name, kind, index in exported],
+        "exports": [
+            leb(len(name)) + name.encode() + kind + leb(index) for name, kind, index in exported
+        ],
         "code": bodies,
         "data": [b"\0" + emitted("i32.const", signed_leb(0), "end") + leb(len(image)) + image],
     }
     contents = {name: vector(parts) for name, parts in sections.items()}
-    return b"\0asm\1\0\0\0" + b"".join(OP[name] + leb(len(content)) + content for name, content in contents.items())
+    return b"\0asm\1\0\0\0" + b"".join(
+        OP[name] + leb(len(content)) + content for name, content in contents.items()
+    )
 
 
 def write(request: Request) -> Product:
     """Return the module of a friction model, and the script that loads it."""
     subject, name, source = subject_of(request.sampled), request.name, request.source
     module, state = module_of(subject, added=ALONE), subject.state.fields
-    bounds = {name: (variable.min, variable.max) for name, variable in subject.model.component.variables.items()}
-    ranges = {name: [value if math.isfinite(value) else None for value in pair] for name, pair in bounds.items()}
+    bounds = {
+        name: (variable.min, variable.max)
+        for name, variable in subject.model.component.variables.items()
+    }
+    ranges = {
+        name: [value if math.isfinite(value) else None for value in pair]
+        for name, pair in bounds.items()
+    }
     facts = (
-        {"name": name, "model": subject.model.name, "version": version(), "facts": source.lines, "rest": rest_rule(subject.model)}
-        | {"lasting": module.lasting, "contact": module.contact, "memory": subject.memory_size, "places": json.dumps(module.places)}
-        | {"POSITION": POSITION, "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW, "STATE": STATE}
+        {
+            "name": name,
+            "model": subject.model.name,
+            "version": version(),
+            "facts": source.lines,
+            "rest": rest_rule(subject.model),
+        }
+        | {
+            "lasting": module.lasting,
+            "contact": module.contact,
+            "memory": subject.memory_size,
+            "places": json.dumps(module.places),
+        }
+        | {
+            "POSITION": POSITION,
+            "FORCE": FORCE,
+            "BEGUN": BEGUN,
+            "REFUSED": REFUSED,
+            "OVERFLOW": OVERFLOW,
+            "STATE": STATE,
+        }
         | {"table": parameter_table(subject.model, source), "ranges": json.dumps(ranges)}
-        | {"values": [capacity_of(name, subject.memory_size) if kind == INTEGER else 0 for name, kind in state]}
-        | {"layout": f"0x{digest_of(layout_of(subject, 'double').encode()):016X}", "FNV_OFFSET": FNV_OFFSET, "FNV_PRIME": FNV_PRIME}
+        | {
+            "values": [
+                capacity_of(name, subject.memory_size) if kind == INTEGER else 0
+                for name, kind in state
+            ]
+        }
+        | {
+            "layout": f"0x{digest_of(layout_of(subject, 'double').encode()):016X}",
+            "FNV_OFFSET": FNV_OFFSET,
+            "FNV_PRIME": FNV_PRIME,
+        }
     )
     script = with_rights({f"{name}.mjs": rendered("wasm/module.mjs", facts)}, source)
     return Product({f"{name}.wasm": module.binary, **script})
@@ -201,15 +307,23 @@ def write(request: Request) -> Product:
 
 def _entry(root: Function, layout: _Memory, begin: dict[str, int]) -> bytes:
     """Return the code of an exported function: position, or effort, and time step in, force out."""
-    pushed = layout.pushed | {name: emitted("i32.const", signed_leb(place)) for name, place in begin.items()}
-    pushed |= {"x": emitted("get", leb(0)), "effort": emitted("get", leb(0)), "dt": emitted("get", leb(1))}
+    pushed = layout.pushed | {
+        name: emitted("i32.const", signed_leb(place)) for name, place in begin.items()
+    }
+    pushed |= {
+        "x": emitted("get", leb(0)),
+        "effort": emitted("get", leb(0)),
+        "dt": emitted("get", leb(1)),
+    }
     number = next(number for number, function in enumerate(layout.functions) if function is root)
     content = b"\0" + b"".join(pushed[parameter.name] for parameter in root.parameters)
     content += emitted("call", leb(number), "end")
     return leb(len(content)) + content
 
 
-def _places(model: Model, addresses: dict[tuple[str, ...], int], *, choices: bool = False) -> dict[str, list[list[int]]]:
+def _places(
+    model: Model, addresses: dict[tuple[str, ...], int], *, choices: bool = False
+) -> dict[str, list[list[int]]]:
     try:
         tuned = tunable_of(model)
     except InputError:
@@ -220,6 +334,10 @@ def _places(model: Model, addresses: dict[tuple[str, ...], int], *, choices: boo
         places[name].append([addresses[path] + 8 * i for i in range(size)])
     if choices:
         for path, address in addresses.items():
-            if path not in tuned.places and (variable := model.component.variables.get(path[-1])) and variable.choices:
+            if (
+                path not in tuned.places
+                and (variable := model.component.variables.get(path[-1]))
+                and variable.choices
+            ):
                 places.setdefault(path[-1], []).append([address])
     return places

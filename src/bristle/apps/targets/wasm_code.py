@@ -14,7 +14,16 @@ from typing import Any
 from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
 from bristle.engine.translation import tree
 from bristle.engine.translation.scope import NotExportableError
-from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, VOID, Array, Struct, Type, Variable
+from bristle.engine.translation.tree import (
+    INTEGER,
+    REAL,
+    TRUTH,
+    VOID,
+    Array,
+    Struct,
+    Type,
+    Variable,
+)
 from bristle.exports.cycle import LARGEST
 
 # Names with their bytes: sections, types, the type of a block without a result, instructions, arithmetic by type and operator.
@@ -29,7 +38,10 @@ f64== 61 f64!= 62 f64< 63 f64> 64 f64<= 65 f64>= 66 f64+ A0 f64- A1 f64* A2 f64/
 i32== 46 i32!= 47 i32< 48 i32> 4A i32<= 4C i32>= 4E i32+ 6A i32- 6B i32* 6C i32& 71 i32^ 73 i32>> 75
 i64== 51 i64!= 52 i64< 53 i64> 55 i64<= 57 i64>= 59 i64+ 7C i64- 7D i64* 7E i64& 83 i64^ 85 i64>> 87
 """
-OP = {name: bytes.fromhex(code) for name, code in zip(TABLE.split()[::2], TABLE.split()[1::2], strict=True)}
+OP = {
+    name: bytes.fromhex(code)
+    for name, code in zip(TABLE.split()[::2], TABLE.split()[1::2], strict=True)
+}
 
 
 def emitted(*parts: str | bytes) -> bytes:
@@ -147,7 +159,17 @@ _MANTISSA, _UNIT = signed_leb(OF_MANTISSA), signed_leb(BITS_OF_ONE)
 IN_BITS = {
     "power_of_two": emitted(*_ROUNDER, "f64+", "bits", *_FRACTION, "shift_left", "number"),
     "mantissa": emitted("bits", "i64.const", _MANTISSA, "and", "i64.const", _UNIT, "or", "number"),
-    "exponent": emitted("bits", *_FRACTION, "shift_right", "i64.const", signed_leb(BITS_OF_ROUNDER), "or", "number", *_ROUNDER, "f64-"),
+    "exponent": emitted(
+        "bits",
+        *_FRACTION,
+        "shift_right",
+        "i64.const",
+        signed_leb(BITS_OF_ROUNDER),
+        "or",
+        "number",
+        *_ROUNDER,
+        "f64-",
+    ),
 }
 """Instructions for the parts of a number, equivalent to `bristle.core.exponent`."""
 
@@ -155,7 +177,9 @@ IN_BITS = {
 class Code:
     """The code of one function, including that of its inlined functions, which have no index."""
 
-    def __init__(self, function: tree.Function, numbers: Mapping[int, int], types: Types, integer: str) -> None:
+    def __init__(
+        self, function: tree.Function, numbers: Mapping[int, int], types: Types, integer: str
+    ) -> None:
         self.function, self.numbers, self.types, self.integer = function, numbers, types, integer
         self.out = bytearray()
         self.locals = Locals(function.parameters, integer)
@@ -200,7 +224,9 @@ class Code:
         self._put(*([] if s.value is None else [s.value]), *leaving)
 
     def _if(self, s: tree.If) -> None:
-        self._put(s.test, "if", "empty", s.body, *(["else", s.otherwise] if s.otherwise else []), "end")
+        self._put(
+            s.test, "if", "empty", s.body, *(["else", s.otherwise] if s.otherwise else []), "end"
+        )
 
     def _while(self, s: tree.While) -> None:
         self._put("block", "empty", "loop", "empty", s.test, "eqz", "br_if", leb(1))
@@ -213,7 +239,18 @@ class Code:
         self._put(s.start, kept, "block", "empty", "loop", "empty", counted, s.stop)
         self._put(f"{self.integer}<", "eqz", "br_if", leb(1), "block", "empty")
         self._round(s.body, 2)
-        self._put("end", counted, f"{self.integer}.const", signed_leb(1), f"{self.integer}+", kept, "br", leb(0), "end", "end")
+        self._put(
+            "end",
+            counted,
+            f"{self.integer}.const",
+            signed_leb(1),
+            f"{self.integer}+",
+            kept,
+            "br",
+            leb(0),
+            "end",
+            "end",
+        )
 
     def _round(self, body: list[tree.Statement], blocks: int) -> None:
         """Write one round of a loop, `blocks` levels inside the block that a break leaves."""
@@ -231,7 +268,10 @@ class Code:
         if e.type == REAL:
             self._put("f64.const", struct.pack("<d", float(e.value)))
         else:
-            self._put("i32.const" if e.type == TRUTH else f"{self.integer}.const", signed_leb(int(e.value)))
+            self._put(
+                "i32.const" if e.type == TRUTH else f"{self.integer}.const",
+                signed_leb(int(e.value)),
+            )
 
     def _variable(self, e: tree.Variable) -> None:
         self._get(self.locals.place(e), len(flat(e.type, self.integer)))
@@ -263,7 +303,15 @@ class Code:
         self._put(*self._address(e.array, e.at), "load")
 
     def _address(self, array: tree.Expression, at: tree.Expression) -> list[Any]:
-        return [array, at, *["wrap"] * (self.integer == "i64"), "i32.const", signed_leb(8), "i32*", "i32+"]
+        return [
+            array,
+            at,
+            *["wrap"] * (self.integer == "i64"),
+            "i32.const",
+            signed_leb(8),
+            "i32*",
+            "i32+",
+        ]
 
     def _negative(self, e: tree.Negative) -> None:
         whole = f"{self.integer}.const", signed_leb(0), e.of, f"{self.integer}-"
@@ -275,7 +323,11 @@ class Code:
     def _binary(self, e: tree.Binary | tree.Compare) -> None:
         operation = f"{'f64' if e.left.type == REAL else self.integer}{e.operator}"
         if operation not in OP:
-            raise NotExportableError(self.function.source, None, f"{e.operator} of variable whole numbers is not exportable")
+            raise NotExportableError(
+                self.function.source,
+                None,
+                f"{e.operator} of variable whole numbers is not exportable",
+            )
         self._put(e.left, e.right, operation)
 
     _compare = _binary
@@ -283,12 +335,18 @@ class Code:
     def _logic(self, e: tree.Logic) -> None:
         self._put(e.parts[0])
         for part in e.parts[1:]:
-            ways = ("i32.const", signed_leb(1), "else", part) if e.operator == "or" else (part, "else", "i32.const", signed_leb(0))
+            ways = (
+                ("i32.const", signed_leb(1), "else", part)
+                if e.operator == "or"
+                else (part, "else", "i32.const", signed_leb(0))
+            )
             self._put("if", "i32", *ways, "end")
 
     def _select(self, e: tree.Select) -> None:
         self._put(e.test)
-        self._put("if", self.types.block(flat(e.type, self.integer)), e.first, "else", e.second, "end")
+        self._put(
+            "if", self.types.block(flat(e.type, self.integer)), e.first, "else", e.second, "end"
+        )
 
     def _convert(self, e: tree.Convert) -> None:
         operation = "widen" if self.integer == "i64" else b""
@@ -309,7 +367,9 @@ class Code:
         """Inline a function whose arguments are on the stack; its variables are reused afterwards."""
         outside = self.end
         with self.locals.apart():
-            for place in reversed([n for parameter in function.parameters for n in self.locals.numbers(parameter)]):
+            for place in reversed(
+                [n for parameter in function.parameters for n in self.locals.numbers(parameter)]
+            ):
                 self._set(place)
             self._put("block", self.types.block(flat(function.result, self.integer)))
             self.end = self.depth
@@ -331,7 +391,9 @@ class Code:
             largest = ("abs", "f64.const", struct.pack("<d", LARGEST), "f64>")
             self._put("tee", x, *(("get", x, "f64!=") if e.name == "isnan" else largest))
         elif e.name not in IN_BITS and e.type != REAL:
-            raise NotExportableError(self.function.source, None, f"{e.name} of whole numbers is not exportable")
+            raise NotExportableError(
+                self.function.source, None, f"{e.name} of whole numbers is not exportable"
+            )
         else:
             self._put(IN_BITS.get(e.name, e.name))
 

@@ -5,7 +5,14 @@ from typing import TYPE_CHECKING
 from bristle.core.loading import loaded_from
 
 if TYPE_CHECKING:
-    from bristle.apps.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording
+    from bristle.apps.tune.machine import (
+        FrictionFeedforward,
+        Limits,
+        Machine,
+        MachineRefusedError,
+        MachineStoppedError,
+        Recording,
+    )
     from bristle.apps.tune.run import Options
     from bristle.apps.tune.tuning import Tuning, save, tune, undo
 

@@ -18,14 +18,21 @@ class Ads(FunctionBlock):
 
     REQUIRED: ClassVar = {"net_id": ("", "192.168.1.10.1.1"), "prefix": ("", "MAIN.tune.")}
 
-    def __init__(self, *, net_id: str, prefix: str, address: str = "", port: int = PORT, **settings: Any) -> None:
+    def __init__(
+        self, *, net_id: str, prefix: str, address: str = "", port: int = PORT, **settings: Any
+    ) -> None:
         super().__init__(prefix=prefix, **settings)
         try:
             import pyads
         except ImportError as error:
             raise MissingExtraError.of("a machine on TwinCAT", "ads") from error
         self._net_id, self._ring, self._errors = net_id, 0, (pyads.ADSError,)
-        self._types = {"bool": pyads.PLCTYPE_BOOL, "dint": pyads.PLCTYPE_DINT, "lint": pyads.PLCTYPE_LINT, "lreal": pyads.PLCTYPE_LREAL}
+        self._types = {
+            "bool": pyads.PLCTYPE_BOOL,
+            "dint": pyads.PLCTYPE_DINT,
+            "lint": pyads.PLCTYPE_LINT,
+            "lreal": pyads.PLCTYPE_LREAL,
+        }
         self._link = pyads.Connection(net_id, port, *([address] if address else []))
         with self._named("connection"):
             self._link.open()
@@ -53,7 +60,12 @@ class Ads(FunctionBlock):
         with self._named("device"):
             device, version = self._link.read_device_info() or ("", None)
         release = "" if version is None else f"{version.version}.{version.revision}.{version.build}"
-        return {"machine": "ads", "net_id": self._net_id, "device": f"{device} {release}".strip(), "block": self._prefix}
+        return {
+            "machine": "ads",
+            "net_id": self._net_id,
+            "device": f"{device} {release}".strip(),
+            "block": self._prefix,
+        }
 
     @contextmanager
     def _recorded(self) -> Iterator[Rows]:

@@ -13,14 +13,32 @@ EXAMPLE = """Example:
 
 
 def tune(
-    machine: Annotated[Path | None, typer.Argument(metavar="[MACHINE.toml]", help="Machine file; not with --undo and --save.")] = None,
+    machine: Annotated[
+        Path | None,
+        typer.Argument(metavar="[MACHINE.toml]", help="Machine file; not with --undo and --save."),
+    ] = None,
     *,
     context: typer.Context,
-    out: Annotated[Path | None, dir_option("--out", "Folder of the run; a folder with a journal resumes its run.")] = None,
-    move: Annotated[bool, typer.Option("--move", help="Allow the axis to move. Without it, bristle only shows the plan.")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Show every move and every write, and do nothing.")] = False,
-    undo: Annotated[Path | None, dir_option("--undo", "Restore the machine as before the run in DIR.")] = None,
-    save: Annotated[Path | None, dir_option("--save", "Keep the feedforward of DIR over a restart of the controller.")] = None,
+    out: Annotated[
+        Path | None,
+        dir_option("--out", "Folder of the run; a folder with a journal resumes its run."),
+    ] = None,
+    move: Annotated[
+        bool,
+        typer.Option(
+            "--move", help="Allow the axis to move. Without it, bristle only shows the plan."
+        ),
+    ] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Show every move and every write, and do nothing.")
+    ] = False,
+    undo: Annotated[
+        Path | None, dir_option("--undo", "Restore the machine as before the run in DIR.")
+    ] = None,
+    save: Annotated[
+        Path | None,
+        dir_option("--save", "Keep the feedforward of DIR over a restart of the controller."),
+    ] = None,
     model: Annotated[
         str, typer.Option("--model", metavar="NAME[,NAME...]", help="Friction models to identify.")
     ] = "lugre,dahl,maxwell_slip",
@@ -49,11 +67,20 @@ def tune(
     elif save is not None:
         result = package.save(save, allow_code=allow_code)
     elif machine is None or out is None:
-        raise InputError("is needed", path="MACHINE.toml and --out DIR", mend="Write bristle tune machine.toml --out tuned --move")
+        raise InputError(
+            "is needed",
+            path="MACHINE.toml and --out DIR",
+            mend="Write bristle tune machine.toml --out tuned --move",
+        )
     else:
         with progress("tuning", quiet=quiet) as report:
             result = package.tune(
-                machine, out, move=move and not dry_run, options=package.Options(models=model), allow_code=allow_code, progress=report
+                machine,
+                out,
+                move=move and not dry_run,
+                options=package.Options(models=model),
+                allow_code=allow_code,
+                progress=report,
             )
     if as_json:
         print_json(result.as_data())

@@ -13,7 +13,18 @@ from bristle.contract import Check, Fact, UnmetError, outcomes
 from bristle.models.friction import coulomb
 from bristle.models.plants import inertia
 
-METHODS = ("identity", "writes", "state", "arm", "load", "set", "record", "keep", "restore", "close")
+METHODS = (
+    "identity",
+    "writes",
+    "state",
+    "arm",
+    "load",
+    "set",
+    "record",
+    "keep",
+    "restore",
+    "close",
+)
 WIDE = Limits(1.0, 1e6, (-1.0, 1.0))
 FEEDFORWARD = FrictionFeedforward(Path(), "bristle_contract", inertia(M=1.0), coulomb(F_C=1.0), 0.0)
 SMALL = 1e-4  # amplitude of the motion of the contract [m or rad]
@@ -71,10 +82,14 @@ def all_methods(machine: Any) -> Fact:
 def plain_state(machine: Any) -> Fact:
     """Check that state and identity are plain data, and equal in two readings."""
     instance = machine.example()
-    if _plain(instance) != _plain(instance) or dict(instance.identity()) != dict(instance.identity()):
+    if _plain(instance) != _plain(instance) or dict(instance.identity()) != dict(
+        instance.identity()
+    ):
         raise UnmetError("two readings of state or identity differ", STATE)
     if not instance.writes():
-        raise UnmetError("the allow list is empty", "Return the names of everything that a run may write")
+        raise UnmetError(
+            "the allow list is empty", "Return the names of everything that a run may write"
+        )
     return Fact(f"{len(instance.state())} entries, read twice")
 
 
@@ -82,30 +97,46 @@ def every_sample(machine: Any) -> Fact:
     """Check that a record contains each sample of the motion."""
     instance = _armed(machine, WIDE)
     time = np.linspace(0.0, 1.0, max(round(1.0 / instance.sample_time), 100))
-    played = np.concatenate([_rest(instance), SMALL * (1.0 - np.cos(2.0 * np.pi * time)), _rest(instance)])
+    played = np.concatenate(
+        [_rest(instance), SMALL * (1.0 - np.cos(2.0 * np.pi * time)), _rest(instance)]
+    )
     recording = instance.record(played, lambda: None)
     for name in ("reference", "position", "effort"):
         signal = getattr(recording, name)
         if np.shape(signal) != played.shape or not np.all(np.isfinite(signal)):
-            raise UnmetError(f"{name} has {np.size(signal)} samples, the motion {played.size}", "Refuse a record with lost samples")
+            raise UnmetError(
+                f"{name} has {np.size(signal)} samples, the motion {played.size}",
+                "Refuse a record with lost samples",
+            )
     if not np.allclose(recording.reference, played, rtol=0.0, atol=1e-2 * SMALL):
-        raise UnmetError("the recorded reference is not the motion", "Check the scale, and the first sample")
+        raise UnmetError(
+            "the recorded reference is not the motion", "Check the scale, and the first sample"
+        )
     if np.ptp(recording.position) < 0.1 * SMALL:
-        raise UnmetError("the position does not follow the motion", "Return the measured position [m or rad]")
+        raise UnmetError(
+            "the position does not follow the motion", "Return the measured position [m or rad]"
+        )
     return Fact(f"{played.size} samples")
 
 
 def guard_trips(machine: Any) -> Fact:
     """Check that the guard ends a motion beyond travel and following error, by name."""
-    for reason, limits in {"travel": Limits(1.0, 1e6, (0.5, 1.0)), "following_error": Limits(1e-12, 1e6, (-1.0, 1.0))}.items():
+    for reason, limits in {
+        "travel": Limits(1.0, 1e6, (0.5, 1.0)),
+        "following_error": Limits(1e-12, 1e6, (-1.0, 1.0)),
+    }.items():
         instance = _armed(machine, limits)
         try:
             instance.record(_ramp(instance), lambda: None)
         except MachineStoppedError as stopped:
             if stopped.reason != reason:
-                raise UnmetError(f"the guard names {stopped.reason} instead of {reason}", "Name the limit") from None
+                raise UnmetError(
+                    f"the guard names {stopped.reason} instead of {reason}", "Name the limit"
+                ) from None
         else:
-            raise UnmetError(f"the guard does not trip beyond the limit of {reason}", "Raise MachineStoppedError")
+            raise UnmetError(
+                f"the guard does not trip beyond the limit of {reason}", "Raise MachineStoppedError"
+            )
     return Fact("travel, following error")
 
 
@@ -120,7 +151,10 @@ def gain_of_feedforward(machine: Any) -> Fact:
         efforts.append(instance.record(_ramp(instance), lambda: None).effort)
     difference = float(np.max(np.abs(efforts[1] - efforts[0])))
     if difference < 0.05:
-        raise UnmetError("a gain of 1 changes the effort as little as a gain of 0", "Add gain times feedforward to the effort of the loop")
+        raise UnmetError(
+            "a gain of 1 changes the effort as little as a gain of 0",
+            "Add gain times feedforward to the effort of the loop",
+        )
     return Fact("changes the effort", difference)
 
 
@@ -131,11 +165,16 @@ def restores(machine: Any) -> Fact:
     instance.arm(WIDE)
     instance.set(gain=0.0)
     if _plain(instance) == before:
-        raise UnmetError("the state does not show that the guard was inserted", "Include the guard in the state")
+        raise UnmetError(
+            "the state does not show that the guard was inserted", "Include the guard in the state"
+        )
     for _ in range(2):
         instance.restore(before)
         if _plain(instance) != before:
-            raise UnmetError("the state after restore differs from that of before", "Write back everything on the allow list")
+            raise UnmetError(
+                "the state after restore differs from that of before",
+                "Write back everything on the allow list",
+            )
     return Fact("reads back as before")
 
 
@@ -150,13 +189,23 @@ def saves(machine: Any) -> Fact:
     kept, empty = _plain(instance), not any(instance.saved().values())
     written = dict(instance.save(Path()))
     instance = machine.restarted(instance)
-    if not empty or _plain(instance) != kept or dict(instance.saved()) != written or not all(written.values()):
-        raise UnmetError("state or memory after a restart differ from those that were saved", "Save all of the state, and read it back")
+    if (
+        not empty
+        or _plain(instance) != kept
+        or dict(instance.saved()) != written
+        or not all(written.values())
+    ):
+        raise UnmetError(
+            "state or memory after a restart differ from those that were saved",
+            "Save all of the state, and read it back",
+        )
     instance.restore(before)
     instance.unsave()
     instance = machine.restarted(instance)
     if _plain(instance) != before or any(instance.saved().values()):
-        raise UnmetError("a removed feedforward is in force after a restart", "Remove all that save wrote")
+        raise UnmetError(
+            "a removed feedforward is in force after a restart", "Remove all that save wrote"
+        )
     return Fact("in force after a restart, until it is removed")
 
 

@@ -7,7 +7,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.apps.tune.machine import FrictionFeedforward, Limits, MachineStoppedError, Recording, State
+from bristle.apps.tune.machine import (
+    FrictionFeedforward,
+    Limits,
+    MachineStoppedError,
+    Recording,
+    State,
+)
 from bristle.core import Experiment, Run as Simulated
 from bristle.files import read_experiment
 from bristle.models.references import recorded
@@ -27,7 +33,11 @@ class ExperimentMachine:
     def __init__(self, *, file: str, sample_time: float) -> None:
         experiment = read_experiment(file)
         self._kind: Any = experiment.kind
-        self._variant, self.sample_time, self._source = experiment.variants[0], sample_time, Path(file).name
+        self._variant, self.sample_time, self._source = (
+            experiment.variants[0],
+            sample_time,
+            Path(file).name,
+        )
         self._limits: Limits | None = None
         self._feedforward: FrictionFeedforward | None = None
         self._gain = self._offset = 0.0
@@ -67,9 +77,13 @@ class ExperimentMachine:
             ramp = np.minimum(SLEW * self.sample_time * np.arange(reference.size), self._gain)
             injected += ramp * self._feedforward.along(reference, self.sample_time)
         given = recorded(kind=self._kind, position=reference, sample_time=self.sample_time)
-        run: Simulated = replace(self._variant.run, duration=self.sample_time * reference.size, settle=0.0)
+        run: Simulated = replace(
+            self._variant.run, duration=self.sample_time * reference.size, settle=0.0
+        )
         variant = replace(self._variant, reference=given, injected=injected, run=run)
-        result = simulate(Experiment(name="machine", kind=self._kind, variants=(variant,))).variants[variant.name]
+        result = simulate(
+            Experiment(name="machine", kind=self._kind, variants=(variant,))
+        ).variants[variant.name]
         recording = Recording(reference, result.measured, result.effort)
         self._guard(recording)
         return recording
@@ -85,7 +99,9 @@ class ExperimentMachine:
         ):
             if beyond.any():
                 self._gain = self._offset = 0.0
-                raise MachineStoppedError(reason, f"at {np.argmax(beyond) * self.sample_time:.3f} s")
+                raise MachineStoppedError(
+                    reason, f"at {np.argmax(beyond) * self.sample_time:.3f} s"
+                )
 
     def keep(self) -> None:
         """Keep the gain."""

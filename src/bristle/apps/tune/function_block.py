@@ -10,7 +10,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bristle.apps.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Recording, State
+from bristle.apps.tune.machine import (
+    STOPS,
+    FrictionFeedforward,
+    Limits,
+    MachineRefusedError,
+    MachineStoppedError,
+    Recording,
+    State,
+)
 from bristle.core import InputError, did_you_mean
 
 BLOCK = 200  # rows of the motion that one transfer writes
@@ -28,7 +36,11 @@ OUTPUTS = {
     "lint": ("count",),
 }
 KINDS = {name: kind for kind, names in WRITTEN.items() for name in names}
-TYPES = {name: kind for kind, names in OUTPUTS.items() for name in names} | KINDS | {"save": "bool", "saved": "bool"}
+TYPES = (
+    {name: kind for kind, names in OUTPUTS.items() for name in names}
+    | KINDS
+    | {"save": "bool", "saved": "bool"}
+)
 TRIGGERS = ("clear", "start", "block_first", "block_rows")  # the function block resets them
 SLEW = 2.0  # of the gain [1/s]
 STORING = 15.0  # longest time in which the controller writes its non-volatile memory [s]
@@ -45,7 +57,8 @@ class FunctionBlock(ABC):
         *,
         sample_time: float,  # time of the axis between two calls of the function block [s]
         prefix: str = "",  # text before the name of each variable
-        names: Mapping[str, str] | None = None,  # full names of variables with another prefix or name
+        names: Mapping[str, str]
+        | None = None,  # full names of variables with another prefix or name
         unit: float = 1e-3,  # one machine unit [m or rad]
         effort_unit: float = 1.0,  # one unit of the effort [N or N*m]
         patience: float = 2.0,  # without a sign of the program; then the feedforward fades [s]
@@ -53,9 +66,19 @@ class FunctionBlock(ABC):
     ) -> None:
         for name in names or ():
             if name not in TYPES:
-                raise InputError("is not a variable of FB_BristleTune", path="settings.names", value=name, mend=did_you_mean(name, TYPES))
+                raise InputError(
+                    "is not a variable of FB_BristleTune",
+                    path="settings.names",
+                    value=name,
+                    mend=did_you_mean(name, TYPES),
+                )
         self.sample_time, self._prefix, self._names = sample_time, prefix, dict(names or {})
-        self._unit, self._effort_unit, self._patience, self._clock = unit, effort_unit, patience, clock
+        self._unit, self._effort_unit, self._patience, self._clock = (
+            unit,
+            effort_unit,
+            patience,
+            clock,
+        )
         self._feedforward: FrictionFeedforward | None = None
         self._sent = np.empty((0, 2))
 
@@ -70,7 +93,9 @@ class FunctionBlock(ABC):
             yield
         except self._errors as error:
             mend = "Check address, names and prefix; FB_BristleTune must run in the controller"
-            raise MachineRefusedError("connection", f"{name}: {error or type(error).__name__}", mend) from None
+            raise MachineRefusedError(
+                "connection", f"{name}: {error or type(error).__name__}", mend
+            ) from None
 
     @abstractmethod
     def _read(self, name: str) -> Any:
@@ -99,10 +124,21 @@ class FunctionBlock(ABC):
         """Write the limits, at gain 0; refuse a function block that keeps the feedforward of another run."""
         if self._read("keep") or self._read("saved"):
             mend = "Remove it: bristle tune --undo FOLDER"
-            raise MachineRefusedError("kept", "the function block keeps the feedforward of an earlier run", mend)
+            raise MachineRefusedError(
+                "kept", "the function block keeps the feedforward of an earlier run", mend
+            )
         low, high = sorted(value / self._unit for value in limits.travel)
-        values = {"gain": 0.0, "offset": 0.0, "max_error": limits.following_error / abs(self._unit), "low": low, "high": high}
-        values |= {"max_effort": limits.effort / abs(self._effort_unit), "ramp": SLEW * self.sample_time}
+        values = {
+            "gain": 0.0,
+            "offset": 0.0,
+            "max_error": limits.following_error / abs(self._unit),
+            "low": low,
+            "high": high,
+        }
+        values |= {
+            "max_effort": limits.effort / abs(self._effort_unit),
+            "ramp": SLEW * self.sample_time,
+        }
         values |= {"patience": max(round(self._patience * self._clock / self.sample_time), 1)}
         for name, value in values.items():
             self._write(name, value)
@@ -114,7 +150,10 @@ class FunctionBlock(ABC):
         """Clear a trip of the guard."""
         self._sign_of_life()
         self._write("clear", True)
-        self._until(lambda: not self._read("clear"), "the function block does not run: it does not reset the variable clear")
+        self._until(
+            lambda: not self._read("clear"),
+            "the function block does not run: it does not reset the variable clear",
+        )
 
     def load(self, feedforward: FrictionFeedforward) -> None:
         """Take a feedforward at gain 0; each motion is written together with its feedforward."""
@@ -143,15 +182,26 @@ class FunctionBlock(ABC):
                 self._write("rows", 0)
         lost = int(np.sum(np.isnan(table[:, 0])))
         if lost:
-            raise MachineStoppedError("lost_samples", f"{lost} of {reference.size} rows are missing, by the counter")
-        return Recording(table[:, 0] * self._unit, table[:, 1] * self._unit, table[:, 2] * self._effort_unit)
+            raise MachineStoppedError(
+                "lost_samples", f"{lost} of {reference.size} rows are missing, by the counter"
+            )
+        return Recording(
+            table[:, 0] * self._unit, table[:, 1] * self._unit, table[:, 2] * self._effort_unit
+        )
 
     def _send(self, reference: np.ndarray, alive: Callable[[], None]) -> None:
         """Write set points and feedforward in blocks, unless the function block contains them."""
         capacity = int(self._read("motion_rows"))
         if reference.size > capacity:
-            raise MachineRefusedError("too_long", f"a motion has {reference.size} samples, and the function block {capacity} rows")
-        feed = np.zeros(reference.size) if self._feedforward is None else self._feedforward.along(reference, self.sample_time)
+            raise MachineRefusedError(
+                "too_long",
+                f"a motion has {reference.size} samples, and the function block {capacity} rows",
+            )
+        feed = (
+            np.zeros(reference.size)
+            if self._feedforward is None
+            else self._feedforward.along(reference, self.sample_time)
+        )
         motion = np.column_stack([reference / self._unit, feed / self._effort_unit])
         if not np.array_equal(motion, self._sent):
             self._write("rows", 0)
@@ -169,9 +219,14 @@ class FunctionBlock(ABC):
         self._write("block", values.tolist())
         self._write("block_first", first)
         self._write("block_rows", len(rows))
-        self._until(lambda: self._read("block_rows") == 0, "the function block does not run: it does not take a block of the motion")
+        self._until(
+            lambda: self._read("block_rows") == 0,
+            "the function block does not run: it does not take a block of the motion",
+        )
 
-    def _collect(self, table: np.ndarray, before: int, rows: Rows, alive: Callable[[], None]) -> None:
+    def _collect(
+        self, table: np.ndarray, before: int, rows: Rows, alive: Callable[[], None]
+    ) -> None:
         """Fill the table by the counter, until the motion has ended; raise if the guard trips."""
         size, fetched, step = len(table), before, max(int(self._read("ring_rows")) // 4, 1)
         end = time.monotonic() + 3.0 * size * self.sample_time / self._clock + 10.0
@@ -180,7 +235,9 @@ class FunctionBlock(ABC):
             alive()
             count = int(self._read("count"))
             if not self._read("ok"):
-                raise MachineStoppedError(STOPS[int(self._read("cause")) - 1], f"at sample {count - before}")
+                raise MachineStoppedError(
+                    STOPS[int(self._read("cause")) - 1], f"at sample {count - before}"
+                )
             if count - fetched >= step or count - before >= size:
                 fetched = count
                 fill(table, before, rows())
@@ -198,7 +255,11 @@ class FunctionBlock(ABC):
         self._write("alive", (int(self._read("alive")) + 1) % 2**30)
 
     def _until(
-        self, reached: Callable[[], bool], reason: str, longest: float = 1.0, mend: str = "Call FB_BristleTune in each cycle"
+        self,
+        reached: Callable[[], bool],
+        reason: str,
+        longest: float = 1.0,
+        mend: str = "Call FB_BristleTune in each cycle",
     ) -> None:
         """Wait for the function block."""
         end = time.monotonic() + longest
@@ -235,8 +296,12 @@ class FunctionBlock(ABC):
     def _store(self, saved: bool) -> None:
         self._write("saved", saved)
         self._write("save", True)
-        reason = "the program of the controller does not report that the persistent variables are stored"
-        mend = "Connect store and stored of the function block, as the head of FB_BristleTune.st shows"
+        reason = (
+            "the program of the controller does not report that the persistent variables are stored"
+        )
+        mend = (
+            "Connect store and stored of the function block, as the head of FB_BristleTune.st shows"
+        )
         self._until(lambda: not self._read("save"), reason, STORING, mend)
 
     def restore(self, state: State) -> None:
@@ -246,10 +311,15 @@ class FunctionBlock(ABC):
                 self._write(name, 0.0)
             self._sign_of_life()
             reason = "the feedforward does not fade: the function block does not run"
-            self._until(lambda: self._read("gain_now") == 0.0, reason, 1.0 + 1.0 / (SLEW * self._clock))
+            self._until(
+                lambda: self._read("gain_now") == 0.0, reason, 1.0 + 1.0 / (SLEW * self._clock)
+            )
         self._write("armed", False)
         self._write("clear", True)
-        self._until(lambda: not any(self._read(name) for name in TRIGGERS), "the function block does not reset its triggers")
+        self._until(
+            lambda: not any(self._read(name) for name in TRIGGERS),
+            "the function block does not reset its triggers",
+        )
         for name in KINDS:
             if name not in (*TRIGGERS, "armed"):
                 self._write(name, state[name])

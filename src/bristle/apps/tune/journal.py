@@ -41,7 +41,13 @@ class Journal:
         """
         if not self._is_known:  # an interrupted write may have written an entry, or a part of it
             self.entries, self._last, self._is_cut = _read(self.path)
-        entry = {"n": len(self.entries), "step": step, "event": event, **facts, "previous": self._last}
+        entry = {
+            "n": len(self.entries),
+            "step": step,
+            "event": event,
+            **facts,
+            "previous": self._last,
+        }
         line = json.dumps(entry, ensure_ascii=False).encode()
         self._is_known = False
         _append(self.path, (b"\n" if self._is_cut else b"") + line + b"\n")
@@ -51,7 +57,11 @@ class Journal:
 
     def with_events(self, *events: str, step: str | None = None) -> Iterator[dict[str, Any]]:
         """Return the entries with these events, last first."""
-        return (entry for entry in reversed(self.entries) if entry["event"] in events and step in (None, entry["step"]))
+        return (
+            entry
+            for entry in reversed(self.entries)
+            if entry["event"] in events and step in (None, entry["step"])
+        )
 
     def last(self, *events: str, step: str | None = None) -> dict[str, Any] | None:
         """Return the last entry with these events."""
@@ -88,7 +98,11 @@ def _append(path: Path, data: bytes) -> None:
         raise InputError("is a link", path=str(path), mend=mend) from None
     try:
         if os.fstat(opened).st_nlink > 1:
-            raise InputError("has a second name, under which it is the file of a person", path=str(path), mend=mend)
+            raise InputError(
+                "has a second name, under which it is the file of a person",
+                path=str(path),
+                mend=mend,
+            )
         while data:
             data = data[os.write(opened, data) :]
         os.fsync(opened)
@@ -105,7 +119,11 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
     if not os.path.lexists(path):
         return [], "", False
     if not stat.S_ISREG(os.lstat(path).st_mode):
-        raise InputError("is not a file, but a link, a folder or a pipe", path=str(path), mend="Name another folder")
+        raise InputError(
+            "is not a file, but a link, a folder or a pipe",
+            path=str(path),
+            mend="Name another folder",
+        )
     data = path.read_bytes()
     entries: list[dict[str, Any]] = []
     last = ""
@@ -118,7 +136,9 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
             entry = None
         if not isinstance(entry, dict) or entry.get("previous") != last:
             mend = "Restore the journal from a copy. The backup of the machine is in its entry `backup`"
-            raise InputError("was changed after it was written", path=f"{path}, line {number}", mend=mend)
+            raise InputError(
+                "was changed after it was written", path=f"{path}, line {number}", mend=mend
+            )
         entries.append(entry)
         last = _hash(line)
     return entries, last, bool(data) and not data.endswith(b"\n")

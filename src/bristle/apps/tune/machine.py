@@ -7,10 +7,28 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from bristle.core import BristleError, Feedforward, InputError, Kind, Model, Variable, amount, array, guarded
+from bristle.core import (
+    BristleError,
+    Feedforward,
+    InputError,
+    Kind,
+    Model,
+    Variable,
+    amount,
+    array,
+    guarded,
+)
 from bristle.simulation import feedforward_effort
 
-STOPS = ("following_error", "effort", "travel", "dead_man", "feedforward", "lost_samples", "operator")
+STOPS = (
+    "following_error",
+    "effort",
+    "travel",
+    "dead_man",
+    "feedforward",
+    "lost_samples",
+    "operator",
+)
 """Reasons why a machine ends a motion; `bristle tune` reports them by name."""
 State = Mapping[str, Any]
 """Everything that a run writes on a machine, as plain data (JSON)."""
@@ -96,7 +114,12 @@ class Recording:
         rows = len(self.reference)
         for name in ("position", "effort"):
             if len(getattr(self, name)) != rows:
-                raise InputError("has more or fewer rows than reference", path=name, value=len(getattr(self, name)), allowed=f"{rows} rows")
+                raise InputError(
+                    "has more or fewer rows than reference",
+                    path=name,
+                    value=len(getattr(self, name)),
+                    allowed=f"{rows} rows",
+                )
 
     @property
     def error(self) -> np.ndarray:
@@ -104,7 +127,10 @@ class Recording:
         return self.reference - self.position
 
 
-@guarded(lead=amount(Variable("time", "lead", min=0.0)), limit=amount(Variable("force", "limit", min=0.0), endless=True))
+@guarded(
+    lead=amount(Variable("time", "lead", min=0.0)),
+    limit=amount(Variable("force", "limit", min=0.0), endless=True),
+)
 @dataclass(frozen=True)
 class FrictionFeedforward:
     """The feedforward that a run loads into a machine: friction, offset, gravity and cogging along the reference.

@@ -23,7 +23,11 @@ class Connection(NamedTuple):
 
     def as_data(self) -> dict[str, Any]:
         """Return the entry for the journal, from which a later process connects the machine."""
-        return json.loads(json.dumps({"machine": self.machine, "settings": self.settings, "kind": self.kind}, default=str))
+        return json.loads(
+            json.dumps(
+                {"machine": self.machine, "settings": self.settings, "kind": self.kind}, default=str
+            )
+        )
 
 
 def code_of(link: Connection) -> str:
@@ -59,7 +63,11 @@ def connected(file: Connection, *, allow_code: bool = False) -> Machine:
         kind, settings = _built_in(file.machine), dict(file.settings)
         for key, (meaning, example) in kind.REQUIRED.items():
             if not isinstance(settings.get(key), str):
-                raise InputError(f"is missing{meaning}", path=f"settings.{key}", mend=f'Write {key} = "{example}" under [settings]')
+                raise InputError(
+                    f"is missing{meaning}",
+                    path=f"settings.{key}",
+                    mend=f'Write {key} = "{example}" under [settings]',
+                )
         for key in {"file", "save"} & settings.keys():
             settings[key] = str(file.source.parent.absolute() / str(settings[key]))
         try:
@@ -68,7 +76,13 @@ def connected(file: Connection, *, allow_code: bool = False) -> Machine:
             raise InputError(f"is not valid ({error})", path="settings") from None
     if not file.machine.endswith(".py"):
         allowed = f"{', '.join(BUILT_IN)}, or a Python file"
-        raise InputError("is not a machine", path="machine", value=file.machine, allowed=allowed, mend=did_you_mean(file.machine, BUILT_IN))
+        raise InputError(
+            "is not a machine",
+            path="machine",
+            value=file.machine,
+            allowed=allowed,
+            mend=did_you_mean(file.machine, BUILT_IN),
+        )
     content = code_named(file.machine, "machine", folder=file.source.parent, allow_code=allow_code)
     try:
         return load_machine_file(content)(**file.settings)
@@ -78,4 +92,6 @@ def connected(file: Connection, *, allow_code: bool = False) -> Machine:
 
 def load_machine_file(path: Readable) -> Callable[..., Machine]:
     """Return the class of machines that a Python file defines as ``MACHINE``."""
-    return declared_in(path, "MACHINE", type, title="machine", mend="End the file with MACHINE = MyMachine")
+    return declared_in(
+        path, "MACHINE", type, title="machine", mend="End the file with MACHINE = MyMachine"
+    )

@@ -12,7 +12,10 @@ from bristle.apps.tune.function_block import POLL, TYPES, FunctionBlock, Rows, f
 from bristle.apps.tune.machine import MachineRefusedError
 from bristle.core import MissingExtraError
 
-SERVER = {"product": 2262, "version": 2264}  # numeric node ids of the name and the version of a server
+SERVER = {
+    "product": 2262,
+    "version": 2264,
+}  # numeric node ids of the name and the version of a server
 QUEUE = 2.0  # time that the requested queue lasts: a server that publishes late loses no row [s]
 TOLERANCE = 0.05  # relative, of the interval of source time stamps
 
@@ -20,7 +23,10 @@ TOLERANCE = 0.05  # relative, of the interval of source time stamps
 class OpcUa(FunctionBlock):
     """One axis behind an OPC UA server; a subscription with a queue delivers its rows."""
 
-    REQUIRED: ClassVar = {"url": ("", "opc.tcp://192.168.1.10:4840"), "prefix": ("", "ns=4;s=MAIN.tune.")}
+    REQUIRED: ClassVar = {
+        "url": ("", "opc.tcp://192.168.1.10:4840"),
+        "prefix": ("", "ns=4;s=MAIN.tune."),
+    }
 
     def __init__(self, *, url: str, publish: float = 0.1, **settings: Any) -> None:
         super().__init__(**settings)
@@ -31,7 +37,12 @@ class OpcUa(FunctionBlock):
         self._ua, self._url, self._publish = ua, url, publish
         self._errors = (ua.UaError, OSError, TimeoutError)
         own = ua.VariantType
-        self._types = {"bool": own.Boolean, "dint": own.Int32, "lint": own.Int64, "lreal": own.Double}
+        self._types = {
+            "bool": own.Boolean,
+            "dint": own.Int32,
+            "lint": own.Int64,
+            "lreal": own.Double,
+        }
         self._link = sync.Client(url, timeout=10)
         try:
             with self._named(url):
@@ -53,7 +64,10 @@ class OpcUa(FunctionBlock):
     def identity(self) -> Mapping[str, str]:
         """Return address and product of the server, and the function block."""
         with self._named("server"):
-            product = {key: str(self._link.get_node(f"i={number}").read_value()) for key, number in SERVER.items()}
+            product = {
+                key: str(self._link.get_node(f"i={number}").read_value())
+                for key, number in SERVER.items()
+            }
         return {"machine": "opcua", "url": self._url, **product, "block": self._full("row")}
 
     @contextmanager
@@ -64,7 +78,11 @@ class OpcUa(FunctionBlock):
 
         def rows() -> np.ndarray:
             values = [received.pop(0) for _ in range(len(received))]
-            stamps.extend(value.SourceTimestamp.timestamp() for value in values if value.SourceTimestamp is not None)
+            stamps.extend(
+                value.SourceTimestamp.timestamp()
+                for value in values
+                if value.SourceTimestamp is not None
+            )
             return np.array([value.Value.Value for value in values], float).reshape(-1, 4)
 
         subscription = self._subscribed(received.append)
@@ -72,7 +90,9 @@ class OpcUa(FunctionBlock):
             yield rows
         finally:
             with self._named("subscription"):
-                self._link.tloop.post(self._link.aio_obj.uaclient.delete_subscriptions([subscription]))
+                self._link.tloop.post(
+                    self._link.aio_obj.uaclient.delete_subscriptions([subscription])
+                )
         self._check_time(np.array(stamps[1:]))  # the first value is older than the motion
 
     def _subscribed(self, receive: Callable[[Any], None]) -> int:
@@ -93,14 +113,20 @@ class OpcUa(FunctionBlock):
             PublishingEnabled=True,
         )
         monitored = ua.MonitoredItemCreateRequest(
-            ItemToMonitor=ua.ReadValueId(NodeId=ua.NodeId.from_string(self._full("row")), AttributeId=ua.AttributeIds.Value),
+            ItemToMonitor=ua.ReadValueId(
+                NodeId=ua.NodeId.from_string(self._full("row")), AttributeId=ua.AttributeIds.Value
+            ),
             MonitoringMode=ua.MonitoringMode.Reporting,
-            RequestedParameters=ua.MonitoringParameters(ClientHandle=1, SamplingInterval=interval, QueueSize=size, DiscardOldest=True),
+            RequestedParameters=ua.MonitoringParameters(
+                ClientHandle=1, SamplingInterval=interval, QueueSize=size, DiscardOldest=True
+            ),
         )
         with self._named(self._full("row")):
             created = post(client.create_subscription(subscription, publish))
             items = ua.CreateMonitoredItemsParameters(
-                SubscriptionId=created.SubscriptionId, TimestampsToReturn=ua.TimestampsToReturn.Both, ItemsToCreate=[monitored]
+                SubscriptionId=created.SubscriptionId,
+                TimestampsToReturn=ua.TimestampsToReturn.Both,
+                ItemsToCreate=[monitored],
             )
             result = post(client.create_monitored_items(items))[0]
             result.StatusCode.check()
@@ -108,17 +134,23 @@ class OpcUa(FunctionBlock):
         if result.RevisedQueueSize < needed:
             post(client.delete_subscriptions([created.SubscriptionId]))
             reason = f"the server grants a queue of {result.RevisedQueueSize} values, and {needed} are needed"
-            raise MachineRefusedError("queue_too_short", reason, "Lower publish, or allow a longer queue in the server")
+            raise MachineRefusedError(
+                "queue_too_short", reason, "Lower publish, or allow a longer queue in the server"
+            )
         return created.SubscriptionId
 
     def _check_time(self, stamps: np.ndarray) -> None:
         """Refuse rows whose source time stamps disagree with the sample time."""
         if stamps.size < 3:
-            raise MachineRefusedError("no_time", "the rows have no source time stamps", "Enable them in the server")
+            raise MachineRefusedError(
+                "no_time", "the rows have no source time stamps", "Enable them in the server"
+            )
         interval = float(np.median(np.diff(np.sort(stamps)))) * self._clock
         if abs(interval - self.sample_time) > TOLERANCE * self.sample_time:
             reason = f"the source time stamps are {interval:.4g} s apart, and the sample time is {self.sample_time:.4g} s"
-            raise MachineRefusedError("sample_time", reason, "Call FB_BristleTune once in each sample")
+            raise MachineRefusedError(
+                "sample_time", reason, "Call FB_BristleTune once in each sample"
+            )
 
     def _drain(self, table: np.ndarray, before: int, rows: Rows) -> None:
         """Wait until the last rows arrive, for at most ten publishing intervals."""

@@ -11,7 +11,10 @@ from pathlib import Path
 from bristle.apps.tune.machine import Machine, MachineRefusedError, MachineStoppedError, State
 from bristle.core import BristleError, error_text
 
-ATTEMPTS, PAUSE = 3, 0.1  # of a restoration; before the second one [s], twice as long before the third
+ATTEMPTS, PAUSE = (
+    3,
+    0.1,
+)  # of a restoration; before the second one [s], twice as long before the third
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,9 @@ class Restoration:
 
     def as_data(self) -> State:
         """Return the facts for the journal."""
-        return {"identical": self.is_identical, "different": dict(self.different)} | ({"fault": self.fault} if self.fault else {})
+        return {"identical": self.is_identical, "different": dict(self.different)} | (
+            {"fault": self.fault} if self.fault else {}
+        )
 
 
 def restored(machine: Machine, backup: State) -> Restoration:
@@ -95,4 +100,6 @@ def answering() -> Iterator[None]:
     except BristleError:
         raise
     except Exception as error:
-        raise MachineRefusedError("failed", named(error)[1], "Mend the cause, and repeat the command") from error
+        raise MachineRefusedError(
+            "failed", named(error)[1], "Mend the cause, and repeat the command"
+        ) from error

@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bristle.apps.tune.journal import Journal
-from bristle.apps.tune.machine import FrictionFeedforward, Limits, Machine, MachineRefusedError, MachineStoppedError, Recording, State
+from bristle.apps.tune.machine import (
+    FrictionFeedforward,
+    Limits,
+    Machine,
+    MachineRefusedError,
+    MachineStoppedError,
+    Recording,
+    State,
+)
 from bristle.core import Axis, Progress, Variable, amount, cached_property, guarded, whole
 from bristle.files import Growing, MachineFile, log_text
 from bristle.logs import Log, read_log
@@ -25,7 +33,10 @@ REST = 1.0  # before and after each motion [s]
 RECORDS, RESULTS, REFINED, MODEL = "records", "results", "refined", "model.toml"
 
 
-@guarded(duration=amount(Variable("time", "duration of the excitation", min=1.0)), draws=whole(20, none=True))
+@guarded(
+    duration=amount(Variable("time", "duration of the excitation", min=1.0)),
+    draws=whole(20, none=True),
+)
 @dataclass(frozen=True)
 class Options:
     """Choices of a run: models to identify, duration of the excitation [s], number of simulated logs for intervals."""
@@ -95,11 +106,18 @@ class Run:
 
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         """Set gain and test effort."""
-        self.write("set", lambda: self.machine.set(gain=gain, offset=offset), gain=gain, offset=offset)
+        self.write(
+            "set", lambda: self.machine.set(gain=gain, offset=offset), gain=gain, offset=offset
+        )
 
     def load(self, feedforward: FrictionFeedforward) -> None:
         """Load a feedforward at gain 0."""
-        self.write("load", lambda: self.machine.load(feedforward), model=feedforward.name, lead=feedforward.lead)
+        self.write(
+            "load",
+            lambda: self.machine.load(feedforward),
+            model=feedforward.name,
+            lead=feedforward.lead,
+        )
         self.feedforward = feedforward
 
     def rest(self, seconds: float) -> np.ndarray:
@@ -116,25 +134,52 @@ class Run:
         seconds = reference.size * self.sample_time
         text, begin = f"recording {name.replace('_', ' ')}, {seconds:.0f} s", time.monotonic()
         self.tell(text)
-        recording = self.machine.record(reference, lambda: self.tell(text, min(time.monotonic() - begin, seconds)))
+        recording = self.machine.record(
+            reference, lambda: self.tell(text, min(time.monotonic() - begin, seconds))
+        )
         self.played += seconds
-        if not all(isinstance(getattr(recording, name, None), np.ndarray) for name in ("reference", "position", "effort")):
+        if not all(
+            isinstance(getattr(recording, name, None), np.ndarray)
+            for name in ("reference", "position", "effort")
+        ):
             reason = f"the machine returned no record of {name.replace('_', ' ')}, but {type(recording).__name__}"
-            raise MachineRefusedError("no_record", reason, "Return a Recording of three arrays. Test the machine: bristle check")
+            raise MachineRefusedError(
+                "no_record",
+                reason,
+                "Return a Recording of three arrays. Test the machine: bristle check",
+            )
         lengths = {recording.reference.size, recording.position.size, recording.effort.size}
         if lengths != {reference.size}:
             raise MachineStoppedError(
-                "lost_samples", f"{reference.size - min(lengths)} of {reference.size} samples of {name.replace('_', ' ')} are missing"
+                "lost_samples",
+                f"{reference.size - min(lengths)} of {reference.size} samples of {name.replace('_', ' ')} are missing",
             )
-        if not all(np.all(np.isfinite(signal)) for signal in (recording.position, recording.effort)):
-            raise MachineStoppedError("lost_samples", f"{name.replace('_', ' ')} contains values that are not finite")
-        if not np.allclose(recording.reference, reference, rtol=0.0, atol=self.axis.resolution or 1e-6):
+        if not all(
+            np.all(np.isfinite(signal)) for signal in (recording.position, recording.effort)
+        ):
+            raise MachineStoppedError(
+                "lost_samples", f"{name.replace('_', ' ')} contains values that are not finite"
+            )
+        if not np.allclose(
+            recording.reference, reference, rtol=0.0, atol=self.axis.resolution or 1e-6
+        ):
             worst = float(np.max(np.abs(recording.reference - reference)))
             mend = "Check the scale of the reference"
-            raise MachineRefusedError("other_motion", f"the machine played another motion: it differs by up to {worst:.3g} in SI", mend)
-        signals = {"position": recording.position, "effort": recording.effort, "reference": recording.reference}
+            raise MachineRefusedError(
+                "other_motion",
+                f"the machine played another motion: it differs by up to {worst:.3g} in SI",
+                mend,
+            )
+        signals = {
+            "position": recording.position,
+            "effort": recording.effort,
+            "reference": recording.reference,
+        }
         if skip is not None:
-            signals = {channel: cycles_of(self, signal, skip).ravel() for channel, signal in signals.items()}
+            signals = {
+                channel: cycles_of(self, signal, skip).ravel()
+                for channel, signal in signals.items()
+            }
         # The times of the records state their order.
         signals["time"] = self.recorded + np.arange(signals["position"].size) * self.sample_time
         self.recorded += seconds
@@ -148,7 +193,12 @@ class Run:
 
     def note(self, name: str) -> None:
         """Note the hash of a file that this run wrote."""
-        self.journal.write(self.step, "file", name=name, sha256=hashlib.sha256((self.folder / name).read_bytes()).hexdigest())
+        self.journal.write(
+            self.step,
+            "file",
+            name=name,
+            sha256=hashlib.sha256((self.folder / name).read_bytes()).hexdigest(),
+        )
 
     def finish(self, **facts: Any) -> dict[str, Any]:
         """Note the end of the present step with its facts."""
@@ -161,7 +211,9 @@ def noted(journal: Journal, name: str) -> Path:
     path, entries = journal.path.parent / name, journal.with_events("file")
     written = next((entry["sha256"] for entry in entries if entry["name"] == name), None)
     if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != written:
-        reason = f"{name} differs from its hash in the journal: it was changed after the run wrote it"
+        reason = (
+            f"{name} differs from its hash in the journal: it was changed after the run wrote it"
+        )
         raise MachineRefusedError("file_changed", reason, "Begin a new run in another folder")
     return path
 

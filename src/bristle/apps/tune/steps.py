@@ -10,7 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.apps.tune.machine import FrictionFeedforward, MachineRefusedError, MachineStoppedError, Recording, SavingMachine
+from bristle.apps.tune.machine import (
+    FrictionFeedforward,
+    MachineRefusedError,
+    MachineStoppedError,
+    Recording,
+    SavingMachine,
+)
 from bristle.apps.tune.run import MODEL, REFINED, REST, RESULTS, Run, cycles_of, noted, rms
 from bristle.logs import Log
 from bristle.prediction import first_gain
@@ -19,19 +25,49 @@ from bristle.report.compared import compare
 from bristle.report.identified import identify
 from bristle.report.judgement import ruling_of
 
-OFFSETS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)  # test efforts, as shares of the largest effort
+OFFSETS = (
+    0.0025,
+    0.005,
+    0.01,
+    0.02,
+    0.04,
+    0.08,
+    0.16,
+)  # test efforts, as shares of the largest effort
 CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
 EVEN = 0.25  # smallest of the steps by equal test efforts, as a share of the largest
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
-AGREE, WARM_UP = 0.03, 10  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
+AGREE, WARM_UP = (
+    0.03,
+    10,
+)  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
 SMALL = 0.1  # swing at rest that shows no answer of the loop, as a share of a count of the encoder
-ORDER = (0, 1, 1, 0, 1, 0, 0, 1)  # of records before and after: a drift and its curvature are those of both sides
-SETTLED, LASTS = 0.25, 0.05  # band of the settled error, as a share of the rms error without feedforward; time that it must last [s]
+ORDER = (
+    0,
+    1,
+    1,
+    0,
+    1,
+    0,
+    0,
+    1,
+)  # of records before and after: a drift and its curvature are those of both sides
+SETTLED, LASTS = (
+    0.25,
+    0.05,
+)  # band of the settled error, as a share of the rms error without feedforward; time that it must last [s]
 SPARE = 0.01  # of the ratio of the effort at the safe gain
-WORSE, CLEARLY_WORSE = 1.05, 1.5  # allowed ratio of error, effort, noise and settling time, if it differs from 1, and in every case
-HUNTS = 0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
-NOISIER = 3.0  # ratio of the effort at rest with and without the feedforward: the loop hunts with it
+WORSE, CLEARLY_WORSE = (
+    1.05,
+    1.5,
+)  # allowed ratio of error, effort, noise and settling time, if it differs from 1, and in every case
+HUNTS = (
+    0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
+)
+NOISIER = (
+    3.0  # ratio of the effort at rest with and without the feedforward: the loop hunts with it
+)
 GAINS = (0.0, 0.25, 0.5, 1.0)
 STAGE_CYCLES, RUN_IN = 3, 2  # of a stage; at the start of a record that is compared
 
@@ -50,10 +86,22 @@ def identity(run: Run) -> None:
     """Read identity and limits; refuse a machine that changed since the run began."""
     identified, before = dict(run.machine.identity()), run.journal.last("done", step="identity")
     if before is not None and before["facts"]["identity"] != identified:
-        changed = [name for name in before["facts"]["identity"] if before["facts"]["identity"][name] != identified.get(name)]
-        raise MachineRefusedError("identity_changed", f"the machine differs from that of the run: {', '.join(changed)}", "Begin a new run")
+        changed = [
+            name
+            for name in before["facts"]["identity"]
+            if before["facts"]["identity"][name] != identified.get(name)
+        ]
+        raise MachineRefusedError(
+            "identity_changed",
+            f"the machine differs from that of the run: {', '.join(changed)}",
+            "Begin a new run",
+        )
     limits = run.limits
-    limited = {"following_error": limits.following_error, "effort": limits.effort, "travel": limits.travel}
+    limited = {
+        "following_error": limits.following_error,
+        "effort": limits.effort,
+        "travel": limits.travel,
+    }
     run.finish(identity=identified, limits=limited, saves=isinstance(run.machine, SavingMachine))
 
 
@@ -61,7 +109,11 @@ def backup(run: Run) -> None:
     """Read everything that the run may write, twice."""
     state = dict(run.machine.state())
     if dict(run.machine.state()) != state:
-        raise MachineRefusedError("state_unstable", "two readings of the parameters of the machine differ", "Stop what else writes them")
+        raise MachineRefusedError(
+            "state_unstable",
+            "two readings of the parameters of the machine differ",
+            "Stop what else writes them",
+        )
     run.backup = run.finish(state=state, writes=run.machine.writes())["facts"]["state"]
 
 
@@ -83,21 +135,31 @@ def _answer(run: Run) -> dict[str, Any]:
         steps, loop, scatter = _pushed(run, offset)
         moved = 0.5 * float(np.mean(steps))
         # Equal steps to and fro are an answer; an axis that does not rest makes other steps.
-        moves = abs(moved) > 0.5 * count and np.min(steps * np.sign(moved)) > EVEN * np.max(np.abs(steps))
+        moves = abs(moved) > 0.5 * count and np.min(steps * np.sign(moved)) > EVEN * np.max(
+            np.abs(steps)
+        )
         net = 1.0 + loop / offset
         answers = abs(net) < ANSWER and abs(loop) > CLEAR * scatter
         if moves and moved < 0.0 and net > ANSWER:
-            raise MachineRefusedError("wrong_sign", "a positive test effort moves the axis backward", "Reverse the sign of the effort")
+            raise MachineRefusedError(
+                "wrong_sign",
+                "a positive test effort moves the axis backward",
+                "Reverse the sign of the effort",
+            )
         # An integral action that opposes more than the test effort reverses the net effort, and the axis follows it.
         if answers or (moves and (moved > 0.0 or net < -ANSWER)):
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
         unrest = unrest or bool(np.ptp(steps) > 4.0 * count)
     if unrest:
         reason = "the axis does not rest: equal test efforts move it differently"
-        raise MachineRefusedError("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
+        raise MachineRefusedError(
+            "hunts", reason, "Lower the integral gain, or add damping, until the axis rests"
+        )
     reason = f"a test effort of {OFFSETS[-1]:.0%} of the limit moves nothing and changes nothing in the loop"
     raise MachineRefusedError(
-        "no_effect", reason, "The effort does not reach the motor: the drive must be in a mode that accepts an effort"
+        "no_effect",
+        reason,
+        "The effort does not reach the motor: the drive must be in a mode that accepts an effort",
     )
 
 
@@ -114,7 +176,11 @@ def _pushed(run: Run, offset: float) -> tuple[np.ndarray, float, float]:
     position, effort = np.array(levels[1:]).T
     ahead, back = effort[1::2], effort[2::2]
     scatter = max(float(np.ptp(ahead)), float(np.ptp(back)))
-    return np.diff(position) * (1.0, -1.0, 1.0, -1.0), 0.5 * float(np.mean(ahead) - np.mean(back)) - offset, scatter
+    return (
+        np.diff(position) * (1.0, -1.0, 1.0, -1.0),
+        0.5 * float(np.mean(ahead) - np.mean(back)) - offset,
+        scatter,
+    )
 
 
 def _prove_guard(run: Run, position: float) -> None:
@@ -127,7 +193,11 @@ def _prove_guard(run: Run, position: float) -> None:
         if stopped.reason != "travel":
             raise
     else:
-        raise MachineRefusedError("guard_fails", "the guard of the machine does not trip outside its travel", "Do not run this machine")
+        raise MachineRefusedError(
+            "guard_fails",
+            "the guard of the machine does not trip outside its travel",
+            "Do not run this machine",
+        )
     run.arm()
 
 
@@ -136,11 +206,18 @@ def warm_up(run: Run) -> None:
     pairs: list[tuple[float, float]] = []
     while len(pairs) < WARM_UP:
         recording = run.record("warm_up", run.motion(2))
-        if np.sum(cycles_of(run, recording.effort) * cycles_of(run, np.gradient(recording.position))) < 0.0:
+        if (
+            np.sum(
+                cycles_of(run, recording.effort) * cycles_of(run, np.gradient(recording.position))
+            )
+            < 0.0
+        ):
             reason = "the effort acts against the motion: it does negative work in each cycle"
             raise MachineRefusedError("wrong_sign", reason, "Reverse the sign of the effort")
         pairs.append((rms(recording.effort), rms(recording.error)))
-        if len(pairs) > 1 and all(abs(new - old) <= AGREE * old for old, new in zip(*pairs[-2:], strict=True)):
+        if len(pairs) > 1 and all(
+            abs(new - old) <= AGREE * old for old, new in zip(*pairs[-2:], strict=True)
+        ):
             break
     run.finish(cycles=2 * len(pairs), effort=pairs[-1][0], error=pairs[-1][1])
 
@@ -151,14 +228,23 @@ def before(run: Run) -> None:
     at_rest, moving = _at_rest(run, recording.effort), rms(cycles_of(run, recording.effort))
     if at_rest > HUNTS * moving:
         reason = f"the effort at rest swings by {at_rest / moving:.0%} of the effort in motion: the loop hunts"
-        raise MachineRefusedError("hunts", reason, "Lower the integral gain, or add damping, until the axis rests")
+        raise MachineRefusedError(
+            "hunts", reason, "Lower the integral gain, or add damping, until the axis rests"
+        )
     run.finish(error=rms(cycles_of(run, recording.error, 1)), effort=moving, noise=at_rest)
 
 
 def excitation(run: Run) -> None:
     """Plan the excitation on a first model of the recorded motion, within the limits, and record it."""
     axis, start = run.axis, float(run.file.cycle[0])
-    motion = excite(axis, duration=run.options.duration, start=start, log=run.log("before"), rehearsed=False, draws=0).motion
+    motion = excite(
+        axis,
+        duration=run.options.duration,
+        start=start,
+        log=run.log("before"),
+        rehearsed=False,
+        draws=0,
+    ).motion
     rest = run.rest(REST)
     recording = run.record("excitation", np.concatenate([rest, motion.position, rest]))
     run.finish(duration=recording.position.size * run.sample_time, error=rms(recording.error))
@@ -169,14 +255,18 @@ def identification(run: Run) -> None:
     facts = _identified(run, "excitation", RESULTS)
     if not facts["usable"]:
         reason = f"{facts['verdict']}: {'; '.join(facts['reasons'][:2])}"
-        raise MachineRefusedError("no_usable_model", reason, "The records of this run are in the folder records")
+        raise MachineRefusedError(
+            "no_usable_model", reason, "The records of this run are in the folder records"
+        )
     run.finish(**facts)
 
 
 def _identified(run: Run, record: str, folder: str) -> dict[str, Any]:
     """Identify the axis from a record, and save the results in a folder."""
     run.tell("identifying")
-    result = identify(run.log(record), run.options.models, axis=run.axis, draws=run.options.draws).finished
+    result = identify(
+        run.log(record), run.options.models, axis=run.axis, draws=run.options.draws
+    ).finished
     second = result.second_pass
     ruling = ruling_of(result)
     result.save(run.folder / folder, force=True)
@@ -187,7 +277,9 @@ def _identified(run: Run, record: str, folder: str) -> dict[str, Any]:
         "reasons": list(ruling.reasons),
         "error_percent": result.best.friction_alone_error_percent,
         "lead": max(0.0, -float(result.treatment.get("delay", 0.0))),
-        "proposals": [line._asdict() for line in second.lines] if second is not None and second.taken else [],
+        "proposals": [line._asdict() for line in second.lines]
+        if second is not None and second.taken
+        else [],
         "usable": bool(first_gain(result.best)),
         "results": folder,
     }
@@ -213,10 +305,14 @@ def _raised(run: Run, identified: dict[str, Any], name: str) -> dict[str, Any]:
             # The effort rises with the gain: the safe gain keeps the effort of the loop within its limit.
             low = table[-1]
             share = (most - low["effort"]) / (stage["effort"] - low["effort"])
-            table.append(_stage(run, low["gain"] + max(share, 0.0) * (gain - low["gain"]), table, name))
+            table.append(
+                _stage(run, low["gain"] + max(share, 0.0) * (gain - low["gain"]), table, name)
+            )
             break
         table.append(stage)
-    allowed = [stage for stage in table if stage["effort"] <= run.file.effort_ratio * table[0]["effort"]]
+    allowed = [
+        stage for stage in table if stage["effort"] <= run.file.effort_ratio * table[0]["effort"]
+    ]
     best = min(allowed, key=lambda stage: stage["error"])
     run.set()
     if best["gain"] < GAINS[1] and worse:
@@ -225,7 +321,9 @@ def _raised(run: Run, identified: dict[str, Any], name: str) -> dict[str, Any]:
         raise MachineRefusedError("worse", reason, "Check the sign of the effort")
     if best["gain"] < GAINS[1]:
         raise MachineRefusedError(
-            "no_gain", "no gain of the feedforward reduces the following error without a larger effort", "Allow it: effort_ratio = 1.2"
+            "no_gain",
+            "no gain of the feedforward reduces the following error without a larger effort",
+            "Allow it: effort_ratio = 1.2",
         )
     return {"gain": best["gain"], "error": best["error"], "stages": table}
 
@@ -241,7 +339,11 @@ def refinement(run: Run) -> None:
     run.set()
     used, identified = run.facts["identification"], _identified(run, "refinement", REFINED)
     try:
-        best = min(first, _raised(run, identified, "refined_"), key=itemgetter("error")) if identified["usable"] else first
+        best = (
+            min(first, _raised(run, identified, "refined_"), key=itemgetter("error"))
+            if identified["usable"]
+            else first
+        )
     except MachineRefusedError:
         best = first
     if best is first:
@@ -267,14 +369,24 @@ def _stage(run: Run, gain: float, table: list[dict[str, float]], name: str) -> d
     if now["noise"] > most:  # hunting lasts; a single slip at rest is not hunting
         now = _stage_record(run, gain, name)
     if now["noise"] > most:
-        raise MachineRefusedError("hunts_with_feedforward", f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI")
+        raise MachineRefusedError(
+            "hunts_with_feedforward",
+            f"at gain {gain:g} the effort at rest swings by {now['noise']:.3g} in SI",
+        )
     return now
 
 
 def _stage_record(run: Run, gain: float, name: str) -> dict[str, float]:
     recording = run.record(f"{name}stage_{round(100 * gain)}", run.motion(STAGE_CYCLES))
-    error, effort = (rms(cycles_of(run, signal, 1)) for signal in (recording.error, recording.effort))
-    return {"gain": gain, "error": error, "effort": effort, "noise": _at_rest(run, recording.effort)}
+    error, effort = (
+        rms(cycles_of(run, signal, 1)) for signal in (recording.error, recording.effort)
+    )
+    return {
+        "gain": gain,
+        "error": error,
+        "effort": effort,
+        "noise": _at_rest(run, recording.effort),
+    }
 
 
 def _feedforward(run: Run, identified: Mapping[str, Any]) -> FrictionFeedforward:
@@ -285,7 +397,9 @@ def _feedforward(run: Run, identified: Mapping[str, Any]) -> FrictionFeedforward
     plant, friction, _ = read_model(path)
     name = f"bristle_{hashlib.sha256(path.read_bytes()).hexdigest()[:8]}"
     assert plant is not None
-    return FrictionFeedforward(path.parent, name, plant, friction, identified["lead"], run.limits.effort)
+    return FrictionFeedforward(
+        path.parent, name, plant, friction, identified["lead"], run.limits.effort
+    )
 
 
 def cycles_compared(cycles: int) -> int:
@@ -295,7 +409,10 @@ def cycles_compared(cycles: int) -> int:
 
 def comparison(run: Run) -> None:
     """Record before and after alternately: the change of each quantity with its interval, without thermal drift."""
-    gain, motion = run.facts["refinement"]["gain"], run.motion(cycles_compared(run.file.cycles) + RUN_IN)
+    gain, motion = (
+        run.facts["refinement"]["gain"],
+        run.motion(cycles_compared(run.file.cycles) + RUN_IN),
+    )
     records: tuple[list[Recording], list[Recording]] = ([], [])
     logs: tuple[list[Log], list[Log]] = ([], [])
     for side in ORDER:
@@ -307,7 +424,9 @@ def comparison(run: Run) -> None:
     run.compared = compared = compare(*logs, axis=run.axis)
     ratios = {
         "noise at rest": _ratio(*_noises(run, records)),
-        "settling time": _ratio(*([_settling(run, recording) for recording in side] for side in records)),
+        "settling time": _ratio(
+            *([_settling(run, recording) for recording in side] for side in records)
+        ),
     }
     numbers = {name: change.as_data() for name, change in compared.changes.items()}
     run.finish(changes=numbers, ratios=ratios, helped=compared.helped, gain=gain)
@@ -317,7 +436,9 @@ def verdict(run: Run) -> None:
     """Keep the feedforward if the error is lower with its interval and nothing else is worse."""
     facts = run.facts["comparison"]
     if not facts["helped"]:
-        raise MachineRefusedError("not_better", "the following error is not significantly lower with the feedforward")
+        raise MachineRefusedError(
+            "not_better", "the following error is not significantly lower with the feedforward"
+        )
     worse = [
         name
         for name, ratio in facts["ratios"].items()
@@ -326,16 +447,25 @@ def verdict(run: Run) -> None:
     error = facts["changes"]["following_error.rms"]["before"]
     for name, change in facts["changes"].items():
         most = change["before"] * (run.file.effort_ratio if name.startswith("effort") else WORSE)
-        if name.startswith("reversals"):  # an axis that lags on its whole way may have a small error where it reverses
+        if name.startswith(
+            "reversals"
+        ):  # an axis that lags on its whole way may have a small error where it reverses
             most = max(most, error)
         is_judged = name.startswith(("following_error", "reversals", "effort"))
         if is_judged and change["verdict"] == "higher" and change["after"] > most:
             worse.append(name)
     if worse:
-        raise MachineRefusedError("something_worse", f"the feedforward lowers the error, but raises: {', '.join(worse)}")
+        raise MachineRefusedError(
+            "something_worse", f"the feedforward lowers the error, but raises: {', '.join(worse)}"
+        )
     run.set(gain=facts["gain"])
     run.machine.keep()
-    run.journal.write(run.step, "kept", state=dict(run.machine.state()), results=run.facts["refinement"]["results"])
+    run.journal.write(
+        run.step,
+        "kept",
+        state=dict(run.machine.state()),
+        results=run.facts["refinement"]["results"],
+    )
 
 
 def _ratio(before: Sequence[float], after: Sequence[float]) -> dict[str, Any]:
@@ -344,18 +474,31 @@ def _ratio(before: Sequence[float], after: Sequence[float]) -> dict[str, Any]:
 
     sides = np.log(before), np.log(after)
     parts = np.array([np.var(side, ddof=1) / side.size for side in sides])
-    freedom = parts.sum() ** 2 / max(sum(parts**2 / [side.size - 1 for side in sides]), np.finfo(float).tiny)
-    change, half = np.mean(sides[1]) - np.mean(sides[0]), stdtrit(max(freedom, 1.0), 0.975) * np.sqrt(parts.sum())
-    return {"value": float(np.exp(change)), "interval": [float(np.exp(change - half)), float(np.exp(change + half))]}
+    freedom = parts.sum() ** 2 / max(
+        sum(parts**2 / [side.size - 1 for side in sides]), np.finfo(float).tiny
+    )
+    change, half = (
+        np.mean(sides[1]) - np.mean(sides[0]),
+        stdtrit(max(freedom, 1.0), 0.975) * np.sqrt(parts.sum()),
+    )
+    return {
+        "value": float(np.exp(change)),
+        "interval": [float(np.exp(change - half)), float(np.exp(change + half))],
+    }
 
 
 def _noises(run: Run, sides: Sequence[list[Recording]]) -> list[list[float]]:
     """Return the rms effort at rest of each record, at least the share and the answer to an encoder count that do not count."""
     count = run.axis.resolution or 0.0
-    efforts, swings = ([[_at_rest(run, getattr(own, name)) for own in side] for side in sides] for name in ("effort", "position"))
+    efforts, swings = (
+        [[_at_rest(run, getattr(own, name)) for own in side] for side in sides]
+        for name in ("effort", "position")
+    )
     effort, swing = np.ravel(efforts), np.ravel(swings)
     moves = swing > SMALL * count
-    of_a_count = float(np.min(count * effort[moves] / swing[moves], initial=np.inf)) if moves.any() else 0.0
+    of_a_count = (
+        float(np.min(count * effort[moves] / swing[moves], initial=np.inf)) if moves.any() else 0.0
+    )
     least = max(QUIET * rms(sides[0][0].effort), of_a_count)
     return [[max(effort, least) for effort in side] for side in efforts]
 
@@ -378,7 +521,10 @@ def _settling(run: Run, recording: Recording) -> float:
     # The record begins with a rest that follows no motion.
     for stop in np.split(still, np.flatnonzero(np.diff(still) > 1) + 1)[1:]:
         if stop.size >= 2 * lasts:
-            inside = np.convolve(np.abs(recording.error[stop]) <= band, np.ones(lasts), "valid") >= lasts - 0.5
+            inside = (
+                np.convolve(np.abs(recording.error[stop]) <= band, np.ones(lasts), "valid")
+                >= lasts - 0.5
+            )
             times.append(np.argmax(inside) if inside.any() else stop.size)
     return run.sample_time * float(np.exp(np.mean(np.log(np.maximum(times, lasts)))))
 
@@ -392,7 +538,11 @@ STEPS = (
     Step("excitation", "Plan and record an excitation within the limits", excitation, resumes=True),
     Step("identification", "Identify the friction", identification, moves=False, resumes=True),
     Step("stages", "Raise the gain of the feedforward: 0, 0.25, 0.5, 1", stages),
-    Step("refinement", "Repeat the excitation with the feedforward, identify again, and use the better model", refinement),
+    Step(
+        "refinement",
+        "Repeat the excitation with the feedforward, identify again, and use the better model",
+        refinement,
+    ),
     Step("comparison", "Record before and after alternately", comparison),
     Step("verdict", "Keep the feedforward, or restore the machine", verdict, moves=False),
 )

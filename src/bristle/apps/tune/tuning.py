@@ -19,14 +19,28 @@ from bristle.apps.tune.restoring import Restoration, answering, differences, nam
 from bristle.apps.tune.run import MODEL, REFINED, RESULTS, Options, Run, noted
 from bristle.apps.tune.steps import GAINS, ORDER, RUN_IN, STAGE_CYCLES, STEPS, Step, cycles_compared
 from bristle.core import InputError, InputWarning, Kind, Progress, guarded
-from bristle.files import MachineFile, as_json, growing_folder, lock, provenance, read_machine, state_folder
+from bristle.files import (
+    MachineFile,
+    as_json,
+    growing_folder,
+    lock,
+    provenance,
+    read_machine,
+    state_folder,
+)
 from bristle.identification import models_of
 
 SUMMARY, REPORT = "summary.json", "report.html"
 KIND = "run of tune"
 COMPUTES = 5.0  # weight of a step without motion, for the remaining time [s]
 ADDRESS = ("net_id", "url", "prefix")  # settings that identify a controller
-WRITING = ("check", "stages", "refinement", "comparison", "verdict")  # steps that write on the machine
+WRITING = (
+    "check",
+    "stages",
+    "refinement",
+    "comparison",
+    "verdict",
+)  # steps that write on the machine
 
 
 @dataclass
@@ -76,7 +90,12 @@ class Tuning:
 
     def as_data(self) -> dict[str, Any]:
         """Return the result for JSON."""
-        return {"outcome": self.outcome, "code": self.code, "reason": self.reason, "steps": self.facts}
+        return {
+            "outcome": self.outcome,
+            "code": self.code,
+            "reason": self.reason,
+            "steps": self.facts,
+        }
 
 
 @guarded()
@@ -119,21 +138,32 @@ def tune(
     InputError
         If the machine file is not valid, another run uses the machine, or the journal was changed.
     """
-    described, options = file if isinstance(file, MachineFile) else read_machine(file), options or Options()
+    described, options = (
+        file if isinstance(file, MachineFile) else read_machine(file),
+        options or Options(),
+    )
     models_of(options.models)
     if machine is not None and not callable(getattr(machine, "writes", None)):
         raise InputError(
-            "must be a machine", path="machine", value=machine, mend="Give an object with the methods of bristle.apps.tune.Machine"
+            "must be a machine",
+            path="machine",
+            value=machine,
+            mend="Give an object with the methods of bristle.apps.tune.Machine",
         )
     path = Path(folder).absolute()
-    link = Connection(described.machine, described.settings, described.source.absolute(), described.axis.kind)
+    link = Connection(
+        described.machine, described.settings, described.source.absolute(), described.axis.kind
+    )
     with _only_run(link, path, notes=move), _held(machine, link, allow_code=allow_code) as used:
         journal = _resumable(path, described, options)
         if not move:
             return _plan(described, used, journal, options)
         if journal.has_written:
             _put_back(used, journal)
-        with growing_folder(path, KIND, made_anew=_is_own, used=lambda name: not _is_own(name)) as (grown, _):
+        with growing_folder(path, KIND, made_anew=_is_own, used=lambda name: not _is_own(name)) as (
+            grown,
+            _,
+        ):
             grown.claim(NAME)
             run = Run(described, used, grown, journal, options, progress)
             return _reported(run, _steps(run, link))
@@ -149,12 +179,16 @@ def _resumable(path: Path, file: MachineFile, options: Options) -> Journal:
     if os.path.lexists(path) and not path.is_dir():
         raise InputError("is a file, not a folder", path=str(path), mend="Name another folder")
     if path.exists() and any(path.iterdir()) and not os.path.lexists(path / NAME):
-        raise InputError("contains files that are not of a run of tune", path=str(path), mend="Name a new folder")
+        raise InputError(
+            "contains files that are not of a run of tune", path=str(path), mend="Name a new folder"
+        )
     journal = Journal(path)
     _same_request(journal, file, options)
     if journal.is_kept:
         mend = f"Restore the machine first: bristle tune --undo {path}"
-        raise InputError("is a finished run, whose feedforward the machine keeps", path=str(path), mend=mend)
+        raise InputError(
+            "is a finished run, whose feedforward the machine keeps", path=str(path), mend=mend
+        )
     return journal
 
 
@@ -165,12 +199,16 @@ def _plan(described: MachineFile, used: Machine, journal: Journal, options: Opti
         facts = _planned(described, used, options)
     plan = Tuning(path, "planned", facts=facts, kind=described.axis.kind)
     if journal.has_written:
-        plan.remarks.append(f"an interrupted run has left the machine changed. Restore it: bristle tune --undo {path}")
+        plan.remarks.append(
+            f"an interrupted run has left the machine changed. Restore it: bristle tune --undo {path}"
+        )
     return plan
 
 
 @guarded()
-def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None, allow_code: bool = False) -> Tuning:
+def undo(
+    folder: str | os.PathLike[str], *, machine: Machine | None = None, allow_code: bool = False
+) -> Tuning:
     """Restore the machine as it was before the run in a folder, also its non-volatile memory, and prove it by reading back.
 
     Raises
@@ -182,16 +220,28 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None, allo
         result = Tuning(run.folder, "undone", kind=run.link.kind)
         backup = _backup_in(run.journal)
         if backup is None:
-            reads = ", ".join(f"{name} {value}" for name, value in plain(run.machine.state()).items())
+            reads = ", ".join(
+                f"{name} {value}" for name, value in plain(run.machine.state()).items()
+            )
             reason = f"the journal contains no backup of the machine, so bristle cannot restore it. The machine reads {reads}"
-            raise MachineRefusedError("no_backup", reason, "Compare these values with those before the run")
+            raise MachineRefusedError(
+                "no_backup", reason, "Compare these values with those before the run"
+            )
         result.way_out = restored(run.machine, backup)
-        _try_to_note(run.journal, result, "undo", "restored", cause="undo", **result.way_out.as_data())
-        if not result.way_out.fault and run.journal.is_saved and isinstance(run.machine, SavingMachine):
+        _try_to_note(
+            run.journal, result, "undo", "restored", cause="undo", **result.way_out.as_data()
+        )
+        if (
+            not result.way_out.fault
+            and run.journal.is_saved
+            and isinstance(run.machine, SavingMachine)
+        ):
             run.machine.unsave()
             left = [place for place, content in run.machine.saved().items() if content]
             if left:
-                raise MachineRefusedError("not_removed", f"the memory still contains the feedforward: {', '.join(left)}")
+                raise MachineRefusedError(
+                    "not_removed", f"the memory still contains the feedforward: {', '.join(left)}"
+                )
             _try_to_note(run.journal, result, "save", "removed")
         if not result.restored:
             raise MachineRefusedError("not_restored", last_line(result))
@@ -199,7 +249,9 @@ def undo(folder: str | os.PathLike[str], *, machine: Machine | None = None, allo
 
 
 @guarded()
-def save(folder: str | os.PathLike[str], *, machine: Machine | None = None, allow_code: bool = False) -> Tuning:
+def save(
+    folder: str | os.PathLike[str], *, machine: Machine | None = None, allow_code: bool = False
+) -> Tuning:
     """Save the kept feedforward of the run in a folder in the non-volatile memory of its machine, and prove it by reading back.
 
     Raises
@@ -211,24 +263,40 @@ def save(folder: str | os.PathLike[str], *, machine: Machine | None = None, allo
         journal, used = run.journal, run.machine
         if not isinstance(used, SavingMachine):
             mend = "Its feedforward lasts until the controller restarts. Then run bristle tune again, or export the model: bristle export"
-            raise MachineRefusedError("no_memory", f"the machine {run.link.machine} has no non-volatile memory", mend)
+            raise MachineRefusedError(
+                "no_memory", f"the machine {run.link.machine} has no non-volatile memory", mend
+            )
         kept, identified = journal.last("kept"), journal.last("done", step="identity")
         if kept is None or identified is None or not journal.is_kept:
-            raise MachineRefusedError("not_kept", "this run did not keep a feedforward", "Save a run whose outcome is kept")
+            raise MachineRefusedError(
+                "not_kept",
+                "this run did not keep a feedforward",
+                "Save a run whose outcome is kept",
+            )
         present = {"identity": dict(used.identity()), "state": dict(used.state())}
-        different = differences({"identity": identified["facts"]["identity"], "state": kept["state"]}, plain(present))
+        different = differences(
+            {"identity": identified["facts"]["identity"], "state": kept["state"]}, plain(present)
+        )
         if different:
             reason = f"the machine is not as the run left it: {', '.join(different)}"
-            raise MachineRefusedError("state_changed", reason, f"Restore it, and tune again: bristle tune --undo {run.folder}")
+            raise MachineRefusedError(
+                "state_changed",
+                reason,
+                f"Restore it, and tune again: bristle tune --undo {run.folder}",
+            )
         results = kept.get("results", RESULTS)  # a run of an earlier version has one model
         noted(journal, f"{results}/{MODEL}")
         journal.write("save", "saving", places=dict(used.saved()))
         written, places = dict(used.save(run.folder / results)), dict(used.saved())
         if written != places or not all(places.values()):
             mend = f"Remove it: bristle tune --undo {run.folder}"
-            raise MachineRefusedError("not_saved", f"the memory differs from what was written: {', '.join(places)}", mend)
+            raise MachineRefusedError(
+                "not_saved", f"the memory differs from what was written: {', '.join(places)}", mend
+            )
         journal.write("save", "saved", places=places)
-    return Tuning(run.folder, "saved", facts={"save": {"places": places, "loads": getattr(used, "loads", "")}})
+    return Tuning(
+        run.folder, "saved", facts={"save": {"places": places, "loads": getattr(used, "loads", "")}}
+    )
 
 
 class _Reopened(NamedTuple):
@@ -241,7 +309,9 @@ class _Reopened(NamedTuple):
 
 
 @contextlib.contextmanager
-def _reopened(folder: str | os.PathLike[str], machine: Machine | None, *, allow_code: bool) -> Iterator[_Reopened]:
+def _reopened(
+    folder: str | os.PathLike[str], machine: Machine | None, *, allow_code: bool
+) -> Iterator[_Reopened]:
     """Connect the machine of the run in a folder, as the run connected it; its machine file may be gone."""
     path = Path(folder).absolute()
     journal = Journal(path)
@@ -252,7 +322,9 @@ def _reopened(folder: str | os.PathLike[str], machine: Machine | None, *, allow_
         link = Connection(**begun["link"] | {"source": Path(begun["file"])})
     else:  # of an earlier version
         described = read_machine(begun["file"])
-        link = Connection(described.machine, described.settings, described.source, described.axis.kind)
+        link = Connection(
+            described.machine, described.settings, described.source, described.axis.kind
+        )
     allowed = allow_code or (begun.get("code", "") != "" and begun["code"] == code_of(link))
     with _only_run(link, path, notes=False), _held(machine, link, allow_code=allowed) as used:
         yield _Reopened(path, journal, link, used)
@@ -270,14 +342,23 @@ def _held(machine: Machine | None, link: Connection, *, allow_code: bool) -> Ite
         try:
             machine.close()
         except BaseException as error:  # noqa: BLE001
-            warnings.warn(f"the connection to the machine did not end well: {named(error)[1]}", InputWarning, stacklevel=3)
+            warnings.warn(
+                f"the connection to the machine did not end well: {named(error)[1]}",
+                InputWarning,
+                stacklevel=3,
+            )
 
 
 def _steps(run: Run, link: Connection) -> Tuning:
     """Do the steps; restore the machine after whatever ends them."""
     again = f"bristle tune {run.file.source} --out {run.folder} --move"
     result = Tuning(run.folder, "kept", facts=run.facts, kind=run.axis.kind, again=again)
-    begun = {"file": str(link.source), "sha256": _checksum(run.file), "options": vars(run.options), "link": link.as_data()}
+    begun = {
+        "file": str(link.source),
+        "sha256": _checksum(run.file),
+        "options": vars(run.options),
+        "link": link.as_data(),
+    }
     begun["code"] = code_of(link)
     try:
         for number, step in enumerate(STEPS):
@@ -286,9 +367,18 @@ def _steps(run: Run, link: Connection) -> Tuning:
         result.outcome, (result.code, result.reason) = "restored", named(error)
         if run.journal.has_written and run.backup is not None:
             result.way_out = restored(run.machine, run.backup)
-        _try_to_note(run.journal, result, run.step, "stopped", code=result.code, reason=result.reason)
+        _try_to_note(
+            run.journal, result, run.step, "stopped", code=result.code, reason=result.reason
+        )
         if result.way_out is not None:
-            _try_to_note(run.journal, result, run.step, "restored", cause=result.reason, **result.way_out.as_data())
+            _try_to_note(
+                run.journal,
+                result,
+                run.step,
+                "restored",
+                cause=result.reason,
+                **result.way_out.as_data(),
+            )
         if not isinstance(error, Exception):
             error.args = (f"{result.reason}. {last_line(result)}",)
             raise
@@ -330,9 +420,14 @@ def _do(run: Run, step: Step, number: int, begun: State) -> None:
     run.journal.write(step.name, "begun", **begun)
     inner = run.progress
     if inner is not None:
-        planned = [facts["seconds"] or COMPUTES for facts in _planned(run.file, run.machine, run.options).values()]
+        planned = [
+            facts["seconds"] or COMPUTES
+            for facts in _planned(run.file, run.machine, run.options).values()
+        ]
         begin, share_of_step = sum(planned[:number]) / sum(planned), planned[number] / sum(planned)
-        run.progress = lambda share, text: inner(begin + share * share_of_step, f"{step.title}: {text}" if text else step.title)
+        run.progress = lambda share, text: inner(
+            begin + share * share_of_step, f"{step.title}: {text}" if text else step.title
+        )
         run.played, run.planned = 0.0, planned[number]
         run.progress(0.0, "")
     try:
@@ -353,7 +448,14 @@ def _put_back(machine: Machine, journal: Journal) -> None:
     if backup is None:
         raise InputError("contains no backup", path=str(journal.path), mend="Name a new folder")
     result.way_out = restored(machine, backup)
-    _try_to_note(journal, result, "restore", "restored", cause="a run that was interrupted", **result.way_out.as_data())
+    _try_to_note(
+        journal,
+        result,
+        "restore",
+        "restored",
+        cause="a run that was interrupted",
+        **result.way_out.as_data(),
+    )
     if not result.restored:
         raise MachineRefusedError("not_restored", last_line(result))
 
@@ -368,7 +470,13 @@ def _same_request(journal: Journal, file: MachineFile, options: Options) -> None
         raise InputError("changed since the run began", path=str(file.source), mend=mend)
     for name, value in vars(options).items():
         if begun["options"][name] != value:
-            raise InputError("differs from the run in this folder", path=name, value=value, allowed=str(begun["options"][name]), mend=mend)
+            raise InputError(
+                "differs from the run in this folder",
+                path=name,
+                value=value,
+                allowed=str(begun["options"][name]),
+                mend=mend,
+            )
 
 
 def _planned(file: MachineFile, machine: Machine, options: Options) -> dict[str, dict[str, Any]]:
@@ -386,7 +494,11 @@ def _planned(file: MachineFile, machine: Machine, options: Options) -> dict[str,
     seconds["comparison"] = len(ORDER) * (cycles_compared(file.cycles) + RUN_IN) * cycle
     low, high = float(file.cycle.min()), float(file.cycle.max())
     stroke = file.axis.stroke
-    travel = dict.fromkeys(seconds, (low, high)) | {"check": (low, low), "excitation": stroke, "refinement": stroke}
+    travel = dict.fromkeys(seconds, (low, high)) | {
+        "check": (low, low),
+        "excitation": stroke,
+        "refinement": stroke,
+    }
     return {
         step.name: {
             "title": step.title,
@@ -406,7 +518,9 @@ def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool) -> I
     A lock is made and written for a run only: a plan writes nothing, and a full disk does not stop an undo.
     """
     # A computer has one HAL; a controller is known by its address, a simulated or own machine by its file.
-    address = [file.settings[key] for key in ADDRESS if key in file.settings] or [file.source.absolute()]
+    address = [file.settings[key] for key in ADDRESS if key in file.settings] or [
+        file.source.absolute()
+    ]
     own = ["linuxcnc"] if file.machine == "linuxcnc" else address
     key = hashlib.sha256(" ".join(map(str, (file.machine, *own))).encode()).hexdigest()[:16]
     opened = _lock_file(key, notes=notes)
@@ -418,15 +532,23 @@ def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool) -> I
             lock(opened.fileno())
         except BlockingIOError:
             raise InputError(
-                "is used by another run of bristle tune", path=str(file.source), mend="Wait until it ends, or end it"
+                "is used by another run of bristle tune",
+                path=str(file.source),
+                mend="Wait until it ends, or end it",
             ) from None
         opened.seek(0)
         earlier = Path(opened.read().decode(errors="replace").strip() or folder)
         journal = Journal(earlier) if earlier != folder and (earlier / NAME).exists() else None
         if journal is not None and (journal.has_written or journal.is_kept):
-            reason = "was left by an interrupted run" if journal.has_written else "keeps the feedforward of a run"
+            reason = (
+                "was left by an interrupted run"
+                if journal.has_written
+                else "keeps the feedforward of a run"
+            )
             mend = f"Restore the machine first: bristle tune --undo {earlier}"
-            raise InputError(f"{reason} in another folder", path=str(file.source), value=str(earlier), mend=mend)
+            raise InputError(
+                f"{reason} in another folder", path=str(file.source), value=str(earlier), mend=mend
+            )
         if notes:
             with answering():
                 opened.truncate(0)
@@ -443,7 +565,11 @@ def _lock_file(key: str, *, notes: bool) -> BinaryIO | None:
         if not notes:
             return None
         reason = f"cannot be written: {(error.strerror or str(error)).lower()}"
-        raise InputError(reason, path=str(error.filename), mend="Set BRISTLE_STATE_DIR to a folder in which you may write") from None
+        raise InputError(
+            reason,
+            path=str(error.filename),
+            mend="Set BRISTLE_STATE_DIR to a folder in which you may write",
+        ) from None
 
 
 def _checksum(file: MachineFile) -> str:

@@ -37,7 +37,13 @@ def motion(seed: int, duration: float = 24.0) -> np.ndarray:
     generator = np.random.default_rng(seed)
     pieces, position = [np.zeros(200)], 0.0
     while sum(piece.size for piece in pieces) < duration / SAMPLE_TIME:
-        target = float(np.clip(position + generator.choice((-1, 1)) * 10 ** generator.uniform(-3.0, -0.8), -0.15, 0.15))
+        target = float(
+            np.clip(
+                position + generator.choice((-1, 1)) * 10 ** generator.uniform(-3.0, -0.8),
+                -0.15,
+                0.15,
+            )
+        )
         speed = 10 ** generator.uniform(-2.3, -0.6)
         pieces.append(_move(position, target, speed, acceleration=2.0))
         pieces.append(np.full(int(generator.integers(20, 120)), target))
@@ -54,7 +60,11 @@ def _move(start: float, end: float, speed: float, acceleration: float) -> np.nda
     if speed > 0.0:
         duration = distance / speed + ramp
     t = SAMPLE_TIME * np.arange(round(duration / SAMPLE_TIME) + 41)
-    velocity = np.clip(np.minimum(t / ramp, (duration - t) / ramp), 0.0, 1.0) if ramp > 0.0 else np.zeros_like(t)
+    velocity = (
+        np.clip(np.minimum(t / ramp, (duration - t) / ramp), 0.0, 1.0)
+        if ramp > 0.0
+        else np.zeros_like(t)
+    )
     smooth = np.convolve(velocity, np.full(20, 0.05))[: t.size]
     travelled = np.cumsum(smooth)
     share = travelled / travelled[-1] if travelled[-1] > 0.0 else np.zeros_like(t)
@@ -65,7 +75,9 @@ def write_log(path: Path, seed: int) -> None:
     """Run the axis along a motion and write the log of its drive, as CSV."""
     described, reference = axis(), motion(seed)
     velocity = np.gradient(reference, SAMPLE_TIME)
-    desired = np.stack((reference, velocity, np.gradient(velocity, SAMPLE_TIME), np.zeros_like(reference)))
+    desired = np.stack(
+        (reference, velocity, np.gradient(velocity, SAMPLE_TIME), np.zeros_like(reference))
+    )
     trace = run_closed_loop(
         plant(),
         friction(),
@@ -80,9 +92,13 @@ def write_log(path: Path, seed: int) -> None:
         raise RuntimeError(f"the simulation of the axis failed: {trace.status.sentence}")
     constant = 61.2
     generator = np.random.default_rng(seed + 1000)
-    current = trace.command / constant + 0.01 * generator.standard_normal(trace.command.size)  # With noise of 10 mA
+    current = trace.command / constant + 0.01 * generator.standard_normal(
+        trace.command.size
+    )  # With noise of 10 mA
     table = np.column_stack((trace.time, 1e3 * trace.measured, 1e3 * reference, current))
     header = "# simulated axis, not a measurement\ntime [s],position [mm],reference [mm],motor_current [A]"
     out = io.StringIO()
-    np.savetxt(out, table, fmt=("%.3f", "%.4f", "%.6f", "%.5f"), delimiter=",", header=header, comments="")
+    np.savetxt(
+        out, table, fmt=("%.3f", "%.4f", "%.6f", "%.5f"), delimiter=",", header=header, comments=""
+    )
     write_whole(path, out.getvalue())

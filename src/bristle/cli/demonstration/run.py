@@ -64,7 +64,10 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     following = following_of(log, simulation, identification.settings)
     at(0.85, "writing the report")
     outcome = identification.outcome_with(
-        command=command, banner=BANNER, loop=(simulation, prediction, following), files={"axis": content_of(folder / "axis.toml")}
+        command=command,
+        banner=BANNER,
+        loop=(simulation, prediction, following),
+        files={"axis": content_of(folder / "axis.toml")},
     )
     outcome.write(folder, simulated=True)
     return Demonstration(outcome, prediction, outcome.summary | {"simulated": True})

@@ -23,11 +23,17 @@ class Parameters(NamedTuple):
     F_C: Annotated[float, Variable("force", "Coulomb friction force", min=1e-9)]
     F_S: Annotated[float, Variable("force", "static (break-away) friction force", min=1e-9)]
     v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9)]
-    F_v: Annotated[float, Variable("force*time/length", "viscous friction coefficient at rest", min=0.0)]
-    v_v: Annotated[float, Variable("length/time", "speed at which the viscous friction is halved", min=1e-9)]
+    F_v: Annotated[
+        float, Variable("force*time/length", "viscous friction coefficient at rest", min=0.0)
+    ]
+    v_v: Annotated[
+        float, Variable("length/time", "speed at which the viscous friction is halved", min=1e-9)
+    ]
     forward: Annotated[float, Variable("1", "factor on the limits in forward motion", min=0.0)]
     backward: Annotated[float, Variable("1", "factor on the limits in backward motion", min=0.0)]
-    alpha_i: Annotated[np.ndarray, Variable("1", "share of each element in the force", min=0.0, max=1.0)]
+    alpha_i: Annotated[
+        np.ndarray, Variable("1", "share of each element in the force", min=0.0, max=1.0)
+    ]
     r_i: Annotated[np.ndarray, Variable("length", "break-away distance of each element", min=1e-12)]
 
 

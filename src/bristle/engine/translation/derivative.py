@@ -35,7 +35,11 @@ ROUNDS = 30  # limit of iterations to find the tangents of all variables
 
 def activity_of(kind: Type) -> Activity:
     """Return the activity of a type: all real numbers may have tangents."""
-    return tuple(activity_of(part) for _, part in kind.fields) if isinstance(kind, Struct) else kind == REAL or isinstance(kind, Array)
+    return (
+        tuple(activity_of(part) for _, part in kind.fields)
+        if isinstance(kind, Struct)
+        else kind == REAL or isinstance(kind, Array)
+    )
 
 
 def is_active(activity: Activity) -> bool:
@@ -48,7 +52,9 @@ def type_of_tangent(kind: Type, activity: Activity) -> Type:
     if not isinstance(kind, Struct) or not isinstance(activity, tuple):
         return kind
     pairs = zip(kind.fields, activity, strict=True)
-    return tuple_of([type_of_tangent(part, inner) for (_, part), inner in pairs if is_active(inner)])
+    return tuple_of(
+        [type_of_tangent(part, inner) for (_, part), inner in pairs if is_active(inner)]
+    )
 
 
 def joined(first: Activity, second: Activity) -> Activity:
@@ -79,16 +85,25 @@ class Derivatives:
 
     apart: frozenset[Callable[..., Any]] = frozenset()
     rules: Mapping[Callable[..., Any], Callable[[Rules], None]] = field(default_factory=dict)
-    scope: dict[str, Any] = field(default_factory=lambda: {"__name__": __name__, "math": math} | {rule.__name__: rule for rule in TANGENTS})
+    scope: dict[str, Any] = field(
+        default_factory=lambda: (
+            {"__name__": __name__, "math": math} | {rule.__name__: rule for rule in TANGENTS}
+        )
+    )
     portable: bool = False
     """Whether the scope has tangents in one direction, so that other targets support the derived functions."""
-    _derived: dict[tuple[tree.Function, tuple[Activity, ...]], Derived] = field(default_factory=dict)
+    _derived: dict[tuple[tree.Function, tuple[Activity, ...]], Derived] = field(
+        default_factory=dict
+    )
 
     def of(self, function: tree.Function, activities: Sequence[Activity]) -> Derived:
         """Return the derived function for arguments of these activities."""
         if function.source in self.apart and any(map(is_active, activities)):
             pairs = zip(function.parameters, activities, strict=True)
-            activities = [given if isinstance(part.type, Array) else activity_of(part.type) for part, given in pairs]
+            activities = [
+                given if isinstance(part.type, Array) else activity_of(part.type)
+                for part, given in pairs
+            ]
         key = function, tuple(activities)
         if key not in self._derived:
             if not any(map(is_active, activities)):
@@ -115,17 +130,29 @@ class Dual:
 class Rules(PythonText):
     """Derives one function for arguments with given activities; `lines` is its text."""
 
-    def __init__(self, derivatives: Derivatives, function: tree.Function, activities: Sequence[Activity]) -> None:
+    def __init__(
+        self, derivatives: Derivatives, function: tree.Function, activities: Sequence[Activity]
+    ) -> None:
         super().__init__(derivatives.scope)
         self.all, self.function = derivatives, function
-        self.entering = dict(zip((parameter.name for parameter in function.parameters), activities, strict=True))
+        self.entering = dict(
+            zip((parameter.name for parameter in function.parameters), activities, strict=True)
+        )
         self.activities = dict(self.entering)
-        self.result, self.lines, self.indent, self.count, self.does = nowhere(function.result), list[str](), 1, 0, False
+        self.result, self.lines, self.indent, self.count, self.does = (
+            nowhere(function.result),
+            list[str](),
+            1,
+            0,
+            False,
+        )
         self.choices = dict[int, str]()
 
     def argument(self, name: str) -> Dual:
         """Return an argument of the function."""
-        return Dual(name, self.entering[name], tangent_of(name) if is_active(self.entering[name]) else "")
+        return Dual(
+            name, self.entering[name], tangent_of(name) if is_active(self.entering[name]) else ""
+        )
 
     def derived(self) -> Derived:
         """Return the derived function, known to the scope and to the compiler."""
@@ -143,14 +170,19 @@ class Rules(PythonText):
         if not self.does and not is_active(self.result):
             return Derived("", activities, self.result, self.does)
         names = [parameter.name for parameter in self.function.parameters]
-        arguments = [*names, *(tangent_of(name) for name in names if is_active(self.entering[name]))]
+        arguments = [
+            *names,
+            *(tangent_of(name) for name in names if is_active(self.entering[name])),
+        ]
         name = free_name(f"with_tangent_{self.function.name}", self.scope)
         text = f"def {name}({', '.join(arguments)}):\n" + "\n".join(self.lines) + "\n"
         function: Any = defined(name, text, self.scope)
         if self.all.portable:
             function.is_portable = True
         else:
-            kernel(inline=is_absorbed(source) and source not in self.all.apart, portable=False)(function)
+            kernel(inline=is_absorbed(source) and source not in self.all.apart, portable=False)(
+                function
+            )
         return Derived(name, activities, self.result, self.does)
 
     def _enter(self) -> None:
@@ -206,7 +238,11 @@ class Rules(PythonText):
         self.line(f"{name} = {value.value}")
 
     def _store(self, statement: tree.Store) -> None:
-        array, at, value = self.dual(statement.array), self._held(self.plain(statement.at)), self.dual(statement.value)
+        array, at, value = (
+            self.dual(statement.array),
+            self._held(self.plain(statement.at)),
+            self.dual(statement.value),
+        )
         if array.activity:
             self.does = True
             self.line(f"keep_tangent({array.tangent}, {at}, {self.fitted(value, True)})")
@@ -218,13 +254,19 @@ class Rules(PythonText):
             return
         value = self.dual(statement.value)
         self.result = joined(self.result, value.activity)
-        self.line(f"return {value.value}, {self.fitted(value, self.result)}" if is_active(self.result) else f"return {value.value}")
+        self.line(
+            f"return {value.value}, {self.fitted(value, self.result)}"
+            if is_active(self.result)
+            else f"return {value.value}"
+        )
 
     # --- expressions with tangents ----------------------------------------------------------------------------------
 
     def dual(self, node: tree.Expression) -> Dual:
         """Return a value with its tangent."""
-        rule: Callable[[Any], Dual] | None = getattr(self, f"_dual_{type(node).__name__.lower()}", None)
+        rule: Callable[[Any], Dual] | None = getattr(
+            self, f"_dual_{type(node).__name__.lower()}", None
+        )
         if rule is None or not (isinstance(node, tree.Call) or self._has_tangent(node)):
             return Dual(self.plain(node), nowhere(node.type))
         return rule(node)
@@ -234,7 +276,8 @@ class Rules(PythonText):
         if activity_of(node.type) is False:
             return False
         return any(
-            (isinstance(part, tree.Variable) and is_active(self.activities.get(part.name, False))) or isinstance(part, tree.Call)
+            (isinstance(part, tree.Variable) and is_active(self.activities.get(part.name, False)))
+            or isinstance(part, tree.Call)
             for part in tree.walk(node)
         )
 
@@ -248,7 +291,9 @@ class Rules(PythonText):
 
     def _number(self, node: tree.Expression) -> Dual:
         dual = self.dual(node)
-        return Dual(self._held(dual.value), dual.activity, self._held(dual.tangent) if dual.tangent else "")
+        return Dual(
+            self._held(dual.value), dual.activity, self._held(dual.tangent) if dual.tangent else ""
+        )
 
     def fitted(self, dual: Dual, target: Activity) -> str:
         """Return a tangent of the target's activity; missing parts are zero."""
@@ -258,9 +303,17 @@ class Rules(PythonText):
             return "still()"
         tangent = self._held(dual.tangent) if dual.tangent else ""
         parts, place = list[str](), 0
-        for part, asked_for in zip(dual.activity if isinstance(dual.activity, tuple) else [False] * len(target), target, strict=True):
+        for part, asked_for in zip(
+            dual.activity if isinstance(dual.activity, tuple) else [False] * len(target),
+            target,
+            strict=True,
+        ):
             if is_active(asked_for):
-                parts.append(self.fitted(Dual("", part, f"{tangent}[{place}]" if is_active(part) else ""), asked_for))
+                parts.append(
+                    self.fitted(
+                        Dual("", part, f"{tangent}[{place}]" if is_active(part) else ""), asked_for
+                    )
+                )
             place += is_active(part)
         return f"({', '.join(parts)},)"
 
@@ -271,20 +324,35 @@ class Rules(PythonText):
     def _dual_field(self, node: tree.Field) -> Dual:
         of, kind = self.dual(node.of), node.of.type
         assert isinstance(kind, Struct)
-        value, place = self._held(of.value) if isinstance(node.of, tree.Call) else of.value, kind.place(node.name)
+        value, place = (
+            self._held(of.value) if isinstance(node.of, tree.Call) else of.value,
+            kind.place(node.name),
+        )
         activity = of.activity[place] if isinstance(of.activity, tuple) else False
         if not is_active(activity):
             return Dual(part_of(value, node), activity)
         assert isinstance(of.activity, tuple)
-        return Dual(part_of(value, node), activity, f"{of.tangent}[{sum(map(is_active, of.activity[:place]))}]")
+        return Dual(
+            part_of(value, node),
+            activity,
+            f"{of.tangent}[{sum(map(is_active, of.activity[:place]))}]",
+        )
 
     def _dual_index(self, node: tree.Index) -> Dual:
         array, at = self.dual(node.array), self._held(self.plain(node.at))
-        return Dual(f"{array.value}[{at}]", array.activity, f"tangent_at({array.tangent}, {at})" if array.activity else "")
+        return Dual(
+            f"{array.value}[{at}]",
+            array.activity,
+            f"tangent_at({array.tangent}, {at})" if array.activity else "",
+        )
 
     def _dual_negative(self, node: tree.Negative) -> Dual:
         of = self._number(node.of)
-        return Dual(f"(-{of.value})", of.activity, f"tangent_scaled(-1.0, {of.tangent})" if of.activity else "")
+        return Dual(
+            f"(-{of.value})",
+            of.activity,
+            f"tangent_scaled(-1.0, {of.tangent})" if of.activity else "",
+        )
 
     def _dual_binary(self, node: tree.Binary) -> Dual:
         a, b = self._number(node.left), self._number(node.right)
@@ -293,12 +361,18 @@ class Rules(PythonText):
             if a.activity and b.activity:
                 rule = "tangent_sum" if node.operator == "+" else "tangent_difference"
                 return Dual(value, True, f"{rule}({a.tangent}, {b.tangent})")
-            alone = f"tangent_scaled(-1.0, {b.tangent})" if node.operator == "-" and b.activity else a.tangent or b.tangent
+            alone = (
+                f"tangent_scaled(-1.0, {b.tangent})"
+                if node.operator == "-" and b.activity
+                else a.tangent or b.tangent
+            )
             return Dual(value, a.activity or b.activity, alone)
         if node.operator == "*":
             # An infinite number stays infinite.
             return (
-                Dual(value) if _is_infinite(node.left) or _is_infinite(node.right) else self._combined(value, [(b.value, a), (a.value, b)])
+                Dual(value)
+                if _is_infinite(node.left) or _is_infinite(node.right)
+                else self._combined(value, [(b.value, a), (a.value, b)])
             )
         if not (a.activity or b.activity):
             return Dual(value)
@@ -310,11 +384,23 @@ class Rules(PythonText):
         """Return a value whose tangent is the sum of several tangents, each times its slope."""
         active = [(slope, dual.tangent) for slope, dual in terms if dual.activity]
         rule = "tangent_scaled" if len(active) == 1 else "tangent_combined"
-        return Dual(value, True, f"{rule}({', '.join(part for pair in active for part in pair)})") if active else Dual(value)
+        return (
+            Dual(value, True, f"{rule}({', '.join(part for pair in active for part in pair)})")
+            if active
+            else Dual(value)
+        )
 
     def _dual_select(self, node: tree.Select) -> Dual:
-        choice = tree.Variable(node.type, self.choices.setdefault(id(node), f"choice__{len(self.choices)}"))
-        self._block([tree.If(node.test, [tree.Assign(choice, node.first)], [tree.Assign(choice, node.second)])])
+        choice = tree.Variable(
+            node.type, self.choices.setdefault(id(node), f"choice__{len(self.choices)}")
+        )
+        self._block(
+            [
+                tree.If(
+                    node.test, [tree.Assign(choice, node.first)], [tree.Assign(choice, node.second)]
+                )
+            ]
+        )
         return self._dual_variable(choice)
 
     def _dual_intrinsic(self, node: tree.Intrinsic) -> Dual:
@@ -327,7 +413,11 @@ class Rules(PythonText):
             if not (a.activity or b.activity):
                 return Dual(value)
             sign = "<" if node.name == "min" else ">"
-            return Dual(value, True, f"({b.tangent or 'still()'} if {b.value} {sign} {a.value} else {a.tangent or 'still()'})")
+            return Dual(
+                value,
+                True,
+                f"({b.tangent or 'still()'} if {b.value} {sign} {a.value} else {a.tangent or 'still()'})",
+            )
         first = numbers[0]
         if node.name in ("abs", "copysign"):
             signs = [f"math.copysign(1.0, {number.value})" for number in numbers]
@@ -344,13 +434,21 @@ class Rules(PythonText):
             value = self._held(f"{self.kernel(source)}({values})")
             slopes = self._held(f"{self.kernel(SLOPES[source])}({values}, {value})")
             alone = len(numbers) == 1
-            return self._combined(value, [(slopes if alone else f"{slopes}[{k}]", number) for k, number in enumerate(numbers)])
+            return self._combined(
+                value,
+                [
+                    (slopes if alone else f"{slopes}[{k}]", number)
+                    for k, number in enumerate(numbers)
+                ],
+            )
         derived = self.all.of(node.function, [number.activity for number in numbers])
         if not derived.is_needed:
             return Dual(f"{self.kernel(source)}({values})", derived.result)
         self.does |= derived.does
         pairs = zip(numbers, derived.entering, strict=True)
-        tangents = [self.fitted(number, entering) for number, entering in pairs if is_active(entering)]
+        tangents = [
+            self.fitted(number, entering) for number, entering in pairs if is_active(entering)
+        ]
         call = f"{derived.name}({', '.join([values, *tangents])})"
         if not is_active(derived.result):
             return Dual(call if node.type == VOID else self._held(call), derived.result)
@@ -363,7 +461,11 @@ class Rules(PythonText):
         parts = list(map(self.dual, node.parts))
         tangents = [part.tangent for part in parts if is_active(part.activity)]
         value = self.tuple_text(node, [part.value for part in parts])
-        return Dual(value, tuple(part.activity for part in parts), f"({', '.join(tangents)},)" if tangents else "")
+        return Dual(
+            value,
+            tuple(part.activity for part in parts),
+            f"({', '.join(tangents)},)" if tangents else "",
+        )
 
 
 def tangent_of(name: str) -> str:

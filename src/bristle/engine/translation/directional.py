@@ -5,7 +5,13 @@ from collections.abc import Sequence
 
 from bristle.core.kernel import kernel
 from bristle.engine.translation.build import Builder
-from bristle.engine.translation.derivative import Activity, Derivatives, Derived, is_active, type_of_tangent
+from bristle.engine.translation.derivative import (
+    Activity,
+    Derivatives,
+    Derived,
+    is_active,
+    type_of_tangent,
+)
 from bristle.engine.translation.tree import Function
 
 
@@ -51,12 +57,32 @@ def keep_tangent(a, b, c):
     a[b] = c
 
 
-DIRECTIONAL = keep_tangent, still, tangent_at, tangent_combined, tangent_difference, tangent_scaled, tangent_sum
+DIRECTIONAL = (
+    keep_tangent,
+    still,
+    tangent_at,
+    tangent_combined,
+    tangent_difference,
+    tangent_scaled,
+    tangent_sum,
+)
 
 
-def derived_in(builder: Builder, function: Function, entering: Sequence[Activity]) -> tuple[Derived, Function]:
+def derived_in(
+    builder: Builder, function: Function, entering: Sequence[Activity]
+) -> tuple[Derived, Function]:
     """Return a function with its tangent in one direction, for arguments of these activities, also as a function of the tree."""
-    derivatives = Derivatives(scope={"__name__": "derived", "math": math} | {rule.__name__: rule for rule in DIRECTIONAL}, portable=True)
-    derived, types = derivatives.of(function, entering), [parameter.type for parameter in function.parameters]
-    tangents = [type_of_tangent(kind, part) for kind, part in zip(types, entering, strict=True) if is_active(part)]
+    derivatives = Derivatives(
+        scope={"__name__": "derived", "math": math} | {rule.__name__: rule for rule in DIRECTIONAL},
+        portable=True,
+    )
+    derived, types = (
+        derivatives.of(function, entering),
+        [parameter.type for parameter in function.parameters],
+    )
+    tangents = [
+        type_of_tangent(kind, part)
+        for kind, part in zip(types, entering, strict=True)
+        if is_active(part)
+    ]
     return derived, builder.function(derivatives.scope[derived.name], [*types, *tangents])

@@ -9,7 +9,13 @@ from bristle.engine.translation import tree
 from bristle.engine.translation.scope import ascii_name, free_name
 from bristle.engine.translation.tree import REAL, Struct
 
-IN_PYTHON = {"copysign": "math.copysign", "floor": "math.floor", "isinf": "math.isinf", "isnan": "math.isnan", "sqrt": "math.sqrt"}
+IN_PYTHON = {
+    "copysign": "math.copysign",
+    "floor": "math.floor",
+    "isinf": "math.isinf",
+    "isnan": "math.isnan",
+    "sqrt": "math.sqrt",
+}
 PARTS = {"power_of_two": power_of_two, "mantissa": mantissa, "exponent": exponent}
 
 
@@ -85,4 +91,6 @@ class PythonText:
 def part_of(of: str, node: tree.Field) -> str:
     """Return the text of a field of a tuple."""
     assert isinstance(node.of.type, Struct)
-    return f"{of}[{node.of.type.place(node.name)}]" if node.of.type.is_plain else f"{of}.{node.name}"
+    return (
+        f"{of}[{node.of.type.place(node.name)}]" if node.of.type.is_plain else f"{of}.{node.name}"
+    )

@@ -47,7 +47,9 @@ def definition_of(function: Callable[..., Any]) -> ast.FunctionDef:
         raise NotExportableError(function, None, "a kernel must be a function defined by def")
     arguments = definition.args
     if arguments.vararg or arguments.kwarg or arguments.kwonlyargs or arguments.defaults:
-        raise NotExportableError(function, definition, "all arguments of a kernel must be positional, without defaults")
+        raise NotExportableError(
+            function, definition, "all arguments of a kernel must be positional, without defaults"
+        )
     return definition
 
 
@@ -65,7 +67,9 @@ def global_value(function: Callable[..., Any], name: str) -> Any:
 
 def is_kernel(value: Any) -> bool:
     """Return whether this is a kernel, or derived from one for other targets."""
-    return inspect.isfunction(value) and (value in _kernel_set(len(kernels())) or hasattr(value, "is_portable"))
+    return inspect.isfunction(value) and (
+        value in _kernel_set(len(kernels())) or hasattr(value, "is_portable")
+    )
 
 
 @cache
@@ -80,7 +84,11 @@ def is_named_tuple(value: Any) -> bool:
 
 def free_name(first: str, used: Container[str]) -> str:
     """Return this name, or this name with the first unused number from 2."""
-    return first if first not in used else next(name for n in count(2) if (name := f"{first}_{n}") not in used)
+    return (
+        first
+        if first not in used
+        else next(name for n in count(2) if (name := f"{first}_{n}") not in used)
+    )
 
 
 def ascii_name(name: str) -> str:

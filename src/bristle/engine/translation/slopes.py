@@ -26,7 +26,9 @@ def relaxation_slope(rate, y):
     r"""Return :math:`(e^{-\Lambda} - y)/\Lambda` for :math:`y = (1 - e^{-\Lambda})/\Lambda`."""
     if rate < 0.03:
         low = 1.0 / 3.0 - rate * (0.125 - rate * (1.0 / 30.0))
-        return -0.5 + rate * (low - rate * rate * rate * (1.0 / 144.0 - rate * (1.0 / 840.0 - rate * (1.0 / 5760.0))))
+        return -0.5 + rate * (
+            low - rate * rate * rate * (1.0 / 144.0 - rate * (1.0 / 840.0 - rate * (1.0 / 5760.0)))
+        )
     return (exp(-rate) - y) / rate
 
 
@@ -43,7 +45,10 @@ RULES = {
     math.sqrt: "0.5 / y if y > 0.0 else 0.0",
 }
 SLOPES: dict[Callable[..., Any], Callable[..., Any]] = {
-    **{function: kernel_of("slope(x, y)", [f"return {rule}"], dict(vars(mathematics))) for function, rule in RULES.items()},
+    **{
+        function: kernel_of("slope(x, y)", [f"return {rule}"], dict(vars(mathematics)))
+        for function, rule in RULES.items()
+    },
     mathematics.power: power_slopes,
     mathematics.relaxation: relaxation_slope,
 }

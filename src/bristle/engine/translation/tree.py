@@ -61,7 +61,13 @@ def struct_of(cls: type, parts: typing.Sequence[Type]) -> Struct:
     """Return the type of a NamedTuple of values of these types; a field with the annotation of a number becomes a number."""
     declared = _annotations(cls)
     fields: typing.Any = cls
-    return Struct(cls, tuple((name, declared.get(name) or part) for name, part in zip(fields._fields, parts, strict=True)))
+    return Struct(
+        cls,
+        tuple(
+            (name, declared.get(name) or part)
+            for name, part in zip(fields._fields, parts, strict=True)
+        ),
+    )
 
 
 def type_of(value: Any, *, writable: bool = False) -> Type:
@@ -77,7 +83,10 @@ def type_of(value: Any, *, writable: bool = False) -> Type:
     if isinstance(value, (float, np.floating)):
         return REAL
     raise InputError(
-        "cannot be exported", path="model", value=type(value).__name__, allowed="numbers, 1-D arrays of numbers and NamedTuples of these"
+        "cannot be exported",
+        path="model",
+        value=type(value).__name__,
+        allowed="numbers, 1-D arrays of numbers and NamedTuples of these",
     )
 
 
@@ -94,7 +103,11 @@ def _annotations(cls: type) -> dict[str, Scalar]:
     except Exception:  # noqa: BLE001  (a user's annotations may raise anything)
         hints = {}
     kinds = {float: REAL, int: INTEGER, bool: TRUTH}
-    return {name: kinds[hint] for name, hint in hints.items() if isinstance(hint, type) and hint in kinds}
+    return {
+        name: kinds[hint]
+        for name, hint in hints.items()
+        if isinstance(hint, type) and hint in kinds
+    }
 
 
 @dataclass
@@ -326,7 +339,9 @@ def walk(*nodes: Any) -> Iterator[Node]:
 @cache
 def _parts(kind: type[Node]) -> Callable[[Node], tuple[Any, ...]]:
     """Return a getter of the fields of a node type that can contain nodes, the last field first."""
-    plain = {"type", "name", "operator"} | ({"function", "value"} if issubclass(kind, (Constant, Call)) else set())
+    plain = {"type", "name", "operator"} | (
+        {"function", "value"} if issubclass(kind, (Constant, Call)) else set()
+    )
     names = [part.name for part in reversed(fields(kind)) if part.name not in plain]
     if len(names) > 1:
         return attrgetter(*names)

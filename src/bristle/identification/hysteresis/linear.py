@@ -59,7 +59,9 @@ def trace_of(u: np.ndarray, history: np.ndarray | Sequence[float] = ()) -> Trace
     return Trace(base, np.where(path >= turn, 1.0, -1.0), alpha, beta, path.size - np.size(u))
 
 
-def _follow(path: np.ndarray, first: int, last: int, side: float, turned: list[int], base: np.ndarray) -> None:
+def _follow(
+    path: np.ndarray, first: int, last: int, side: float, turned: list[int], base: np.ndarray
+) -> None:
     """Set the branch of each sample of a monotone run, and forget the turning points that it passes."""
     ahead = side * path[first:last]
     begin = first
@@ -101,14 +103,18 @@ def design(trace: Trace, features: Features, rows: np.ndarray | None = None) -> 
 def stacked(traces: Sequence[Trace], features: Features, rows: Rows = None) -> np.ndarray:
     """Return the regressors of several paths, one below the other."""
     rows_of_traces = [None] * len(traces) if rows is None else rows
-    return np.concatenate([design(trace, features, part) for trace, part in zip(traces, rows_of_traces, strict=True)])
+    return np.concatenate(
+        [design(trace, features, part) for trace, part in zip(traces, rows_of_traces, strict=True)]
+    )
 
 
 def outputs_of(recorded: Curves, rows: Rows = None) -> np.ndarray:
     """Return the recorded outputs of the same rows, shape (row,)."""
     if rows is None:
         return np.concatenate([curve.f for curve in recorded.curves])
-    return np.concatenate([curve.f[part] for curve, part in zip(recorded.curves, rows, strict=True)])
+    return np.concatenate(
+        [curve.f[part] for curve, part in zip(recorded.curves, rows, strict=True)]
+    )
 
 
 class Weighted(NamedTuple):
@@ -132,7 +138,9 @@ class NormalEquations:
     rows: int
 
     @classmethod
-    def of(cls, columns: np.ndarray, target: np.ndarray, *, constant: bool = True) -> NormalEquations:
+    def of(
+        cls, columns: np.ndarray, target: np.ndarray, *, constant: bool = True
+    ) -> NormalEquations:
         """Return the equations of a regressor, shape (row, weight), and a target, shape (row,).
 
         Without a `constant`, the means stay in both and the offset is zero.
@@ -145,7 +153,15 @@ class NormalEquations:
         scale[scale <= UNSEEN * max(float(scale.max(initial=0.0)), np.finfo(float).tiny)] = 0.0
         centred /= np.where(scale > 0.0, scale, 1.0)
         rest = target - level
-        return cls(centred.T @ centred, centred.T @ rest, scale, middle, level, float(rest @ rest), target.size)
+        return cls(
+            centred.T @ centred,
+            centred.T @ rest,
+            scale,
+            middle,
+            level,
+            float(rest @ rest),
+            target.size,
+        )
 
     def solve(self, signs: np.ndarray | None = None) -> Weighted:
         """Return the best weights with the given signs, or zero; those of sign 0 are free."""
@@ -153,7 +169,9 @@ class NormalEquations:
         active = np.flatnonzero(self.scale)
         # A weight of any sign is the difference of two non-negative weights.
         free = active[signs[active] == 0.0]
-        side = np.concatenate([np.where(signs[active] == 0.0, 1.0, signs[active]), -np.ones(free.size)])
+        side = np.concatenate(
+            [np.where(signs[active] == 0.0, 1.0, signs[active]), -np.ones(free.size)]
+        )
         active = np.concatenate([active, free])
         gram = self.gram[np.ix_(active, active)] * np.outer(side, side)
         # A share of the mean square of a column separates equal columns, despite rounding.
@@ -161,8 +179,16 @@ class NormalEquations:
         target = np.linalg.solve(root, side * self.right[active])
         unit = non_negative(root.T, target, rounds=30 * max(active.size, 1))
         weights = np.bincount(active, side * unit / self.scale[active], minlength=self.scale.size)
-        left = self.square - 2.0 * float(unit @ (side * self.right[active])) + float(unit @ gram @ unit)
-        return Weighted(weights, self.level - float(self.middle @ weights), float(np.sqrt(max(left, 0.0) / self.rows)))
+        left = (
+            self.square
+            - 2.0 * float(unit @ (side * self.right[active]))
+            + float(unit @ gram @ unit)
+        )
+        return Weighted(
+            weights,
+            self.level - float(self.middle @ weights),
+            float(np.sqrt(max(left, 0.0) / self.rows)),
+        )
 
 
 RESOLUTION = 30  # stops, or cells along a side of a grid
@@ -177,7 +203,13 @@ class Fitted(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] = ("magnet", "friction"), rows: Rows = None) -> Fitted:
+def fit_grid(
+    recorded: Curves,
+    *,
+    cells: int = RESOLUTION,
+    signs: Sequence[str] = ("magnet", "friction"),
+    rows: Rows = None,
+) -> Fitted:
     """Fit the measure of each cell of a grid to recorded hysteresis, with the sign off the diagonal that fits best."""
     low, high = recorded.low, recorded.high
     if recorded.start == "virgin":
@@ -189,13 +221,23 @@ def fit_grid(recorded: Curves, *, cells: int = RESOLUTION, signs: Sequence[str] 
     samples = [np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows
     # Beyond 10 000 rows samples are left out evenly.
     thinned = [part[:: max(sum(part.size for part in samples) // 10_000, 1)] for part in samples]
-    equations = NormalEquations.of(stacked(traces, features, thinned), outputs_of(recorded, thinned))
+    equations = NormalEquations.of(
+        stacked(traces, features, thinned), outputs_of(recorded, thinned)
+    )
     tried = {name: equations.solve(features.signs(name)) for name in signs}
     chosen = min(tried, key=lambda name: tried[name].rms)
     best, unseen = tried[chosen], float(np.mean(equations.scale == 0.0))
-    operator = preisach_grid(kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset)
-    notes = [f"off the diagonal of the plane, a measure with the sign of a {chosen} has the smaller error"]
-    notes += [f"no curve crosses {100.0 * unseen:.3g} % of the cells, which stay empty"] if unseen > 0.0 else []
+    operator = preisach_grid(
+        kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset
+    )
+    notes = [
+        f"off the diagonal of the plane, a measure with the sign of a {chosen} has the smaller error"
+    ]
+    notes += (
+        [f"no curve crosses {100.0 * unseen:.3g} % of the cells, which stay empty"]
+        if unseen > 0.0
+        else []
+    )
     return Fitted(operator, rms=best.rms, notes=tuple(notes))
 
 
@@ -229,7 +271,9 @@ class _Cells:
         return np.cumsum(np.cumsum(mass, axis=0)[:, ::-1], axis=1)[:, ::-1][self.i, self.j]
 
 
-def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | None = None) -> np.ndarray:
+def thresholds_over(
+    largest: float, count: int = RESOLUTION, smallest: float | None = None
+) -> np.ndarray:
     """Return thresholds spaced evenly in their logarithm, shape (count,) [m or rad]."""
     low = 0.01 * largest if smallest is None else smallest
     if not 0.0 < low < largest < np.inf:
@@ -238,7 +282,13 @@ def thresholds_over(largest: float, count: int = RESOLUTION, smallest: float | N
     return np.geomspace(low, largest, int(count))
 
 
-def fit_stops(recorded: Curves, *, count: int = RESOLUTION, thresholds: np.ndarray | None = None, rows: Rows = None) -> Fitted:
+def fit_stops(
+    recorded: Curves,
+    *,
+    count: int = RESOLUTION,
+    thresholds: np.ndarray | None = None,
+    rows: Rows = None,
+) -> Fitted:
     r"""Fit stops and a spring to recorded hysteresis; the operator omits stops with zero weight.
 
     .. math:: f = f_0 + k u + \sum_i w_i\,\mathcal S_{r_i}[u], \qquad w_i \ge 0, \quad k \ge 0
@@ -252,10 +302,15 @@ def fit_stops(recorded: Curves, *, count: int = RESOLUTION, thresholds: np.ndarr
     reach = max(0.5 * float(np.max(trace.alpha - trace.beta)) for trace in traces)
     r = thresholds_over(reach, count) if thresholds is None else np.asarray(thresholds, dtype=float)
     tried = (False, True) if recorded.kind == "piezo" else (False,)
-    return min((_with_stops(recorded, traces, r, rows, plays=plays) for plays in tried), key=lambda fit: fit.rms)
+    return min(
+        (_with_stops(recorded, traces, r, rows, plays=plays) for plays in tried),
+        key=lambda fit: fit.rms,
+    )
 
 
-def _with_stops(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, plays: bool) -> Fitted:
+def _with_stops(
+    recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, plays: bool
+) -> Fitted:
     """Fit stops, or plays, whose output lags behind the input."""
 
     def features(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
@@ -263,11 +318,19 @@ def _with_stops(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows
         stops = np.minimum(half, r)
         return np.hstack([half - stops if plays else stops, half])
 
-    solution = NormalEquations.of(stacked(traces, features, rows), outputs_of(recorded, rows)).solve()
+    solution = NormalEquations.of(
+        stacked(traces, features, rows), outputs_of(recorded, rows)
+    ).solve()
     weights, spring = solution.weights[:-1], float(solution.weights[-1])
-    used = weights * r > 1e-5 * float(np.max(weights * r))  # of the largest force of a stop: a smaller weight is rounding
+    used = weights * r > 1e-5 * float(
+        np.max(weights * r)
+    )  # of the largest force of a stop: a smaller weight is rounding
     used[-1] |= not used.any()
     if plays:  # a play is the input less the stop of its threshold
         spring, weights = spring + float(np.sum(weights[used])), -weights
-    operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[used], weights=weights[used], spring=spring)
-    return Fitted(operator, solution.offset, solution.rms, (f"{np.count_nonzero(used)} stops have a weight",))
+    operator = prandtl_ishlinskii(
+        kind=recorded.kind, thresholds=r[used], weights=weights[used], spring=spring
+    )
+    return Fitted(
+        operator, solution.offset, solution.rms, (f"{np.count_nonzero(used)} stops have a weight",)
+    )

@@ -37,12 +37,16 @@ class Branch(NamedTuple):
 def congruency_of(recorded: Curves) -> Congruency:
     """Return the deviation of recorded branches from congruency."""
     close, far = [], []
-    nearness = 0.02 * (recorded.high - recorded.low)  # of the range of inputs: turning points between which branches change evenly
+    nearness = 0.02 * (
+        recorded.high - recorded.low
+    )  # of the range of inputs: turning points between which branches change evenly
     for side in (1.0, -1.0):
         branches = _branches(recorded, side)
         third = len(branches) // 3
         near = zip(branches, branches[1:], branches[2:], strict=False)
-        close += [_difference(*three) for three in near if three[2].turn - three[0].turn <= nearness]
+        close += [
+            _difference(*three) for three in near if three[2].turn - three[0].turn <= nearness
+        ]
         apart = zip(branches, branches[third:], branches[2 * third :], strict=False)
         far += [_difference(first, last, middle) for first, middle, last in apart if third]
     return Congruency(_level(close), _level(far))
@@ -57,7 +61,10 @@ def _branches(recorded: Curves, side: float) -> list[Branch]:
         for turned in np.unique(base[rising & (base >= 0)]):
             part = np.flatnonzero((base == turned) & rising)
             if part.size >= 5:  # of a branch
-                travel, change = side * (curve.u[part] - curve.u[turned]), side * (curve.f[part] - curve.f[turned])
+                travel, change = (
+                    side * (curve.u[part] - curve.u[turned]),
+                    side * (curve.f[part] - curve.f[turned]),
+                )
                 branches.append(Branch(float(curve.u[turned]), travel, change))
     return sorted(branches, key=lambda branch: branch.turn)
 
@@ -65,8 +72,12 @@ def _branches(recorded: Curves, side: float) -> list[Branch]:
 def _difference(before: Branch, branch: Branch, behind: Branch) -> np.ndarray:
     """Return the difference of a branch from the interpolation of two others, over their common part."""
     three = (before, branch, behind)
-    travel = np.linspace(0.0, min(branch.travel[-1] for branch in three), 20 + 1)[1:]  # of a branch, at which it is compared
-    low, inner, high = (np.interp(travel, [0.0, *branch.travel], [0.0, *branch.change]) for branch in three)
+    travel = np.linspace(0.0, min(branch.travel[-1] for branch in three), 20 + 1)[
+        1:
+    ]  # of a branch, at which it is compared
+    low, inner, high = (
+        np.interp(travel, [0.0, *branch.travel], [0.0, *branch.change]) for branch in three
+    )
     width = behind.turn - before.turn
     share = float(np.clip((branch.turn - before.turn) / width, 0.0, 1.0)) if width > 0.0 else 0.5
     return (inner - low - share * (high - low)) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
@@ -97,7 +108,9 @@ def smoothed(recorded: Curves) -> Smoothed:
         error = _error_between(_rows([_behind(curve, width) for curve in order]), raw, order)
         if error < 0.999 * best:  # of the error, at most: a wider window must improve on it
             best, window = error, width
-    return Smoothed(replace(recorded, curves=tuple(_behind(curve, window) for curve in recorded.curves)), window)
+    return Smoothed(
+        replace(recorded, curves=tuple(_behind(curve, window) for curve in recorded.curves)), window
+    )
 
 
 def _behind(curve: Curve, window: int) -> Curve:
@@ -114,7 +127,11 @@ def _rows(curves: list[Curve]) -> np.ndarray:
     rows = []
     for curve in curves:
         side = 1.0 if curve.u[-1] >= curve.u[0] else -1.0
-        rows.append(np.interp(side * (curve.u[0] + SHARES * (curve.u[-1] - curve.u[0])), side * curve.u, curve.f))
+        rows.append(
+            np.interp(
+                side * (curve.u[0] + SHARES * (curve.u[-1] - curve.u[0])), side * curve.u, curve.f
+            )
+        )
     return np.array(rows)
 
 
@@ -122,7 +139,9 @@ def _error_between(rows: np.ndarray, raw: np.ndarray, curves: list[Curve]) -> fl
     """Return the root mean square error of recorded curves, predicted from their neighbours."""
     turn = np.array([float(curve.u[0]) for curve in curves])
     width = turn[2:] - turn[:-2]
-    share = np.divide(turn[1:-1] - turn[:-2], width, out=np.full(width.size, 0.5), where=width > 0.0)[:, None]
+    share = np.divide(
+        turn[1:-1] - turn[:-2], width, out=np.full(width.size, 0.5), where=width > 0.0
+    )[:, None]
     return float(np.sqrt(np.mean((raw[1:-1] - (1.0 - share) * rows[:-2] - share * rows[2:]) ** 2)))
 
 
@@ -240,6 +259,11 @@ def predict_operator(operator: Model, recorded: Curves, offset: float = 0.0) -> 
     offset : float
         Constant added to the operator.
     """
-    outputs = tuple(response(operator, curve.u, history=recorded.history(curve)) + offset for curve in recorded.curves)
-    error = np.concatenate([output - curve.f for output, curve in zip(outputs, recorded.curves, strict=True)])
+    outputs = tuple(
+        response(operator, curve.u, history=recorded.history(curve)) + offset
+        for curve in recorded.curves
+    )
+    error = np.concatenate(
+        [output - curve.f for output, curve in zip(outputs, recorded.curves, strict=True)]
+    )
     return OperatorPrediction(outputs, float(np.sqrt(np.mean(error**2))), recorded.full_scale)

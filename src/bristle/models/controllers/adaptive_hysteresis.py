@@ -51,7 +51,9 @@ WEIGHTS = ("w_0", "w_1", "w_2", "w_3", "w_4", "w_5", "w_6")
 Stress = Annotated[float, Variable("1", "normalised output of a stop operator", min=-1.0, max=1.0)]
 Weight = Annotated[float, Variable("force", "learned strength of a stop operator", min=0.0)]
 
-FirstWeight = Annotated[float, Variable("force", "strength of a stop operator at the start", min=0.0)]
+FirstWeight = Annotated[
+    float, Variable("force", "strength of a stop operator at the start", min=0.0)
+]
 
 
 class Parameters(NamedTuple):
@@ -60,10 +62,18 @@ class Parameters(NamedTuple):
     J: quantities.KnownInertia
     lambda_: quantities.SurfaceSlope
     K_1: quantities.ApproachRate
-    reach: Annotated[float, Variable("length", "distance after a reversal over which friction rises", min=1e-12)]
+    reach: Annotated[
+        float, Variable("length", "distance after a reversal over which friction rises", min=1e-12)
+    ]
     Gamma: Annotated[float, Variable("force/length", "rate of learning", min=0.0)]
-    w_max: Annotated[float, Variable("force", "largest strength of each element, and of the constant part", min=0.0)]
-    delta: Annotated[float, Variable("length/time", "dead zone of the learning, in units of the surface", min=0.0)] = 0.0
+    w_max: Annotated[
+        float,
+        Variable("force", "largest strength of each element, and of the constant part", min=0.0),
+    ]
+    delta: Annotated[
+        float,
+        Variable("length/time", "dead zone of the learning, in units of the surface", min=0.0),
+    ] = 0.0
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf
@@ -114,10 +124,30 @@ def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
     motion, e_dot, surface = surface_at(state, reference, measured, dt, p)
     dr = reference.position - state.r
-    E_1, E_2, E_3 = stop(state.E_1, dr, 1.0, p), stop(state.E_2, dr, 2.0, p), stop(state.E_3, dr, 3.0, p)
-    E_4, E_5, E_6 = stop(state.E_4, dr, 4.0, p), stop(state.E_5, dr, 5.0, p), stop(state.E_6, dr, 6.0, p)
-    held = state.w_1 * E_1 + state.w_2 * E_2 + state.w_3 * E_3 + state.w_4 * E_4 + state.w_5 * E_5 + state.w_6 * E_6
-    demand = p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface) + state.w_0 + held + reference.effort
+    E_1, E_2, E_3 = (
+        stop(state.E_1, dr, 1.0, p),
+        stop(state.E_2, dr, 2.0, p),
+        stop(state.E_3, dr, 3.0, p),
+    )
+    E_4, E_5, E_6 = (
+        stop(state.E_4, dr, 4.0, p),
+        stop(state.E_5, dr, 5.0, p),
+        stop(state.E_6, dr, 6.0, p),
+    )
+    held = (
+        state.w_1 * E_1
+        + state.w_2 * E_2
+        + state.w_3 * E_3
+        + state.w_4 * E_4
+        + state.w_5 * E_5
+        + state.w_6 * E_6
+    )
+    demand = (
+        p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface)
+        + state.w_0
+        + held
+        + reference.effort
+    )
     effort = max(-p.limit, min(p.limit, demand))
     # A limited effort does not correspond to the weights, so they do not learn from it.
     beyond = 0.0 if effort != demand else surface - max(-p.delta, min(p.delta, surface))
@@ -145,7 +175,24 @@ def step(state, reference, measured, dt, p):
 def start(measured, velocity, acceleration, dt, p):
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before = motion_before(measured, velocity, acceleration, dt)
-    return State(before.q, before.v, before.q, p.w_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, p.w_1, p.w_2, p.w_3, p.w_4, p.w_5, p.w_6)
+    return State(
+        before.q,
+        before.v,
+        before.q,
+        p.w_0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+        p.w_1,
+        p.w_2,
+        p.w_3,
+        p.w_4,
+        p.w_5,
+        p.w_6,
+    )
 
 
 def learned_parameters(state, p):
@@ -166,6 +213,12 @@ MODEL = adaptive_hysteresis = Controller(
     step=step,
     start=start,
     learned=learned_parameters,
-    relations=(Relation("w_max >= w_0 to w_6", lambda p: largest(p) <= p.w_max, "Raise w_max, or lower the weights"),),
+    relations=(
+        Relation(
+            "w_max >= w_0 to w_6",
+            lambda p: largest(p) <= p.w_max,
+            "Raise w_max, or lower the weights",
+        ),
+    ),
     reference="doi:10.1109/TAC.2009.2012984",
 )

@@ -63,12 +63,24 @@ class Parameters(NamedTuple):
     J: Annotated[float, Variable("mass", "mass or inertia that the law assumes", min=1e-12)]
     lambda_: quantities.SurfaceSlope
     K_1: quantities.ApproachRate
-    g_1: Annotated[float, Variable("1/time", "dominant, slowest pole of the observer", min=1e-9, nominal=60.0)]
-    g_2: Annotated[float, Variable("1/time", "fast pole of the observer in sliding", min=0.0, nominal=600.0)]
+    g_1: Annotated[
+        float, Variable("1/time", "dominant, slowest pole of the observer", min=1e-9, nominal=60.0)
+    ]
+    g_2: Annotated[
+        float, Variable("1/time", "fast pole of the observer in sliding", min=0.0, nominal=600.0)
+    ]
     F_C: Annotated[float, Variable("force", "Coulomb friction force of the observer", min=1e-12)]
-    sigma_0: Annotated[float, Variable("force/length", "pre-sliding stiffness of the observer at zero force", min=0.0)]
+    sigma_0: Annotated[
+        float,
+        Variable("force/length", "pre-sliding stiffness of the observer at zero force", min=0.0),
+    ]
     K_I: Annotated[float, Variable("1/time", "rate of the integral part", min=0.0)] = 0.0
-    band: Annotated[float, Variable("length", "travel back from an extreme of the position that is a reversal", min=0.0)] = 0.0
+    band: Annotated[
+        float,
+        Variable(
+            "length", "travel back from an extreme of the position that is a reversal", min=0.0
+        ),
+    ] = 0.0
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf
@@ -85,7 +97,9 @@ class State(NamedTuple):
     extreme: Annotated[float, Variable("length", "last extreme of the measured position")] = 0.0
     side: Annotated[int, Variable("1", "direction of the motion: 1 or -1, 0 before it moves")] = 0
     integral: Annotated[float, Variable("length", "integral of the surface")] = 0.0
-    feedback: Annotated[float, Variable("force", "effort one sample ago, minus the feedforward")] = 0.0
+    feedback: Annotated[
+        float, Variable("force", "effort one sample ago, minus the feedforward")
+    ] = 0.0
 
 
 @kernel
@@ -119,7 +133,17 @@ def step(state, reference, measured, dt, p):
     effort = max(-p.limit, min(p.limit, demand))
     if effort != demand and surface * demand > 0.0:
         integral = state.integral
-    return effort, State(motion.q, motion.v, measured, v_hat, f_hat, extreme, side, integral, effort - reference.effort)
+    return effort, State(
+        motion.q,
+        motion.v,
+        measured,
+        v_hat,
+        f_hat,
+        extreme,
+        side,
+        integral,
+        effort - reference.effort,
+    )
 
 
 @kernel
@@ -127,7 +151,9 @@ def start(measured, velocity, acceleration, dt, p):
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before = motion_before(measured, velocity, acceleration, dt)
     side = 0 if velocity == 0.0 else (1 if velocity > 0.0 else -1)
-    return State(before.q, before.v, before.q, before.v, 0.0, before.q, side, 0.0, p.J * acceleration)
+    return State(
+        before.q, before.v, before.q, before.v, 0.0, before.q, side, 0.0, p.J * acceleration
+    )
 
 
 @kernel
@@ -137,7 +163,17 @@ def resume(state, reference, measured, effort, dt, p):
         return state
     feedback = effort - reference.effort
     f_hat = state.f_hat + feedback - state.feedback
-    return State(state.q, state.v, state.measured, state.v_hat, f_hat, state.extreme, state.side, state.integral, feedback)
+    return State(
+        state.q,
+        state.v,
+        state.measured,
+        state.v_hat,
+        f_hat,
+        state.extreme,
+        state.side,
+        state.integral,
+        feedback,
+    )
 
 
 def least(p):
@@ -162,5 +198,13 @@ MODEL = asymptotic_observer = Controller(
             allowed=lambda p: f"g_2 >= {least(p):.4g} 1/s",
         ),
     ),
-    example={"J": 100.0, "lambda_": 150.0, "K_1": 150.0, "g_1": 60.0, "g_2": 400.0, "F_C": 10.0, "sigma_0": 1e6},
+    example={
+        "J": 100.0,
+        "lambda_": 150.0,
+        "K_1": 150.0,
+        "g_1": 60.0,
+        "g_2": 400.0,
+        "F_C": 10.0,
+        "sigma_0": 1e6,
+    },
 )

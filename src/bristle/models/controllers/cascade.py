@@ -33,10 +33,16 @@ class Parameters(NamedTuple):
 
     k_p: Annotated[float, Variable("1/time", "position gain", min=0.0, nominal=100.0)]
     k_v: Annotated[float, Variable("force*time/length", "velocity gain", min=0.0, nominal=100.0)]
-    k_i: Annotated[float, Variable("force/length", "integral gain of the velocity loop", min=0.0)] = 0.0
-    k_ff: Annotated[float, Variable("1", "share of the reference velocity fed forward", min=0.0, max=2.0)] = 0.0
+    k_i: Annotated[
+        float, Variable("force/length", "integral gain of the velocity loop", min=0.0)
+    ] = 0.0
+    k_ff: Annotated[
+        float, Variable("1", "share of the reference velocity fed forward", min=0.0, max=2.0)
+    ] = 0.0
     limit: EffortLimit = math.inf
-    averaging: Annotated[int, Variable("1", "number of samples in the velocity difference", min=1, max=2)] = 1
+    averaging: Annotated[
+        int, Variable("1", "number of samples in the velocity difference", min=1, max=2)
+    ] = 1
 
 
 class State(NamedTuple):

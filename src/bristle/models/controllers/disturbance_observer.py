@@ -45,8 +45,12 @@ class State(NamedTuple):
 
     q: quantities.PositionBefore = 0.0
     v: quantities.VelocityBefore = 0.0
-    z: Annotated[float, Variable("force", "estimate of the disturbance and the momentum's part")] = 0.0
-    feedback: Annotated[float, Variable("force", "effort one sample ago, minus the feedforward")] = 0.0
+    z: Annotated[
+        float, Variable("force", "estimate of the disturbance and the momentum's part")
+    ] = 0.0
+    feedback: Annotated[
+        float, Variable("force", "effort one sample ago, minus the feedforward")
+    ] = 0.0
 
 
 @kernel
@@ -55,7 +59,12 @@ def step(state, reference, measured, dt, p):
     motion, e_dot, surface = surface_at(state, reference, measured, dt, p)
     momentum = p.g * p.J * motion.v
     z = state.z - expm1(-p.g * dt) * (state.feedback + momentum - state.z)
-    demand = p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface) + z - momentum + reference.effort
+    demand = (
+        p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface)
+        + z
+        - momentum
+        + reference.effort
+    )
     effort = max(-p.limit, min(p.limit, demand))
     return effort, State(motion.q, motion.v, z, effort - reference.effort)
 

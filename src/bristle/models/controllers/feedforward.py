@@ -42,8 +42,12 @@ class Shape(NamedTuple):
     rate_limit: Annotated[float, FEEDFORWARD["rate_limit"]] = math.inf
     return_distance: Annotated[float, FEEDFORWARD["return_distance"]] = 0.0
     fade_time: Annotated[float, FEEDFORWARD["fade_time"]] = math.inf
-    constant: Annotated[float, Variable("force", "constant part of the friction, fed forward whole")] = 0.0
-    viscous: Annotated[float, Variable("force*time/length", "viscous part of the friction, fed forward whole")] = 0.0
+    constant: Annotated[
+        float, Variable("force", "constant part of the friction, fed forward whole")
+    ] = 0.0
+    viscous: Annotated[
+        float, Variable("force*time/length", "viscous part of the friction, fed forward whole")
+    ] = 0.0
 
 
 FIELDS = len(Shape._fields)
@@ -55,8 +59,12 @@ class Rule(NamedTuple):
     gain: Annotated[float, FEEDFORWARD["gain"]] = 1.0
     return_distance: Annotated[float, FEEDFORWARD["return_distance"]] = 0.0
     fade_time: Annotated[float, FEEDFORWARD["fade_time"]] = 0.5
-    constant: Annotated[float, Variable("force", "constant part of the friction, fed forward whole")] = 0.0
-    viscous: Annotated[float, Variable("force*time/length", "viscous part of the friction, fed forward whole")] = 0.0
+    constant: Annotated[
+        float, Variable("force", "constant part of the friction, fed forward whole")
+    ] = 0.0
+    viscous: Annotated[
+        float, Variable("force*time/length", "viscous part of the friction, fed forward whole")
+    ] = 0.0
 
 
 @kernel
@@ -117,7 +125,11 @@ def portion(force, share, v, dt, rule):
 def shaped(force, unscaled, share, before, dt, shape):
     """Return the effort [N or N*m] fed forward for a friction `force`; `before` is that of the last sample."""
     contact = force - unscaled
-    demand = unscaled + share * contact * (1.0 + shape.asymmetry * math.copysign(1.0, contact)) + shape.offset
+    demand = (
+        unscaled
+        + share * contact * (1.0 + shape.asymmetry * math.copysign(1.0, contact))
+        + shape.offset
+    )
     demand = max(-shape.limit, min(shape.limit, demand))
     change = shape.rate_limit * dt
     return max(before - change, min(before + change, demand))

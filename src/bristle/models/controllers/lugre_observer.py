@@ -37,9 +37,16 @@ class Parameters(NamedTuple):
     F_C: Annotated[float, Variable("force", "Coulomb friction force of the observer", min=1e-12)]
     F_S: Annotated[float, Variable("force", "static friction force of the observer", min=1e-12)]
     v_S: Annotated[float, Variable("length/time", "Stribeck velocity of the observer", min=1e-12)]
-    sigma_0: Annotated[float, Variable("force/length", "bristle stiffness of the observer", min=0.0)]
-    sigma_2: Annotated[float, Variable("force*time/length", "viscous coefficient of the observer", min=0.0)] = 0.0
-    k: Annotated[float, Variable("1", "gain of the correction of the bristle deflection by the error", min=0.0)] = 0.0
+    sigma_0: Annotated[
+        float, Variable("force/length", "bristle stiffness of the observer", min=0.0)
+    ]
+    sigma_2: Annotated[
+        float, Variable("force*time/length", "viscous coefficient of the observer", min=0.0)
+    ] = 0.0
+    k: Annotated[
+        float,
+        Variable("1", "gain of the correction of the bristle deflection by the error", min=0.0),
+    ] = 0.0
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf
@@ -62,7 +69,11 @@ def step(state, reference, measured, dt, p):
     slip = p.sigma_0 * abs(motion.v) / G * dt
     z = state.z * exp(-slip) + dt * relaxation(slip) * (motion.v + p.k * surface)
     friction = p.sigma_0 * z + p.sigma_2 * motion.v
-    demand = p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface) + friction + reference.effort
+    demand = (
+        p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface)
+        + friction
+        + reference.effort
+    )
     effort = max(-p.limit, min(p.limit, demand))
     return effort, State(motion.q, motion.v, state.z if effort != demand else z)
 

@@ -27,5 +27,10 @@ def start(measured, velocity, acceleration, dt, p):
 
 
 MODEL = open_loop = Controller(
-    name="open_loop", description="no feedback: the feedforward is the command", Parameters=Parameters, State=State, step=step, start=start
+    name="open_loop",
+    description="no feedback: the feedforward is the command",
+    Parameters=Parameters,
+    State=State,
+    step=step,
+    start=start,
 )

@@ -49,9 +49,15 @@ class Parameters(NamedTuple):
     F_C: Annotated[float, Variable("force", "Coulomb friction force fed forward", min=0.0)]
     F_S: Annotated[float, Variable("force", "static friction force fed forward", min=0.0)]
     v_S: Annotated[float, Variable("length/time", "Stribeck velocity fed forward", min=1e-12)]
-    F_v: Annotated[float, Variable("force*time/length", "viscous coefficient fed forward", min=0.0)] = 0.0
-    lead: Annotated[float, Variable("time", "time by which the compensation leads the desired motion", min=0.0)] = 0.0
-    x_0: Annotated[float, Variable("length", "distance over which friction reverses", min=0.0)] = 0.0
+    F_v: Annotated[
+        float, Variable("force*time/length", "viscous coefficient fed forward", min=0.0)
+    ] = 0.0
+    lead: Annotated[
+        float, Variable("time", "time by which the compensation leads the desired motion", min=0.0)
+    ] = 0.0
+    x_0: Annotated[float, Variable("length", "distance over which friction reverses", min=0.0)] = (
+        0.0
+    )
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf

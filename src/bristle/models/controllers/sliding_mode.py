@@ -36,7 +36,10 @@ class Parameters(NamedTuple):
     lambda_: quantities.SurfaceSlope
     K_1: quantities.ApproachRate
     K_2: Annotated[float, Variable("length/time^2", "switching gain", min=0.0, nominal=1e-2)] = 0.0
-    phi: Annotated[float, Variable("length/time", "width of the boundary layer; 0 for the sign function", min=0.0)] = 0.0
+    phi: Annotated[
+        float,
+        Variable("length/time", "width of the boundary layer; 0 for the sign function", min=0.0),
+    ] = 0.0
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf
     limit: quantities.EffortLimit = math.inf
@@ -61,7 +64,12 @@ def saturated(surface, phi):
 def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
     motion, e_dot, surface = surface_at(state, reference, measured, dt, p)
-    acceleration = reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface + p.K_2 * saturated(surface, p.phi)
+    acceleration = (
+        reference.acceleration
+        + p.lambda_ * e_dot
+        + p.K_1 * surface
+        + p.K_2 * saturated(surface, p.phi)
+    )
     effort = max(-p.limit, min(p.limit, p.J * acceleration + reference.effort))
     return effort, State(motion.q, motion.v)
 

@@ -32,7 +32,9 @@ class Parameters(NamedTuple):
     J: quantities.KnownInertia
     lambda_: quantities.SurfaceSlope
     K_1: quantities.ApproachRate
-    k_1: Annotated[float, Variable("length^0.5/time^1.5", "gain on the square root of the surface", min=0.0)]
+    k_1: Annotated[
+        float, Variable("length^0.5/time^1.5", "gain on the square root of the surface", min=0.0)
+    ]
     k_2: Annotated[float, Variable("length/time^3", "rate of the integrated switching", min=0.0)]
     estimator: quantities.Estimator = 0
     cutoff: quantities.Cutoff = math.inf

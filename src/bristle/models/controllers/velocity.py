@@ -40,14 +40,19 @@ def observed(q, v, measured, dt, estimator, cutoff):
     if estimator == TRACKING_OBSERVER:
         ahead = q + dt * v
         surprise = measured - ahead
-        return ObservedMotion(ahead + (1.0 - pole * pole) * surprise, v + (1.0 - pole) * (1.0 - pole) / dt * surprise)
+        return ObservedMotion(
+            ahead + (1.0 - pole * pole) * surprise, v + (1.0 - pole) * (1.0 - pole) / dt * surprise
+        )
     return ObservedMotion(measured, v + (1.0 - pole) * ((measured - q) / dt - v))
 
 
 @kernel
 def samples_before(position, velocity, acceleration, dt):
     """Return the position of a motion one sample and two samples before."""
-    return (position - velocity * dt + 0.5 * acceleration * dt * dt, position - 2.0 * velocity * dt + 2.0 * acceleration * dt * dt)
+    return (
+        position - velocity * dt + 0.5 * acceleration * dt * dt,
+        position - 2.0 * velocity * dt + 2.0 * acceleration * dt * dt,
+    )
 
 
 @kernel

@@ -25,19 +25,29 @@ class WindUp(NamedTuple):
     """Both masses, the screw, and the weights of the mean."""
 
     M: Annotated[float, Variable("mass of travel", "mass of the table fed forward", min=0.0)]
-    k: Annotated[float, Variable("force of travel/travel", "stiffness of the screw fed forward", min=1.0)]
-    d: Annotated[float, Variable("force of travel*time/travel", "damping of the screw fed forward", min=0.0)]
+    k: Annotated[
+        float, Variable("force of travel/travel", "stiffness of the screw fed forward", min=1.0)
+    ]
+    d: Annotated[
+        float, Variable("force of travel*time/travel", "damping of the screw fed forward", min=0.0)
+    ]
     gap: Annotated[float, Variable("travel", "half of the backlash fed forward", min=0.0)]
-    arm: Annotated[float, Variable("travel/length", "travel for one radian of the motor", min=1e-12)]
+    arm: Annotated[
+        float, Variable("travel/length", "travel for one radian of the motor", min=1e-12)
+    ]
     J: Annotated[float, Variable("mass", "inertia of the motor fed forward", min=0.0)]
-    clear: Annotated[float, Variable("force of travel", "force of the screw that changes its flank", min=0.0)]
+    clear: Annotated[
+        float, Variable("force of travel", "force of the screw that changes its flank", min=0.0)
+    ]
     weights: Annotated[np.ndarray, Variable("1", "weights of the mean, with the sum 1")]
 
 
 class Wound(NamedTuple):
     """State of the wind-up after a step."""
 
-    side: Annotated[float, Variable("1", "flank of the screw: 1 or -1, 0 in the middle of the gap")] = 0.0
+    side: Annotated[
+        float, Variable("1", "flank of the screw: 1 or -1, 0 in the middle of the gap")
+    ] = 0.0
     lead: Annotated[float, Variable("travel", "travel by which the motor leads the table")] = 0.0
 
 
@@ -80,4 +90,7 @@ def winding_effort(memory, at, acceleration, dt, p):
     """Return the effort [N*m] in the step after a place of the memory, for its mean desired acceleration [rad/s^2]."""
     stretched = 0.5 * p.arm * (memory[at] + memory[at + 1])
     pull = p.k * (stretched - max(-p.gap, min(p.gap, stretched)))
-    return p.J * (acceleration + (rate_at(memory, at + 1, dt, p) - rate_at(memory, at, dt, p)) / dt) + p.arm * pull
+    return (
+        p.J * (acceleration + (rate_at(memory, at + 1, dt, p) - rate_at(memory, at, dt, p)) / dt)
+        + p.arm * pull
+    )

@@ -55,7 +55,9 @@ if TYPE_CHECKING:
 
 __getattr__ = loaded_from(__name__)
 
-MODELS: dict[str, FrictionModel] = {model.name: model for model in tuple(vars().values()) if isinstance(model, FrictionModel)}
+MODELS: dict[str, FrictionModel] = {
+    model.name: model for model in tuple(vars().values()) if isinstance(model, FrictionModel)
+}
 """Every friction model, by name."""
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
@@ -91,7 +93,9 @@ def find(name: str, path: str = "friction.model") -> SlottedModel:
         If there is no such model or slot.
     """
     if not isinstance(name, str):
-        raise InputError("must be the name of a friction model", path=path, value=name, allowed=", ".join(MODELS))
+        raise InputError(
+            "must be the name of a friction model", path=path, value=name, allowed=", ".join(MODELS)
+        )
     return _named(name, path)
 
 
@@ -99,7 +103,13 @@ def find(name: str, path: str = "friction.model") -> SlottedModel:
 def _named(name: str, path: str) -> SlottedModel:
     base, *slots = name.split("+")
     if base not in MODELS:
-        raise InputError("no such friction model", path=path, value=base, allowed=", ".join(MODELS), mend=did_you_mean(base, MODELS))
+        raise InputError(
+            "no such friction model",
+            path=path,
+            value=base,
+            allowed=", ".join(MODELS),
+            mend=did_you_mean(base, MODELS),
+        )
     return with_slots(MODELS[base], slots, path)
 
 
@@ -111,7 +121,9 @@ def _slots(value: Any, path: str, kind: Any) -> tuple[str | Slot, ...]:
 
 
 @guarded(model=component("friction"), slots=_slots)
-def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "friction.model") -> SlottedModel:
+def with_slots(
+    model: FrictionModel, slots: Sequence[str | Slot], path: str = "friction.model"
+) -> SlottedModel:
     """Return `model` with these slots: names, or user-defined slots.
 
     Raises
@@ -123,10 +135,18 @@ def with_slots(model: FrictionModel, slots: Sequence[str | Slot], path: str = "f
     names = [slot for slot in slots if isinstance(slot, str)]
     written = [*names, *(slot.name for slot in own)]
     if len(set(written)) < len(written):
-        raise InputError("has a slot twice", path=path, value="+".join(["", *written]), mend="Write each slot once")
+        raise InputError(
+            "has a slot twice",
+            path=path,
+            value="+".join(["", *written]),
+            mend="Write each slot once",
+        )
     operators = [slot for slot in names if slot in REACHES]
     if operators:
-        model, names = _over(model, operators, path), [slot for slot in names if slot not in REACHES]
+        model, names = (
+            _over(model, operators, path),
+            [slot for slot in names if slot not in REACHES],
+        )
     for slot in names:
         if slot not in SLOTS:
             raise InputError(

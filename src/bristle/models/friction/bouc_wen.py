@@ -30,11 +30,22 @@ from bristle.models.friction.slip_law import SlipLaw, slip, stretch
 class Parameters(NamedTuple):
     """Parameters of the Bouc-Wen model."""
 
-    s: Annotated[float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="presliding")]
+    s: Annotated[
+        float,
+        Variable(
+            "force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="presliding"
+        ),
+    ]
     F_C: CoulombForceAboveZero
-    exponent: Annotated[float, Variable("1", "exponent n, how sharp the knee is", min=1.0, max=20.0)] = 2.0
-    beta: Annotated[float, Variable("1", "share of the slip that depends on the direction", min=0.5, max=1.0)] = 0.5
-    alpha: Annotated[float, Variable("1", "share of the stiffness that never yields", min=0.0, max=1.0)] = 0.0
+    exponent: Annotated[
+        float, Variable("1", "exponent n, how sharp the knee is", min=1.0, max=20.0)
+    ] = 2.0
+    beta: Annotated[
+        float, Variable("1", "share of the slip that depends on the direction", min=0.5, max=1.0)
+    ] = 0.5
+    alpha: Annotated[
+        float, Variable("1", "share of the stiffness that never yields", min=0.0, max=1.0)
+    ] = 0.0
     sigma_2: ViscousCoefficient = 0.0
 
 

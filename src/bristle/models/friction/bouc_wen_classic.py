@@ -36,12 +36,27 @@ LARGEST = 500.0  # exponent beyond which hardening is no longer followed
 class Parameters(NamedTuple):
     """Parameters of the Bouc-Wen model with its usual amplitudes."""
 
-    alpha: Annotated[float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="displacement")]
-    gamma: Annotated[float, Variable("1", "amplitude of the energy loss in a cycle", excitation="displacement")]
-    delta: Annotated[float, Variable("1", "amplitude of yielding; below 0 for hardening", excitation="displacement")]
-    beta: Annotated[float, Variable("1/length", "common factor of gamma and delta", min=1e-12, nominal=1e3)] = 1.0
+    alpha: Annotated[
+        float,
+        Variable(
+            "force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="displacement"
+        ),
+    ]
+    gamma: Annotated[
+        float, Variable("1", "amplitude of the energy loss in a cycle", excitation="displacement")
+    ]
+    delta: Annotated[
+        float,
+        Variable("1", "amplitude of yielding; below 0 for hardening", excitation="displacement"),
+    ]
+    beta: Annotated[
+        float, Variable("1/length", "common factor of gamma and delta", min=1e-12, nominal=1e3)
+    ] = 1.0
     nu: Annotated[float, Variable("1", "exponent, how sharp the knee is", min=1.0, max=20.0)] = 1.0
-    sigma_2: Annotated[float, Variable("force*time/length", "viscous friction coefficient", min=0.0, excitation="speed")] = 0.0
+    sigma_2: Annotated[
+        float,
+        Variable("force*time/length", "viscous friction coefficient", min=0.0, excitation="speed"),
+    ] = 0.0
 
 
 class State(NamedTuple):

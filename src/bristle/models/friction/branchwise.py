@@ -69,7 +69,11 @@ def deflection_rate(z, piece, v, G, law, q):
     branch = Branch(piece.z, piece.f, piece.way, piece.depth, piece.z, piece.end)
     # Behind its turning point a branch continues as its mirror image: smooth, for steps that reach back a little.
     behind = piece.depth > 0 and piece.way * (z - piece.z) < 0.0
-    f = 2.0 * piece.f - branch_output(branch, 2.0 * piece.z - z, q) if behind else branch_output(branch, z, q)
+    f = (
+        2.0 * piece.f - branch_output(branch, 2.0 * piece.z - z, q)
+        if behind
+        else branch_output(branch, z, q)
+    )
     r = piece.side * f / G
     margin = piece.way * (piece.end - z) * q.s / q.f_p
     if piece.way * piece.side > 0.0:

@@ -142,7 +142,10 @@ def _reading_of(read: Callable[[Any], float]) -> Callable[[Any, float], float]:
 
 @once
 def _kernels_of(slot: Slot) -> Kernels:
-    factor, at = slot.factor, middle if slot.channel.field == "x" else _reading_of(reader_of(slot.channel))
+    factor, at = (
+        slot.factor,
+        middle if slot.channel.field == "x" else _reading_of(reader_of(slot.channel)),
+    )
 
     @kernel
     def factor_at(motion, dt, p):
@@ -168,7 +171,11 @@ def _kernels_of(slot: Slot) -> Kernels:
         force, d_state = friction_rate(state, motion, p.inner)
         return force + (factor_at(motion, 0.0, p) - 1.0) * (force - p.viscous * motion.v), d_state
 
-    trial, rate = (level_varied, level_varied_rate) if slot.of == LEVEL else (friction_varied, friction_varied_rate)
+    trial, rate = (
+        (level_varied, level_varied_rate)
+        if slot.of == LEVEL
+        else (friction_varied, friction_varied_rate)
+    )
     return Kernels(_parameters_of(slot), trial, rate)
 
 

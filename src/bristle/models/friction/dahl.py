@@ -27,16 +27,25 @@ from bristle.models.friction.quantities import CoulombForceAboveZero, ViscousCoe
 class Parameters(NamedTuple):
     """Parameters of the Dahl model."""
 
-    sigma_0: Annotated[float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="presliding")]
+    sigma_0: Annotated[
+        float,
+        Variable(
+            "force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="presliding"
+        ),
+    ]
     F_C: CoulombForceAboveZero
     sigma_2: ViscousCoefficient = 0.0
-    exponent: Annotated[float, Variable("1", "Dahl exponent i, the shape of the curve", min=0.1, max=5.0)] = 1.0
+    exponent: Annotated[
+        float, Variable("1", "Dahl exponent i, the shape of the curve", min=0.1, max=5.0)
+    ] = 1.0
 
 
 class State(NamedTuple):
     """State of the Dahl model."""
 
-    F: Annotated[float, Variable("force", "displacement-dependent part of the friction force")] = 0.0
+    F: Annotated[float, Variable("force", "displacement-dependent part of the friction force")] = (
+        0.0
+    )
 
 
 class Move(NamedTuple):
@@ -61,7 +70,9 @@ def decayed(r, kappa, i):
     mean = hyperbolic_mean(u)
     logarithm = kappa * steepness * mean
     if i <= 2.0:
-        return r * (1.0 - logarithm * relaxation(logarithm)), r * mean * relaxation((2.0 - i) * logarithm)
+        return r * (1.0 - logarithm * relaxation(logarithm)), r * mean * relaxation(
+            (2.0 - i) * logarithm
+        )
     grown = (i - 2.0) * logarithm
     return r * exp(-logarithm), r * mean * exp(grown) * relaxation(grown)
 

@@ -20,7 +20,15 @@ from typing import NamedTuple
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next
 from bristle.models.friction.slip_law import FIRST, GROWTH, PARTS, slip_point, slip_weight
-from bristle.models.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_point, branch_slope, branch_with
+from bristle.models.hysteresis.turning_points import (
+    Branch,
+    StackMove,
+    branch_at,
+    branch_output,
+    branch_point,
+    branch_slope,
+    branch_with,
+)
 
 # Newton's method squares the error: neither shows in the force.
 RELATIVE = 1e-7
@@ -28,7 +36,9 @@ OF_SLIDING = 1e-9
 ALONG_TANGENT = 1e-7  # of the force in sliding: a tangent over so short a way has the square of this as its error
 TOLERANCE = 1e-12
 CHORD = 0.125  # of the step without feedback
-SHORTEST = 1e-280  # chord, over the length over which the operator turns: keeps the slope a finite number
+SHORTEST = (
+    1e-280  # chord, over the length over which the operator turns: keeps the slope a finite number
+)
 
 
 class Deflection(NamedTuple):
@@ -45,7 +55,9 @@ def onward(stack, memory, side):
     depth = stack.depth + int(side * stack.side < 0.0)
     if depth == 0:
         return Branch(0.0, 0.0, side, 0, stack.z, stack.z)
-    return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, stack.z, stack.z)
+    return Branch(
+        memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, stack.z, stack.z
+    )
 
 
 class Start(NamedTuple):
@@ -100,13 +112,26 @@ def deflect(stack, memory, dx, side, G, law, q, scale, smallest):
         return Deflection(stack.f, 0.0, unmoved)
     if abs(far) <= FIRST * scale:
         branch = branch_at(stack, memory, stack.z + far)
-        done = stroke(stack, memory, Start(stack.z, stack.f, steepness), dx, far, inverse, law, q, scale, branch)
+        done = stroke(
+            stack,
+            memory,
+            Start(stack.z, stack.f, steepness),
+            dx,
+            far,
+            inverse,
+            law,
+            q,
+            scale,
+            branch,
+        )
     else:
         done = in_parts(stack, memory, dx, inverse, law, q, scale)
     change = done.z - stack.z
     if change == 0.0 or (abs(change) <= smallest and change * stack.side < 0.0):
         return Deflection(done.mean, change, unmoved)
-    return Deflection(done.mean, change, StackMove(done.z, done.f, done.branch.side, done.branch.depth))
+    return Deflection(
+        done.mean, change, StackMove(done.z, done.f, done.branch.side, done.branch.depth)
+    )
 
 
 @kernel(inline=False)
@@ -217,10 +242,17 @@ def slipping(stack, memory, start, dx, far, after, inverse, law, q, scale, branc
     near = branch
     if is_beside(near, way, ahead):
         near = branch_at(stack, memory, ahead)
-    chord = max(way * (branch_output(near, ahead, q) - f) * (1.0 / max(CHORD * reach, SHORTEST * scale)), 0.0)
+    chord = max(
+        way * (branch_output(near, ahead, q) - f) * (1.0 / max(CHORD * reach, SHORTEST * scale)),
+        0.0,
+    )
     r_far = r + inverse * chord * far if law.rho < 0.0 else inverse * after
     theta = fitted_weight(travel * chord * slip_weight(r, r_far, law))
-    if start.steepness == 0.0 and inverse * after <= 1.0 and r + theta * (inverse * after - r) <= law.rho:
+    if (
+        start.steepness == 0.0
+        and inverse * after <= 1.0
+        and r + theta * (inverse * after - r) <= law.rho
+    ):
         # The gate opens only at the end: it is closed for the mean of the step.
         return Stroke(f + theta * (after - f), z + far, after, branch)
     if law.rho < 0.0:

@@ -45,11 +45,26 @@ class Parameters(NamedTuple):
 
     mu_avg: Annotated[float, TRANSMITTED]
     mu_dif: Annotated[float, Variable("1", _FORWARD_AND_BACK, nominal=0.01, excitation="place")]
-    h: Annotated[float, Variable("length", "distance of a change of side", min=1e-12, nominal=1e-3, excitation="presliding")]
+    h: Annotated[
+        float,
+        Variable(
+            "length",
+            "distance of a change of side",
+            min=1e-12,
+            nominal=1e-3,
+            excitation="presliding",
+        ),
+    ]
     sigma_2: ViscousCoefficient = 0.0
-    mu_fall: Annotated[float, Variable("1", "part of the losses that disappears with speed", min=0.0, nominal=0.1)] = 0.0
-    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2)] = 1e-2
-    F_idle: Annotated[float, Variable("force", "friction without a transmitted effort", min=0.0)] = 0.0
+    mu_fall: Annotated[
+        float, Variable("1", "part of the losses that disappears with speed", min=0.0, nominal=0.1)
+    ] = 0.0
+    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2)] = (
+        1e-2
+    )
+    F_idle: Annotated[
+        float, Variable("force", "friction without a transmitted effort", min=0.0)
+    ] = 0.0
 
 
 class State(NamedTuple):
@@ -98,7 +113,21 @@ MODEL = efficiency = GearModel(
     State=State,
     trial=trial,
     commit=commit,
-    relations=(Relation("mu_avg >= |mu_dif|", lambda p: p.mu_avg >= abs(p.mu_dif), "Raise mu_avg, or mu_dif nearer to zero"),),
+    relations=(
+        Relation(
+            "mu_avg >= |mu_dif|",
+            lambda p: p.mu_avg >= abs(p.mu_dif),
+            "Raise mu_avg, or mu_dif nearer to zero",
+        ),
+    ),
     reference="doi:10.1109/ICRA.2015.7139307",
-    example={"mu_avg": 0.2, "mu_dif": 0.05, "h": 2e-6, "sigma_2": 200.0, "mu_fall": 0.1, "v_S": 2e-3, "F_idle": 20.0},
+    example={
+        "mu_avg": 0.2,
+        "mu_dif": 0.05,
+        "h": 2e-6,
+        "sigma_2": 200.0,
+        "mu_fall": 0.1,
+        "v_S": 2e-3,
+        "F_idle": 20.0,
+    },
 )

@@ -42,7 +42,16 @@ class Parameters(NamedTuple):
     F_S: StaticForceAboveZero
     v_S: StribeckVelocity
     sigma_0: BristleStiffness
-    z_ba: Annotated[float, Variable("length", "deflection at which slip begins", min=0.0, nominal=1e-6, excitation="presliding")]
+    z_ba: Annotated[
+        float,
+        Variable(
+            "length",
+            "deflection at which slip begins",
+            min=0.0,
+            nominal=1e-6,
+            excitation="presliding",
+        ),
+    ]
     sigma_1: MicroDamping = 0.0
     sigma_2: ViscousCoefficient = 0.0
 
@@ -60,7 +69,9 @@ class Move(NamedTuple):
 
 
 THRESHOLD_BELOW_SLIDING = Relation(
-    "sigma_0 * z_ba < F_C", lambda p: p.sigma_0 * p.z_ba < p.F_C, "Lower z_ba: the bristles must begin to slip before the contact slides"
+    "sigma_0 * z_ba < F_C",
+    lambda p: p.sigma_0 * p.z_ba < p.F_C,
+    "Lower z_ba: the bristles must begin to slip before the contact slides",
 )
 
 
@@ -104,5 +115,13 @@ MODEL = elastoplastic = FrictionModel(
     rate=rate,
     relations=(STATIC_ABOVE_COULOMB, THRESHOLD_BELOW_SLIDING),
     reference="doi:10.1109/TAC.2002.1000274",
-    example={"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_0": 1e7, "z_ba": 1.4e-6, "sigma_1": 1e3, "sigma_2": 800.0},
+    example={
+        "F_C": 20.0,
+        "F_S": 28.0,
+        "v_S": 2e-3,
+        "sigma_0": 1e7,
+        "z_ba": 1.4e-6,
+        "sigma_1": 1e3,
+        "sigma_2": 800.0,
+    },
 )

@@ -71,11 +71,15 @@ class CoefficientsModel(EnclosingModel):
     @property
     def defaults(self) -> dict[str, Any]:
         """Default values of the parameters; a range and a pitch have none."""
-        return self.inner.defaults | {name: 0.0 for name in self.own if name not in self.without_default}
+        return self.inner.defaults | {
+            name: 0.0 for name in self.own if name not in self.without_default
+        }
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return the parameters of the kernels from the values of the user."""
-        return self.Parameters(self.inside(values), self.coefficients(**{name: values[name] for name in self.own}))
+        return self.Parameters(
+            self.inside(values), self.coefficients(**{name: values[name] for name in self.own})
+        )
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values of the user from the parameters of the kernels."""

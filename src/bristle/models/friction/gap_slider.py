@@ -46,10 +46,19 @@ class Parameters(NamedTuple):
             excitation="displacement",
         ),
     ]
-    gap: Annotated[float, Variable("length", "backlash, from end to end", min=0.0, excitation="displacement")] = 0.0
+    gap: Annotated[
+        float, Variable("length", "backlash, from end to end", min=0.0, excitation="displacement")
+    ] = 0.0
     n: Annotated[
         float,
-        Variable("1", "exponent of the spring, above 1 for a hardening spring", min=1.0, max=12.0, nominal=2.0, excitation="displacement"),
+        Variable(
+            "1",
+            "exponent of the spring, above 1 for a hardening spring",
+            min=1.0,
+            max=12.0,
+            nominal=2.0,
+            excitation="displacement",
+        ),
     ] = 1.0
     share: Annotated[
         float,
@@ -68,7 +77,9 @@ class Parameters(NamedTuple):
 class State(NamedTuple):
     """State of the slider behind a spring with backlash."""
 
-    z: Annotated[float, Variable("length", "deflection of the spring, from the middle of its backlash")] = 0.0
+    z: Annotated[
+        float, Variable("length", "deflection of the spring, from the middle of its backlash")
+    ] = 0.0
 
 
 class Move(NamedTuple):
@@ -84,7 +95,9 @@ def spring(z, p):
     beyond = max(z - 0.5 * p.gap, 0.0) / p.give
     steep = 0.0 if beyond == 0.0 else power(beyond, p.n)
     force = p.F_C * (p.share * z / r + (1.0 - p.share) * steep)
-    energy = p.F_C * (0.5 * p.share * z * z / r + (1.0 - p.share) * steep * beyond * p.give / (p.n + 1.0))
+    energy = p.F_C * (
+        0.5 * p.share * z * z / r + (1.0 - p.share) * steep * beyond * p.give / (p.n + 1.0)
+    )
     return force, energy
 
 

@@ -42,9 +42,20 @@ class Parameters(NamedTuple):
     F_C: CoulombForceAboveZero
     F_S: StaticForceAboveZero
     v_S: StribeckVelocity
-    C: Annotated[float, Variable("force/time", "attraction to the Stribeck curve", min=1e-9, nominal=1e3, excitation="stribeck")]
+    C: Annotated[
+        float,
+        Variable(
+            "force/time",
+            "attraction to the Stribeck curve",
+            min=1e-9,
+            nominal=1e3,
+            excitation="stribeck",
+        ),
+    ]
     k_i: ElementStiffness
-    nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the Stribeck force", min=0.0, max=1.0)]
+    nu_i: Annotated[
+        np.ndarray, Variable("1", "share of each element in the Stribeck force", min=0.0, max=1.0)
+    ]
     sigma_2: ViscousCoefficient = 0.0
 
 
@@ -90,7 +101,9 @@ def element(memory, i, v, dt, G, decay, p):
     """Return the `Element` number `i` after a step at constant velocity."""
     side = direction(v)
     slips = memory[p.k_i.size + i] == side
-    return element_after(side * memory[i], slips, abs(v), dt, p.k_i[i], p.nu_i[i] * G, p.C / G, decay)
+    return element_after(
+        side * memory[i], slips, abs(v), dt, p.k_i[i], p.nu_i[i] * G, p.C / G, decay
+    )
 
 
 @kernel
@@ -136,5 +149,13 @@ MODEL = gms = FrictionModel(
     memory_size=memory_size,
     relations=(STATIC_ABOVE_COULOMB, *RELATIONS),
     reference="doi:10.1109/TAC.2005.858676",
-    example={"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "C": 2e3, "k_i": [6e6, 3e6, 1e6], "nu_i": [0.3, 0.4, 0.3], "sigma_2": 800.0},
+    example={
+        "F_C": 20.0,
+        "F_S": 28.0,
+        "v_S": 2e-3,
+        "C": 2e3,
+        "k_i": [6e6, 3e6, 1e6],
+        "nu_i": [0.3, 0.4, 0.3],
+        "sigma_2": 800.0,
+    },
 )

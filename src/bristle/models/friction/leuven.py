@@ -45,7 +45,9 @@ class Leuven(FrictionModel):
     def variables(self) -> ReadOnly[str, Variable]:
         """Description of each parameter."""
         variables = variables_of(self.Parameters)
-        return ReadOnly({name: variable for name, variable in variables.items() if name not in HELD})
+        return ReadOnly(
+            {name: variable for name, variable in variables.items() if name not in HELD}
+        )
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -63,7 +65,9 @@ class Leuven(FrictionModel):
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values of the user from the parameters of Preisach-LuGre."""
-        return {name: value for name, value in super().values(parameters).items() if name not in HELD}
+        return {
+            name: value for name, value in super().values(parameters).items() if name not in HELD
+        }
 
 
 MODEL = leuven = Leuven(

@@ -27,7 +27,12 @@ from bristle.models.friction.enclosing import CoefficientsModel, enclosed
 from bristle.models.friction.variation import PITCH, SMALLEST_FACTOR
 
 TWO_PI = 2.0 * math.pi
-TRANSMITTED = Variable("1", "additional friction per unit of effort transmitted to the load", nominal=0.1, excitation="place")
+TRANSMITTED = Variable(
+    "1",
+    "additional friction per unit of effort transmitted to the load",
+    nominal=0.1,
+    excitation="place",
+)
 
 
 class Rise(NamedTuple):
@@ -35,17 +40,43 @@ class Rise(NamedTuple):
 
     c_T: Annotated[float, TRANSMITTED] = 0.0
     pitch: Annotated[float, PITCH] = 1.0
-    h_c1: Annotated[float, Variable("force", "variation of the friction level once per turn, cosine", excitation="place")] = 0.0
-    h_s1: Annotated[float, Variable("force", "variation of the friction level once per turn, sine", excitation="place")] = 0.0
-    h_c2: Annotated[float, Variable("force", "variation of the friction level twice per turn, cosine", excitation="place")] = 0.0
-    h_s2: Annotated[float, Variable("force", "variation of the friction level twice per turn, sine", excitation="place")] = 0.0
+    h_c1: Annotated[
+        float,
+        Variable(
+            "force", "variation of the friction level once per turn, cosine", excitation="place"
+        ),
+    ] = 0.0
+    h_s1: Annotated[
+        float,
+        Variable(
+            "force", "variation of the friction level once per turn, sine", excitation="place"
+        ),
+    ] = 0.0
+    h_c2: Annotated[
+        float,
+        Variable(
+            "force", "variation of the friction level twice per turn, cosine", excitation="place"
+        ),
+    ] = 0.0
+    h_s2: Annotated[
+        float,
+        Variable(
+            "force", "variation of the friction level twice per turn, sine", excitation="place"
+        ),
+    ] = 0.0
     level: Annotated[float, Variable("force", "level of sliding friction of the model")] = 1.0
     viscous: Annotated[float, Variable("force*time/length", "viscous friction of the model")] = 0.0
 
 
-LEVELS: dict[str, tuple[str, ...]] = {"transmitted": ("c_T",), "ripple": ("pitch", "h_c1", "h_s1", "h_c2", "h_s2")}
+LEVELS: dict[str, tuple[str, ...]] = {
+    "transmitted": ("c_T",),
+    "ripple": ("pitch", "h_c1", "h_s1", "h_c2", "h_s2"),
+}
 """The parameters of each slot."""
-RISES_WITH = {"transmitted": "the effort transmitted to the load", "ripple": "the angle of the screw"}
+RISES_WITH = {
+    "transmitted": "the effort transmitted to the load",
+    "ripple": "the angle of the screw",
+}
 """Causes of a higher level, in words."""
 SURROUNDINGS = {name: OF_MOTION[name] for name in LEVELS if name in OF_MOTION}
 
@@ -90,13 +121,18 @@ class RisenModel(CoefficientsModel):
         """Return the parameters of the kernels from the values of the user."""
         level, viscous = (values[name] if name else 0.0 for name in _dry_and_viscous(self.inner))
         # A level of zero has no relative change.
-        rise = {"level": level or math.inf, "viscous": viscous} | {name: values[name] for name in self.own}
+        rise = {"level": level or math.inf, "viscous": viscous} | {
+            name: values[name] for name in self.own
+        }
         return Risen(self.inside(values), Rise(**rise))
 
 
 def _dry_and_viscous(model: FrictionModel) -> tuple[str, str]:
     """Return the names of the level of sliding friction and of the viscous friction of a model, empty if absent."""
-    kinds = {(variable.quantity, variable.excitation): name for name, variable in reversed(model.variables.items())}
+    kinds = {
+        (variable.quantity, variable.excitation): name
+        for name, variable in reversed(model.variables.items())
+    }
     return kinds.get(("force", "sliding"), ""), kinds.get(("force*time/length", "speed"), "")
 
 
@@ -130,7 +166,8 @@ def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
         description=f"{model.description}, its level rising with {' and '.join(RISES_WITH[slot] for slot in slots)}",
         Parameters=Risen,
         trial=trial,
-        example=dict(model.example) | {name: _EXAMPLE[name] for slot in slots for name in LEVELS[slot]},
+        example=dict(model.example)
+        | {name: _EXAMPLE[name] for slot in slots for name in LEVELS[slot]},
         slots=slots,
     )
 

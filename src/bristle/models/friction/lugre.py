@@ -94,7 +94,12 @@ def trial(state, memory, motion, dt, p):
     elastic = p.sigma_0 * state.z
     decay = relaxation(p.sigma_0 * dx * inverse)
     share = (1.0 - elastic * inverse) * decay
-    force = elastic + (sliding - elastic) * (1.0 - decay) + micro_damping(v, p) * (v * share) + p.sigma_2 * v
+    force = (
+        elastic
+        + (sliding - elastic) * (1.0 - decay)
+        + micro_damping(v, p) * (v * share)
+        + p.sigma_2 * v
+    )
     return force, Move(state.z + dx * share)
 
 
@@ -122,7 +127,11 @@ def flow(contact, piece, motion, p):
     """Return the force [N or N*m], the rate of the deflection [m/s or rad/s], and the velocity as margin to a reversal."""
     v = motion.v
     z_dot = v * (1.0 - piece.side * p.sigma_0 * contact.z / stribeck_force(v, p))
-    return p.sigma_0 * contact.z + micro_damping(v, p) * z_dot + p.sigma_2 * v, State(z_dot), piece.side * v
+    return (
+        p.sigma_0 * contact.z + micro_damping(v, p) * z_dot + p.sigma_2 * v,
+        State(z_dot),
+        piece.side * v,
+    )
 
 
 @kernel
@@ -144,5 +153,13 @@ MODEL = lugre = FrictionModel(
     arrival=arrival,
     relations=(STATIC_ABOVE_COULOMB,),
     reference="doi:10.1109/9.376053",
-    example={"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_0": 1e7, "sigma_1": 1e3, "sigma_2": 200.0, "v_d": 0.05},
+    example={
+        "F_C": 20.0,
+        "F_S": 28.0,
+        "v_S": 2e-3,
+        "sigma_0": 1e7,
+        "sigma_1": 1e3,
+        "sigma_2": 200.0,
+        "v_d": 0.05,
+    },
 )

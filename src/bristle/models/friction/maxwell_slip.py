@@ -19,7 +19,11 @@ import numpy as np
 from bristle.core.contracts import FrictionModel, Relation
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
-from bristle.models.friction.quantities import CoulombForceAboveZero, ElementStiffness, ViscousCoefficient
+from bristle.models.friction.quantities import (
+    CoulombForceAboveZero,
+    ElementStiffness,
+    ViscousCoefficient,
+)
 
 
 class Parameters(NamedTuple):
@@ -27,7 +31,9 @@ class Parameters(NamedTuple):
 
     F_C: CoulombForceAboveZero
     k_i: ElementStiffness
-    nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the Coulomb force", min=0.0, max=1.0)]
+    nu_i: Annotated[
+        np.ndarray, Variable("1", "share of each element in the Coulomb force", min=0.0, max=1.0)
+    ]
     sigma_2: ViscousCoefficient = 0.0
 
 
@@ -48,7 +54,11 @@ RELATIONS = (
         "Give one stiffness and one share for each element",
         structural=True,
     ),
-    Relation("sum of nu_i = 1", lambda p: abs(float(np.sum(p.nu_i)) - 1.0) <= 1e-9, "Divide each value of nu_i by the sum of all"),
+    Relation(
+        "sum of nu_i = 1",
+        lambda p: abs(float(np.sum(p.nu_i)) - 1.0) <= 1e-9,
+        "Divide each value of nu_i by the sum of all",
+    ),
 )
 
 

@@ -48,13 +48,31 @@ class Parameters(NamedTuple):
     F_S: StaticForceAboveZero
     v_S: StribeckVelocity
     k_i: ElementStiffness
-    nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the limit force", min=0.0, max=1.0)]
-    sigma_1: Annotated[float, Variable("force*time/length", "micro-damping while all elements stick", min=0.0, excitation="presliding")] = (
-        0.0
-    )
+    nu_i: Annotated[
+        np.ndarray, Variable("1", "share of each element in the limit force", min=0.0, max=1.0)
+    ]
+    sigma_1: Annotated[
+        float,
+        Variable(
+            "force*time/length",
+            "micro-damping while all elements stick",
+            min=0.0,
+            excitation="presliding",
+        ),
+    ] = 0.0
     sigma_2: ViscousCoefficient = 0.0
-    scatter: Annotated[float, Variable("1", "relative standard deviation of the limit force between reversals", min=0.0, max=0.3)] = 0.0
-    v_r: Annotated[float, Variable("length/time", "speed above which a reversal counts", min=0.0)] = 0.0
+    scatter: Annotated[
+        float,
+        Variable(
+            "1",
+            "relative standard deviation of the limit force between reversals",
+            min=0.0,
+            max=0.3,
+        ),
+    ] = 0.0
+    v_r: Annotated[
+        float, Variable("length/time", "speed above which a reversal counts", min=0.0)
+    ] = 0.0
     seed: Annotated[int, Variable("1", "seed of the scatter", min=0, max=SEED_MAX)] = 0
 
 
@@ -63,7 +81,9 @@ class State(NamedTuple):
 
     side: Annotated[float, Variable("1", "direction of the motion; 0 before the first")] = 0.0
     reversals: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
-    scale: Annotated[float, Variable("1", "factor on the limit since the last reversal", min=0.0)] = 1.0
+    scale: Annotated[
+        float, Variable("1", "factor on the limit since the last reversal", min=0.0)
+    ] = 1.0
 
 
 class Move(NamedTuple):
@@ -129,7 +149,11 @@ def commit(state, memory, move, p):
     limit = move.limit if move.v != 0.0 else BEYOND * move.limit
     for i in range(p.k_i.size):
         memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * limit)
-    return State(side, state.reversals + 1, drawn_scale(state, p)) if reverses(state, move.v, p) else state
+    return (
+        State(side, state.reversals + 1, drawn_scale(state, p))
+        if reverses(state, move.v, p)
+        else state
+    )
 
 
 def memory_size(p: Parameters) -> int:

@@ -4,12 +4,21 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.motion import RECORDED
 from bristle.core.slot import Slot
 from bristle.core.surroundings import OF_MOTION
-from bristle.models.friction import CHANNEL_SLOTS, MODELS, base_of, channel_slots_of, is_static, with_slots
+from bristle.models.friction import (
+    CHANNEL_SLOTS,
+    MODELS,
+    base_of,
+    channel_slots_of,
+    is_static,
+    with_slots,
+)
 from bristle.models.friction.level import LEVELS, has_level
 from bristle.models.friction.operator_kernel import REACHES
 from bristle.models.friction.slots import directional, variations_of
 
-CHANNELS = {slot.channel.name: slot.channel for slot in CHANNEL_SLOTS.values()} | {name: OF_MOTION[name] for name in RECORDED}
+CHANNELS = {slot.channel.name: slot.channel for slot in CHANNEL_SLOTS.values()} | {
+    name: OF_MOTION[name] for name in RECORDED
+}
 """Inputs from the surroundings of built-in slots that a log may have, by name."""
 SLOT_OF = {
     "direction": "asymmetry",
@@ -48,7 +57,9 @@ def nested_in(component: FrictionModel) -> tuple[FrictionModel, ...]:
     base, slots = base_of(component), _slots_of(component)
     if with_slots(base, slots) != component:
         return ()
-    fewer = [tuple(part for part in slots if part is not slot) for slot in slots if slot not in REACHES]
+    fewer = [
+        tuple(part for part in slots if part is not slot) for slot in slots if slot not in REACHES
+    ]
     falling = [with_slots(MODELS["stribeck"], slots)] if base is MODELS["stribeck_free"] else []
     return (*(with_slots(base, parts) for parts in fewer), *falling)
 
@@ -61,24 +72,44 @@ def goes_by_name(component: FrictionModel) -> bool:
 
 def _own_slots(component: FrictionModel) -> dict[str, Slot]:
     """Return the user-defined slots of a model, by name."""
-    return {slot.name: slot for slot in channel_slots_of(component) if CHANNEL_SLOTS.get(slot.name) != slot}
+    return {
+        slot.name: slot
+        for slot in channel_slots_of(component)
+        if CHANNEL_SLOTS.get(slot.name) != slot
+    }
 
 
 def _falls(component: FrictionModel) -> bool:
     """Return whether the friction of a model falls with speed: it has a Stribeck velocity."""
-    return any((variable.quantity, variable.excitation) == ("length/time", "stribeck") for variable in component.variables.values())
+    return any(
+        (variable.quantity, variable.excitation) == ("length/time", "stribeck")
+        for variable in component.variables.values()
+    )
 
 
 def _beside(component: FrictionModel, base: FrictionModel, slot: str) -> str:
     """Return the name of a model with one more slot; empty if it has that slot already, or cannot have it."""
     # A slot that raises a level needs a level, and no elements that share it.
-    if slot in (*LEVELS, *CHANNEL_SLOTS) and (not has_level(base) or any(map(base.is_array, base.variables))):
+    if slot in (*LEVELS, *CHANNEL_SLOTS) and (
+        not has_level(base) or any(map(base.is_array, base.variables))
+    ):
         return ""
-    return "" if slot in component.name.split("+") else with_slots(base, (*_slots_of(component), slot)).name
+    return (
+        ""
+        if slot in component.name.split("+")
+        else with_slots(base, (*_slots_of(component), slot)).name
+    )
 
 
 def _slots_of(component: FrictionModel) -> tuple[str | Slot, ...]:
     """Return the slots of a model, built-in slots by name, in the form of `with_slots`."""
-    operators, own = (part for part in component.name.split("+") if part in REACHES), _own_slots(component)
-    names = (*operators, *reversed(variations_of(component)), *(("asymmetry",) if directional(component) else ()))
+    operators, own = (
+        (part for part in component.name.split("+") if part in REACHES),
+        _own_slots(component),
+    )
+    names = (
+        *operators,
+        *reversed(variations_of(component)),
+        *(("asymmetry",) if directional(component) else ()),
+    )
     return tuple(own.get(name, name) for name in names)

@@ -20,7 +20,13 @@ from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property, once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import KINDS, Variable, variables_of
-from bristle.models.hysteresis import everett_table, prandtl_ishlinskii, preisach, preisach_grid, reversal_table
+from bristle.models.hysteresis import (
+    everett_table,
+    prandtl_ishlinskii,
+    preisach,
+    preisach_grid,
+    reversal_table,
+)
 from bristle.models.hysteresis.prandtl_ishlinskii import Move
 from bristle.models.hysteresis.sliders import Sliders
 from bristle.models.hysteresis.turning_points import Stack
@@ -130,7 +136,9 @@ class TakesOperator(FrictionModel):
         """
         allowed = ", ".join((preisach.name, *REACHES))
         if operator.component.family != "hysteresis":
-            raise InputError("is not a hysteresis operator", path=path, value=operator.name, allowed=allowed)
+            raise InputError(
+                "is not a hysteresis operator", path=path, value=operator.name, allowed=allowed
+            )
         if operator.kind not in KINDS:
             raise InputError(
                 f"is {operator.kind}, so its output is not a force over a displacement",
@@ -142,12 +150,17 @@ class TakesOperator(FrictionModel):
             return self, _closed_form(operator, path)
         if operator.name not in REACHES:
             raise InputError(
-                _REFUSED.get(operator.name, "gives no force from a displacement"), path=path, value=operator.name, allowed=allowed
+                _REFUSED.get(operator.name, "gives no force from a displacement"),
+                path=path,
+                value=operator.name,
+                allowed=allowed,
             )
         return over_operator(self, operator.component), _prefixed(operator.values)
 
 
-_REFUSED = {"relay_grid": "has a staircase output without stiffness, unlike preisach_grid, which has the same measure"}
+_REFUSED = {
+    "relay_grid": "has a staircase output without stiffness, unlike preisach_grid, which has the same measure"
+}
 
 
 def _closed_form(operator: Model, path: str) -> dict[str, Any]:
@@ -187,7 +200,11 @@ class OverOperator(FrictionModel):
     @property
     def defaults(self) -> dict[str, Any]:
         """Default values of the parameters."""
-        own = {name: value for name, value in self.inner.defaults.items() if name in self.inner.own._fields}
+        own = {
+            name: value
+            for name, value in self.inner.defaults.items()
+            if name in self.inner.own._fields
+        }
         return _prefixed(self.operator.defaults) | own
 
     def is_array(self, name: str) -> bool:
@@ -202,7 +219,9 @@ class OverOperator(FrictionModel):
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return the parameters of the kernels from the values of the user."""
-        operator = self.operator.assemble({name: values[f"{PREFIX}{name}"] for name in self.operator.variables})
+        operator = self.operator.assemble(
+            {name: values[f"{PREFIX}{name}"] for name in self.operator.variables}
+        )
         own = self.inner.own(**{name: values[name] for name in self.inner.own._fields})
         return self.Parameters(operator, own, _lengths(self.operator, operator))
 
@@ -265,7 +284,11 @@ def saturation(operator: HysteresisOperator, p: Any) -> float:
     """Return the saturation of an operator, the smaller of both directions [N or N*m]."""
     if operator is prandtl_ishlinskii and p.spring > 0.0:
         return math.inf
-    reach, state, memory = REACHES[operator.name](p), operator.initial_state(p), operator.new_memory(p)
+    reach, state, memory = (
+        REACHES[operator.name](p),
+        operator.initial_state(p),
+        operator.new_memory(p),
+    )
     low, high = (operator_trial(state, memory, end, p)[0] for end in (reach.low, reach.high))
     return min(high, -low)
 
@@ -282,13 +305,21 @@ def _lengths(operator: HysteresisOperator, p: Any) -> Lengths:
     """
     if not all(relation.holds(p) for relation in operator.relations):
         return Lengths(1.0, 0.0)  # unused: such parameters are refused
-    reach, state, memory = REACHES[operator.name](p), operator.initial_state(p), operator.new_memory(p)
+    reach, state, memory = (
+        REACHES[operator.name](p),
+        operator.initial_state(p),
+        operator.new_memory(p),
+    )
     state = operator_commit(state, memory, operator_trial(state, memory, reach.low, p)[1], p)
     start, end = (operator_trial(state, memory, u, p)[0] for u in (reach.low, reach.high))
     near, far = reach.low, reach.high
     for _ in range(HALVINGS):
         middle = 0.5 * (near + far)
-        done = (operator_trial(state, memory, middle, p)[0] - start) / (end - start) if end != start else 1.0
+        done = (
+            (operator_trial(state, memory, middle, p)[0] - start) / (end - start)
+            if end != start
+            else 1.0
+        )
         near, far = (middle, far) if done < 0.5 else (near, middle)
     turn = max(0.5 * (far - reach.low), SHORTEST * (reach.high - reach.low))
     return Lengths(turn, getattr(p, "tolerance", 0.0) * reach.unit)

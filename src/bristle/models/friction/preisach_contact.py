@@ -20,21 +20,43 @@ from bristle.core.dispatch import operator_measure, operator_trial
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.models.friction.deflection import TOLERANCE, mean_output
-from bristle.models.friction.operator_kernel import Form, Lean, Lengths, TakesOperator, leaning, slide
+from bristle.models.friction.operator_kernel import (
+    Form,
+    Lean,
+    Lengths,
+    TakesOperator,
+    leaning,
+    slide,
+)
 from bristle.models.friction.quantities import ReversalStiffness, ViscousCoefficient
 from bristle.models.hysteresis.everett import KERNELS, ClosedForm
-from bristle.models.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
+from bristle.models.hysteresis.turning_points import (
+    SMALLEST_CAPACITY,
+    Stack,
+    stack_commit,
+    stack_size,
+    stack_trial,
+)
 
 
 class Parameters(NamedTuple):
     """Parameters of the Preisach operator on the position."""
 
     s: ReversalStiffness
-    f_p: Annotated[float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")]
+    f_p: Annotated[
+        float,
+        Variable(
+            "force", "force at which the operator saturates", min=1e-12, excitation="presliding"
+        ),
+    ]
     sigma_2: ViscousCoefficient = 0.0
     kernel: Annotated[int, Variable("1", "Everett function of the operator", choices=KERNELS)] = 0
-    exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0
-    capacity: Annotated[int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)] = 256
+    exponent: Annotated[
+        float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)
+    ] = 2.0
+    capacity: Annotated[
+        int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)
+    ] = 256
 
 
 class Damped(NamedTuple):
@@ -82,7 +104,9 @@ def trial_over_stops(state, memory, motion, dt, p):
     u = state.z + motion.v * dt
     f, _ = operator_trial(state, memory, u, p.operator)
     stack, q = leaning(state, memory, p.operator)
-    return mean_output(stack, memory, u, f, q, p.lengths.turn) + p.own.sigma_2 * motion.v, Lean(u, f)
+    return mean_output(stack, memory, u, f, q, p.lengths.turn) + p.own.sigma_2 * motion.v, Lean(
+        u, f
+    )
 
 
 @kernel

@@ -45,7 +45,14 @@ from bristle.core.variable import Variable
 from bristle.models.friction.branchwise import Contact, deflection_rate, piece_at
 from bristle.models.friction.deflection import TOLERANCE, deflect
 from bristle.models.friction.lugre import micro_damping, stribeck_force
-from bristle.models.friction.operator_kernel import Form, Lean, Lengths, TakesOperator, leaning, slide
+from bristle.models.friction.operator_kernel import (
+    Form,
+    Lean,
+    Lengths,
+    TakesOperator,
+    leaning,
+    slide,
+)
 from bristle.models.friction.quantities import (
     CoulombForceAboveZero,
     FadingVelocity,
@@ -58,20 +65,36 @@ from bristle.models.friction.quantities import (
 from bristle.models.friction.slip_law import SlipLaw
 from bristle.models.friction.stribeck import STATIC_ABOVE_COULOMB
 from bristle.models.hysteresis.everett import KERNELS, ClosedForm
-from bristle.models.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
+from bristle.models.hysteresis.turning_points import (
+    SMALLEST_CAPACITY,
+    Stack,
+    stack_commit,
+    stack_size,
+    stack_trial,
+)
 
 TRANSITIONS = ("paper", "leuven", "elastoplastic")
 PAPER, LEUVEN, ELASTOPLASTIC = range(3)
 TRANSITION = Variable("1", "how slip sets in", choices=TRANSITIONS)
 EXPONENT = Variable("1", "exponent of the transition leuven", min=1.0, max=50.0)
-GATE = Variable("1", "share of the sliding force up to which the transition elastoplastic does not slip", min=0.0, max=0.999)
+GATE = Variable(
+    "1",
+    "share of the sliding force up to which the transition elastoplastic does not slip",
+    min=0.0,
+    max=0.999,
+)
 
 
 class Parameters(NamedTuple):
     """Parameters of the Preisach-LuGre model."""
 
     s: ReversalStiffness
-    f_p: Annotated[float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")]
+    f_p: Annotated[
+        float,
+        Variable(
+            "force", "force at which the operator saturates", min=1e-12, excitation="presliding"
+        ),
+    ]
     F_C: CoulombForceAboveZero
     F_S: StaticForceAboveZero
     v_S: StribeckVelocity
@@ -79,11 +102,15 @@ class Parameters(NamedTuple):
     sigma_2: ViscousCoefficient = 0.0
     v_d: FadingVelocity = math.inf
     kernel: Annotated[int, Variable("1", "Everett function of the operator", choices=KERNELS)] = 0
-    exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0
+    exponent: Annotated[
+        float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)
+    ] = 2.0
     transition: Annotated[int, TRANSITION] = ELASTOPLASTIC
     n: Annotated[float, EXPONENT] = 2.0
     rho: Annotated[float, GATE] = 0.9
-    capacity: Annotated[int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)] = 256
+    capacity: Annotated[
+        int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)
+    ] = 256
 
 
 class Sliding(NamedTuple):
@@ -143,7 +170,17 @@ def trial(state, memory, motion, dt, p):
     v = motion.v
     q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
     scale = p.f_p / p.s
-    deflected = deflect(state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, scale, TOLERANCE * scale)
+    deflected = deflect(
+        state,
+        memory,
+        v * dt,
+        direction(v),
+        stribeck_force(v, p),
+        slip_law(p),
+        q,
+        scale,
+        TOLERANCE * scale,
+    )
     z_dot = deflected.change / dt if dt > 0.0 else 0.0
     return deflected.mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, deflected.move
 
@@ -152,7 +189,17 @@ def trial(state, memory, motion, dt, p):
 def deflected_over(stack, memory, q, v, dt, p):
     """Return the mean force [N or N*m] over a step, and the move, for a measure `q` without closed form."""
     own = p.own
-    deflected = deflect(stack, memory, v * dt, direction(v), stribeck_force(v, own), slip_law(own), q, p.lengths.turn, p.lengths.smallest)
+    deflected = deflect(
+        stack,
+        memory,
+        v * dt,
+        direction(v),
+        stribeck_force(v, own),
+        slip_law(own),
+        q,
+        p.lengths.turn,
+        p.lengths.smallest,
+    )
     z_dot = deflected.change / dt if dt > 0.0 else 0.0
     return deflected.mean + micro_damping(v, own) * z_dot + own.sigma_2 * v, deflected.move
 
@@ -225,7 +272,15 @@ MODEL = preisach_lugre = TakesOperator(
     memory_size=memory_size,
     relations=(STATIC_ABOVE_COULOMB, SATURATION_ABOVE_STATIC, SATURATION_WELL_ABOVE_STATIC),
     reference="doi:10.1109/9.847103",
-    example={"s": 1e7, "f_p": 33.6, "F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_1": 1e3, "sigma_2": 800.0},
+    example={
+        "s": 1e7,
+        "f_p": 33.6,
+        "F_C": 20.0,
+        "F_S": 28.0,
+        "v_S": 2e-3,
+        "sigma_1": 1e3,
+        "sigma_2": 800.0,
+    },
     own=Sliding,
     turning=Form(OverTurningPoints, Stack, trial_over_turning_points, commit),
     stops=Form(OverStops, Lean, trial_over_stops, commit_over_stops),

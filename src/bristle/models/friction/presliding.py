@@ -44,7 +44,9 @@ class Parameters(NamedTuple):
 class State(NamedTuple):
     """State of the contact."""
 
-    zeta: Annotated[float, Variable("1", "deflection over its value in sliding", min=-1.0, max=1.0)] = 0.0
+    zeta: Annotated[
+        float, Variable("1", "deflection over its value in sliding", min=-1.0, max=1.0)
+    ] = 0.0
 
 
 class Move(NamedTuple):
@@ -120,10 +122,16 @@ def presliding(model: FrictionModel) -> PreslidingModel:
 @guarded(friction=of_family("friction"))
 def is_static(friction: Model) -> bool:
     """Return whether a friction model is a static map, without state and memory."""
-    return not friction.component.State._fields and friction.component.memory_size(friction.parameters) == 0
+    return (
+        not friction.component.State._fields
+        and friction.component.memory_size(friction.parameters) == 0
+    )
 
 
-@guarded(friction=of_family("friction"), distance=amount(Variable("length", "distance over which the force reverses")))
+@guarded(
+    friction=of_family("friction"),
+    distance=amount(Variable("length", "distance over which the force reverses")),
+)
 def with_presliding(friction: Model, distance: Amount) -> Model:
     """Return a static friction model whose force reverses over `distance` [m or rad]; return any other model unchanged.
 
@@ -134,7 +142,9 @@ def with_presliding(friction: Model, distance: Amount) -> Model:
     """
     if distance <= 0.0 or not is_static(friction):
         return friction
-    return Model(presliding(friction.component), Parameters(friction.parameters, distance), friction.kind)
+    return Model(
+        presliding(friction.component), Parameters(friction.parameters, distance), friction.kind
+    )
 
 
 @guarded(friction=of_family("friction"))

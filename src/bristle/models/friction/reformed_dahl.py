@@ -35,7 +35,10 @@ class Parameters(NamedTuple):
     """Parameters of the reformed Dahl model."""
 
     s: ReversalStiffness
-    f_p: Annotated[float, Variable("force", "limit of the force", min=1e-12, directional=True, excitation="sliding")]
+    f_p: Annotated[
+        float,
+        Variable("force", "limit of the force", min=1e-12, directional=True, excitation="sliding"),
+    ]
     sigma_2: ViscousCoefficient = 0.0
 
 

@@ -30,7 +30,9 @@ from bristle.models.friction.presliding import is_static
 HELD = "rest_held"
 """Parameter of the rule."""
 VISCOUS = canonical("force*time/length")
-SHARE = Variable("1", "at rest: 1 keeps the force of the last direction, 0 takes the middle", min=0.0, max=1.0)
+SHARE = Variable(
+    "1", "at rest: 1 keeps the force of the last direction, 0 takes the middle", min=0.0, max=1.0
+)
 
 
 class Parameters(NamedTuple):
@@ -43,7 +45,9 @@ class Parameters(NamedTuple):
 class State(NamedTuple):
     """The direction of the last motion."""
 
-    side: Annotated[float, Variable("1", "direction of the last motion, 0 before any", min=-1.0, max=1.0)] = 0.0
+    side: Annotated[
+        float, Variable("1", "direction of the last motion, 0 before any", min=-1.0, max=1.0)
+    ] = 0.0
 
 
 class Move(NamedTuple):
@@ -127,7 +131,11 @@ def with_rest(friction: Model, rest: str) -> Model:
         return friction
     if {variable.quantity for variable in component.variables.values()} == {VISCOUS}:
         return friction  # no jump at rest
-    return Model(resting(component), Parameters(friction.parameters, float(RESTS.index(rest) == 0)), friction.kind)
+    return Model(
+        resting(component),
+        Parameters(friction.parameters, float(RESTS.index(rest) == 0)),
+        friction.kind,
+    )
 
 
 def rest_rule(friction: Model) -> str:

@@ -22,7 +22,15 @@ References
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next, power, smooth_step, smooth_step_point
+from bristle.core.mathematics import (
+    NEWTON_LAST,
+    fitted_weight,
+    newton_from,
+    newton_next,
+    power,
+    smooth_step,
+    smooth_step_point,
+)
 
 # Of a long step: the longest first part, over the length in which the contact turns; the growth of parts; their number.
 FIRST, GROWTH, PARTS = 0.05, 1.3, 80
@@ -154,7 +162,11 @@ def stretch_once(r, kappa, slipped, law):
         residual = before - way * kappa * (1.0 - slipped)
         search = newton_next(search, residual, 1.0 + kappa * theta * slope)
         # The residual rises with a slope of at least 1: the distance to the root is at most the residual.
-        if abs(residual) <= TOLERANCE * search.x or abs(residual) <= 1e-3 * TOLERANCE or search.x == before:
+        if (
+            abs(residual) <= TOLERANCE * search.x
+            or abs(residual) <= 1e-3 * TOLERANCE
+            or search.x == before
+        ):
             break
     # Motion at constant velocity never passes sliding; a step long enough to pass it ends there.
     change = min(way * search.x, 1.0 - r) if r < 1.0 else max(way * search.x, 1.0 - r)

@@ -45,7 +45,10 @@ SLOTS = (*VARIATIONS, *LEVELS, *CHANNEL_SLOTS, "asymmetry")
 WHAT_SLOTS_DO = (
     {name: f"friction that varies with {cause}" for name, cause in VARIES_WITH.items()}
     | ADDS
-    | {name: f"a level of dry friction that changes with {cause}" for name, cause in RISES_WITH.items()}
+    | {
+        name: f"a level of dry friction that changes with {cause}"
+        for name, cause in RISES_WITH.items()
+    }
     | {name: slot.description for name, slot in CHANNEL_SLOTS.items()}
     | {"asymmetry": "one value per direction of motion for some parameters, NAME_pos and NAME_neg"}
 )
@@ -57,7 +60,9 @@ PARAMETERS_OF_SLOTS: dict[str, tuple[str, ...]] = {
     "asymmetry": (),
 }
 """The parameters of each slot."""
-OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
+OFFSET = Variable(
+    "force", "constant part of the friction force (gravity, bias)", excitation="sliding"
+)
 
 
 class Slotted(NamedTuple):
@@ -117,13 +122,17 @@ def rate(state, motion, p):
 @kernel
 def piece(state, memory, motion, p):
     """Return the variables, and the constants until the next event, with the parameters of this side."""
-    return friction_piece(state, memory, motion, p.forward if direction(motion.v) > 0.0 else p.backward)
+    return friction_piece(
+        state, memory, motion, p.forward if direction(motion.v) > 0.0 else p.backward
+    )
 
 
 @kernel
 def flow(contact, piece, motion, p):
     """Return force [N or N*m], rate and margin with the parameters of the side of the piece, plus the offset."""
-    force, d_contact, margin = friction_flow(contact, piece, motion, p.forward if piece.side > 0.0 else p.backward)
+    force, d_contact, margin = friction_flow(
+        contact, piece, motion, p.forward if piece.side > 0.0 else p.backward
+    )
     return force + p.offset, d_contact, margin
 
 
@@ -153,14 +162,18 @@ class SlottedModel(EnclosingModel):
         variables: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
             for key in self.keys(name):
-                variables[key] = replace(variable, description=variable.description + _SIDES.get(key[len(name) :], ""))
+                variables[key] = replace(
+                    variable, description=variable.description + _SIDES.get(key[len(name) :], "")
+                )
         return ReadOnly(variables | dict(self.beside))
 
     @cached_property
     def defaults(self) -> ReadOnly[str, Any]:  # pyright: ignore[reportIncompatibleMethodOverride]
         """Default values of the parameters."""
         inner = self.inner.defaults
-        return ReadOnly({key: inner[name] for name in inner for key in self.keys(name)} | {"offset": 0.0})
+        return ReadOnly(
+            {key: inner[name] for name in inner for key in self.keys(name)} | {"offset": 0.0}
+        )
 
     def initial_state(self, parameters: Any) -> Any:
         """Return the virgin state of the model inside."""
@@ -168,7 +181,9 @@ class SlottedModel(EnclosingModel):
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return both sides and the offset from the values of the user."""
-        forward = backward = self.inner.assemble({name: values[keys[0]] for name, keys in self._keys})
+        forward = backward = self.inner.assemble(
+            {name: values[keys[0]] for name, keys in self._keys}
+        )
         if self.asymmetry:
             backward = self.inner.assemble({name: values[keys[-1]] for name, keys in self._keys})
         return self.Parameters(forward, backward, values["offset"])
@@ -179,11 +194,20 @@ class SlottedModel(EnclosingModel):
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values of the user from both sides and the offset."""
-        forward, backward = self.inner.values(parameters.forward), self.inner.values(parameters.backward)
+        forward, backward = (
+            self.inner.values(parameters.forward),
+            self.inner.values(parameters.backward),
+        )
         values = {}
         for name in self.inner.variables:
             keys = self.keys(name)
-            values |= dict(zip(keys, (forward[name], backward[name]) if len(keys) == 2 else (forward[name],), strict=True))
+            values |= dict(
+                zip(
+                    keys,
+                    (forward[name], backward[name]) if len(keys) == 2 else (forward[name],),
+                    strict=True,
+                )
+            )
         return values | {"offset": parameters.offset}
 
     def keys(self, name: str) -> tuple[str, ...]:
@@ -237,7 +261,9 @@ def variations_of(component: FrictionModel) -> tuple[str, ...]:
 
 def slot_needing(component: FrictionModel, channel: str) -> str:
     """Return the slot of a model for a log channel; the name of the channel if no channel slot needs it."""
-    return next((slot.name for slot in channel_slots_of(component) if slot.channel.name == channel), channel)
+    return next(
+        (slot.name for slot in channel_slots_of(component) if slot.channel.name == channel), channel
+    )
 
 
 @guarded(friction=model("friction"))
@@ -334,7 +360,11 @@ def whole_parts(friction: Model) -> dict[str, float]:
     variables = friction.component.variables
     values = friction.values
     constants = [values[name] for name, variable in variables.items() if variable == OFFSET]
-    slopes = [values[name] for name, variable in variables.items() if (variable.quantity, variable.excitation) == VISCOUS]
+    slopes = [
+        values[name]
+        for name, variable in variables.items()
+        if (variable.quantity, variable.excitation) == VISCOUS
+    ]
     return {"constant": float(sum(constants)), "viscous": float(min(slopes, default=0.0))}
 
 

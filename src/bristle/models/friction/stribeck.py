@@ -17,7 +17,12 @@ from bristle.core.contracts import FrictionModel, Relation
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, exp, power
 from bristle.core.variable import Variable
-from bristle.models.friction.quantities import CoulombForce, StaticForce, StribeckVelocity, ViscousCoefficient
+from bristle.models.friction.quantities import (
+    CoulombForce,
+    StaticForce,
+    StribeckVelocity,
+    ViscousCoefficient,
+)
 
 
 class Parameters(NamedTuple):
@@ -27,7 +32,9 @@ class Parameters(NamedTuple):
     F_S: StaticForce
     v_S: StribeckVelocity
     F_v: ViscousCoefficient
-    delta_S: Annotated[float, Variable("1", "exponent of the Stribeck curve", min=0.1, max=10.0)] = 2.0
+    delta_S: Annotated[
+        float, Variable("1", "exponent of the Stribeck curve", min=0.1, max=10.0)
+    ] = 2.0
 
 
 class State(NamedTuple):
@@ -39,7 +46,9 @@ class Move(NamedTuple):
 
 
 STATIC_ABOVE_COULOMB = Relation(
-    "F_S >= F_C", lambda p: p.F_S >= p.F_C, "Raise F_S or lower F_C; if friction rises with speed, set validate=False"
+    "F_S >= F_C",
+    lambda p: p.F_S >= p.F_C,
+    "Raise F_S or lower F_C; if friction rises with speed, set validate=False",
 )
 
 

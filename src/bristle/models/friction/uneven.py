@@ -36,11 +36,19 @@ class Contact(NamedTuple):
     """Parameters of the layer."""
 
     level: Annotated[float, Variable("1", "factor on friction", min=0.01)] = 1.0
-    unevenness: Annotated[float, Variable("1", "standard deviation of the level by reversal", min=0.0, max=0.3)] = 0.0
-    travel: Annotated[float, Variable("length", "travel after which 1/e of a change of level is left", min=1e-9)] = 1e-6
-    wave: Annotated[float, Variable("1", "amplitude of the wave of the level", min=0.0, max=0.9)] = 0.0
+    unevenness: Annotated[
+        float, Variable("1", "standard deviation of the level by reversal", min=0.0, max=0.3)
+    ] = 0.0
+    travel: Annotated[
+        float, Variable("length", "travel after which 1/e of a change of level is left", min=1e-9)
+    ] = 1e-6
+    wave: Annotated[
+        float, Variable("1", "amplitude of the wave of the level", min=0.0, max=0.9)
+    ] = 0.0
     wavelength: Annotated[float, Variable("length", "length of the wave", min=1e-9)] = 1.0
-    k_creep: Annotated[float, Variable("force/length", "stiffness of the branch that creeps", min=0.0)] = 0.0
+    k_creep: Annotated[
+        float, Variable("force/length", "stiffness of the branch that creeps", min=0.0)
+    ] = 0.0
     tau: Annotated[float, Variable("time", "time constant of that branch", min=1e-6)] = 1.0
     seed: Annotated[int, Variable("1", "seed of the scatter", min=0, max=SEED_MAX)] = 0
 
@@ -60,7 +68,9 @@ class State(NamedTuple):
     reversals: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
     scale: Annotated[float, Variable("1", "factor of the scatter", min=0.0)] = 1.0
     aim: Annotated[float, Variable("1", "target of the factor of the scatter", min=0.0)] = 1.0
-    factor: Annotated[float, Variable("1", "factor on friction, all causes together", min=0.0)] = 1.0
+    factor: Annotated[float, Variable("1", "factor on friction, all causes together", min=0.0)] = (
+        1.0
+    )
     creeping: Annotated[float, Variable("force", "force of the branch that creeps")] = 0.0
 
 
@@ -86,7 +96,9 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step, at the level at the beginning of the step."""
     force, move = friction_trial(state.inner, memory, motion, dt, p.inner)
     creeping = 0.5 * (state.creeping + creeping_after(state.creeping, motion.v, dt, p.own))
-    return p.inner.offset + state.factor * (force - p.inner.offset) + creeping, Move(move, motion.x, motion.v, dt)
+    return p.inner.offset + state.factor * (force - p.inner.offset) + creeping, Move(
+        move, motion.x, motion.v, dt
+    )
 
 
 @kernel(inline=False)
@@ -96,12 +108,23 @@ def commit(state, memory, move, p):
     inner = friction_commit(state.inner, memory, move.inner, p.inner)
     side, reversals, aim = state.side, state.reversals, state.aim
     if abs(move.v) > SLOWEST_REVERSAL and (side == 0.0 or direction(move.v) * side < 0.0):
-        side, aim = direction(move.v), max(1.0 + q.unevenness * normal(q.seed, reversals), SMALLEST_FACTOR)
+        side, aim = (
+            direction(move.v),
+            max(1.0 + q.unevenness * normal(q.seed, reversals), SMALLEST_FACTOR),
+        )
         reversals += 1
     share = way / (q.travel + way)
     scale = state.scale + share * (aim - state.scale)
     factor = q.level * scale * (1.0 + q.wave * sin(TWO_PI * move.x / q.wavelength))
-    return State(inner, side, reversals, scale, aim, factor, creeping_after(state.creeping, move.v, move.dt, q))
+    return State(
+        inner,
+        side,
+        reversals,
+        scale,
+        aim,
+        factor,
+        creeping_after(state.creeping, move.v, move.dt, q),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +161,9 @@ class UnevenModel(FrictionModel):
     def assemble(self, values: Mapping[str, Any]) -> Uneven:
         """Return the parameters of the kernels from the values of the user."""
         inner = {name: values[name] for name in self.inner.variables}
-        return Uneven(self.inner.assemble(inner), Contact(**{name: values[name] for name in Contact._fields}))
+        return Uneven(
+            self.inner.assemble(inner), Contact(**{name: values[name] for name in Contact._fields})
+        )
 
     def values(self, parameters: Uneven) -> dict[str, Any]:
         """Return the values of the user from the parameters of the kernels."""

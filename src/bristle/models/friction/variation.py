@@ -39,21 +39,77 @@ class Place(NamedTuple):
 
     x_0: Annotated[float, MIDDLE] = 0.0
     x_L: Annotated[float, HALF_RANGE] = 1.0
-    p_1: Annotated[float, Variable("1", "relative change of friction along x, linear part", nominal=0.1, excitation="place")] = 0.0
-    p_2: Annotated[float, Variable("1", "relative change of friction along x, quadratic part", nominal=0.1, excitation="place")] = 0.0
-    a_1: Annotated[float, Variable("force", "additive force along x, linear part", excitation="place")] = 0.0
-    a_2: Annotated[float, Variable("force", "additive force along x, quadratic part", excitation="place")] = 0.0
+    p_1: Annotated[
+        float,
+        Variable(
+            "1", "relative change of friction along x, linear part", nominal=0.1, excitation="place"
+        ),
+    ] = 0.0
+    p_2: Annotated[
+        float,
+        Variable(
+            "1",
+            "relative change of friction along x, quadratic part",
+            nominal=0.1,
+            excitation="place",
+        ),
+    ] = 0.0
+    a_1: Annotated[
+        float, Variable("force", "additive force along x, linear part", excitation="place")
+    ] = 0.0
+    a_2: Annotated[
+        float, Variable("force", "additive force along x, quadratic part", excitation="place")
+    ] = 0.0
     pitch: Annotated[float, PITCH] = 1.0
-    c_1: Annotated[float, Variable("force", "additive force once per turn, cosine of the angle", directional=True, excitation="place")] = (
-        0.0
-    )
-    s_1: Annotated[float, Variable("force", "additive force once per turn, sine of the angle", directional=True, excitation="place")] = 0.0
-    c_2: Annotated[float, Variable("force", "additive force twice per turn, cosine of the angle", directional=True, excitation="place")] = (
-        0.0
-    )
-    s_2: Annotated[float, Variable("force", "additive force twice per turn, sine of the angle", directional=True, excitation="place")] = 0.0
-    k_L: Annotated[float, Variable("1", "relative change of friction at twice the nominal load", excitation="load")] = 0.0
-    k_T: Annotated[float, Variable("1/temperature", "relative change of friction per kelvin", nominal=1e-2, excitation="temperature")] = 0.0
+    c_1: Annotated[
+        float,
+        Variable(
+            "force",
+            "additive force once per turn, cosine of the angle",
+            directional=True,
+            excitation="place",
+        ),
+    ] = 0.0
+    s_1: Annotated[
+        float,
+        Variable(
+            "force",
+            "additive force once per turn, sine of the angle",
+            directional=True,
+            excitation="place",
+        ),
+    ] = 0.0
+    c_2: Annotated[
+        float,
+        Variable(
+            "force",
+            "additive force twice per turn, cosine of the angle",
+            directional=True,
+            excitation="place",
+        ),
+    ] = 0.0
+    s_2: Annotated[
+        float,
+        Variable(
+            "force",
+            "additive force twice per turn, sine of the angle",
+            directional=True,
+            excitation="place",
+        ),
+    ] = 0.0
+    k_L: Annotated[
+        float,
+        Variable("1", "relative change of friction at twice the nominal load", excitation="load"),
+    ] = 0.0
+    k_T: Annotated[
+        float,
+        Variable(
+            "1/temperature",
+            "relative change of friction per kelvin",
+            nominal=1e-2,
+            excitation="temperature",
+        ),
+    ] = 0.0
 
 
 VARIATIONS: dict[str, tuple[str, ...]] = {
@@ -63,7 +119,9 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
-ADDS = {"periodic": "an additive force that depends on the angle of the screw, the same in both directions"}
+ADDS = {
+    "periodic": "an additive force that depends on the angle of the screw, the same in both directions"
+}
 """The additive forces of slots, in words."""
 VARIES_WITH = {name: name for name in VARIATIONS if name not in ADDS}
 """The causes of a variation of friction, in words."""
@@ -73,7 +131,9 @@ SURROUNDINGS = {name: OF_MOTION[name] for name in VARIATIONS if name in Motion._
 
 def is_factor(variable: Variable) -> bool:
     """Return whether a coefficient of a slot multiplies friction; the others add a force to it."""
-    return variable.excitation in ("place", *SURROUNDINGS) and "force" not in exponents_of(variable.quantity)
+    return variable.excitation in ("place", *SURROUNDINGS) and "force" not in exponents_of(
+        variable.quantity
+    )
 
 
 class Varied(NamedTuple):
@@ -112,7 +172,9 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] of the model at the middle of the step, with its variation."""
     force, move = friction_trial(state, memory, motion, dt, p.inner)
     x = motion.x - 0.5 * dt * motion.v
-    return factor_at(x, motion.load, motion.temperature, p.place) * force + force_at(x, p.place), move
+    return factor_at(x, motion.load, motion.temperature, p.place) * force + force_at(
+        x, p.place
+    ), move
 
 
 @kernel
@@ -155,7 +217,8 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
         relations=(*relations_of(model), *_relations(slots)),
         # A factor times a coefficient of the model is not linear in both.
         linear=model.linear and slots == ("periodic",),
-        example=dict(model.example) | {name: _EXAMPLE[name] for slot in slots for name in VARIATIONS[slot]},
+        example=dict(model.example)
+        | {name: _EXAMPLE[name] for slot in slots for name in VARIATIONS[slot]},
         slots=slots,
     )
 
@@ -163,7 +226,10 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
 def _in_words(slots: tuple[str, ...]) -> list[str]:
     """Return the effects of slots on a model, in words."""
     causes = [VARIES_WITH[slot] for slot in slots if slot in VARIES_WITH]
-    return [*([f"varying with {' and '.join(causes)}"] if causes else []), *(f"with {ADDS[slot]}" for slot in slots if slot in ADDS)]
+    return [
+        *([f"varying with {' and '.join(causes)}"] if causes else []),
+        *(f"with {ADDS[slot]}" for slot in slots if slot in ADDS),
+    ]
 
 
 _EXAMPLE = {

@@ -15,7 +15,9 @@ array([0.056552, 0.008571, 0.056552])
 from bristle.models.hysteresis.play import play as play
 from bristle.models.hysteresis.stop import stop as stop
 from bristle.models.hysteresis.prandtl_ishlinskii import prandtl_ishlinskii as prandtl_ishlinskii
-from bristle.models.hysteresis.inverse_prandtl_ishlinskii import inverse_prandtl_ishlinskii as inverse_prandtl_ishlinskii
+from bristle.models.hysteresis.inverse_prandtl_ishlinskii import (
+    inverse_prandtl_ishlinskii as inverse_prandtl_ishlinskii,
+)
 from bristle.models.hysteresis.preisach import preisach as preisach
 from bristle.models.hysteresis.inverse_preisach import inverse_preisach as inverse_preisach
 from bristle.models.hysteresis.everett_table import everett_table as everett_table
@@ -42,7 +44,9 @@ if TYPE_CHECKING:
 __getattr__ = loaded_from(__name__)
 
 OPERATORS: dict[str, HysteresisOperator] = {
-    operator.name: operator for operator in tuple(vars().values()) if isinstance(operator, HysteresisOperator)
+    operator.name: operator
+    for operator in tuple(vars().values())
+    if isinstance(operator, HysteresisOperator)
 }
 """Every hysteresis operator, by name."""
 
@@ -82,7 +86,12 @@ def inverse_of(operator: Model) -> Model:
         return _inverse_of_stops(operator)
     if operator.component is preisach:
         return inverse_preisach(kind=operator.kind, **operator.values)
-    raise InputError("has no inverse in bristle", path="operator", value=operator.name, allowed="prandtl_ishlinskii, preisach")
+    raise InputError(
+        "has no inverse in bristle",
+        path="operator",
+        value=operator.name,
+        allowed="prandtl_ishlinskii, preisach",
+    )
 
 
 def __dir__() -> list[str]:

@@ -105,4 +105,8 @@ def with_constant(operator: Model, constant: float) -> Model:
         return operator
     if CONSTANT in operator.values:
         return operator.with_values(**{CONSTANT: operator.values[CONSTANT] + constant})
-    return Model(beside_constant(operator.component), Parameters(operator.parameters, float(constant)), operator.kind)
+    return Model(
+        beside_constant(operator.component),
+        Parameters(operator.parameters, float(constant)),
+        operator.kind,
+    )

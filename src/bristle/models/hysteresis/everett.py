@@ -178,4 +178,8 @@ def virgin_slope(u, q):
     return q.s * loading_slope(k, shape, q.exponent)
 
 
-register("everett", ClosedForm, {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope})
+register(
+    "everett",
+    ClosedForm,
+    {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope},
+)

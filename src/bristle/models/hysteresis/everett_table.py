@@ -35,7 +35,9 @@ class Surface(NamedTuple):
 class Parameters(NamedTuple):
     """Parameters of the Preisach operator with a tabulated Everett function."""
 
-    extent: Annotated[float, Variable("length", "largest input X that the table covers", min=1e-12, nominal=1e-5)]
+    extent: Annotated[
+        float, Variable("length", "largest input X that the table covers", min=1e-12, nominal=1e-5)
+    ]
     E: Annotated[
         np.ndarray,
         Variable(
@@ -44,7 +46,9 @@ class Parameters(NamedTuple):
             "d = 2X (j/n)^2 along each row",
         ),
     ]
-    upper: Annotated[np.ndarray, Variable("force", "integral of the measure above alpha = -beta, for each d")]
+    upper: Annotated[
+        np.ndarray, Variable("force", "integral of the measure above alpha = -beta, for each d")
+    ]
     capacity: Annotated[int, CAPACITY] = 256
     tolerance: Annotated[float, TOLERANCE] = 1e-12
 
@@ -140,7 +144,11 @@ def virgin_slope(u, q):
     return 2.0 * (slope(z, -z, 1.0, q) + slope(z, -z, -1.0, q)) - part
 
 
-register("everett", Surface, {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope})
+register(
+    "everett",
+    Surface,
+    {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope},
+)
 
 
 @kernel
@@ -164,11 +172,18 @@ def commit(state, memory, move, p):
 RELATIONS = (
     Relation(
         "E with an odd number of rows (at least 3), each as long as upper (at least 3)",
-        lambda p: len(p.upper) >= 3 and len(p.E) % len(p.upper) == 0 and len(p.E) // len(p.upper) % 2 == 1 and len(p.E) >= 3 * len(p.upper),
+        lambda p: (
+            len(p.upper) >= 3
+            and len(p.E) % len(p.upper) == 0
+            and len(p.E) // len(p.upper) % 2 == 1
+            and len(p.E) >= 3 * len(p.upper)
+        ),
         "Build the table with bristle.models.hysteresis.tabulated or from_reversal_curves",
     ),
     Relation(
-        "E = 0 at alpha = beta", lambda p: not np.any(p.E[:: len(p.upper)]), "Set the first column of E to zero: its triangles have no area"
+        "E = 0 at alpha = beta",
+        lambda p: not np.any(p.E[:: len(p.upper)]),
+        "Set the first column of E to zero: its triangles have no area",
     ),
 )
 
@@ -183,5 +198,9 @@ MODEL = everett_table = HysteresisOperator(
     measure=measure,
     relations=RELATIONS,
     reference="doi:10.1007/978-1-4612-3028-1",
-    example={"extent": 1e-5, "E": [0.0, 6.0, 10.0, 0.0, 6.0, 10.0, 0.0, 6.0, 10.0], "upper": [0.0, 3.0, 5.0]},
+    example={
+        "extent": 1e-5,
+        "E": [0.0, 6.0, 10.0, 0.0, 6.0, 10.0, 0.0, 6.0, 10.0],
+        "upper": [0.0, 3.0, 5.0],
+    },
 )

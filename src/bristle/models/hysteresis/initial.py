@@ -26,7 +26,10 @@ def saturated(extent: Amount) -> np.ndarray:
     return np.array([float(extent)])
 
 
-@guarded(amplitude=amount(Variable("length", "amplitude", min=0.0), exclusive=True), reversals=whole(1, 10**7))
+@guarded(
+    amplitude=amount(Variable("length", "amplitude", min=0.0), exclusive=True),
+    reversals=whole(1, 10**7),
+)
 def conditioned(amplitude: Amount, reversals: int = 100) -> np.ndarray:
     """Return the history of an operator demagnetised by a sweep whose amplitude falls evenly to 0.
 

@@ -33,7 +33,9 @@ class Parameters(NamedTuple):
 
     thresholds: Annotated[np.ndarray, Variable("force", "half gap of each play", min=0.0)]
     weights: Annotated[np.ndarray, Variable("length/force", "compliance of each play")]
-    compliance: Annotated[float, Variable("length/force", "compliance right after a reversal")] = 0.0
+    compliance: Annotated[float, Variable("length/force", "compliance right after a reversal")] = (
+        0.0
+    )
 
 
 @kernel
@@ -99,7 +101,21 @@ def inverse_of(operator: Model) -> Model:
     thresholds, index = np.unique(p.thresholds, return_inverse=True)
     slopes = p.spring + np.append(np.cumsum(np.bincount(index, p.weights)[::-1])[::-1], 0.0)
     if not np.all(slopes > 0.0):
-        flattest, mend = float(slopes.min()), "Add a parallel spring with a slope > 0, even a small slope"
-        raise InputError("must have an output that rises everywhere", path=operator.name, value=flattest, allowed="slope > 0", mend=mend)
+        flattest, mend = (
+            float(slopes.min()),
+            "Add a parallel spring with a slope > 0, even a small slope",
+        )
+        raise InputError(
+            "must have an output that rises everywhere",
+            path=operator.name,
+            value=flattest,
+            allowed="slope > 0",
+            mend=mend,
+        )
     heights = np.cumsum(slopes[:-1] * np.diff(thresholds, prepend=0.0))
-    return MODEL(kind=operator.kind, thresholds=heights, weights=np.diff(1.0 / slopes), compliance=float(1.0 / slopes[0]))
+    return MODEL(
+        kind=operator.kind,
+        thresholds=heights,
+        weights=np.diff(1.0 / slopes),
+        compliance=float(1.0 / slopes[0]),
+    )

@@ -20,7 +20,12 @@ from bristle.core.contracts import HysteresisOperator
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update, direction
 from bristle.models.hysteresis.everett import REFORMED_DAHL_EXACT, loading_inverse
-from bristle.models.hysteresis.preisach import Parameters as Forward, commit as forward_commit, measure, memory_size
+from bristle.models.hysteresis.preisach import (
+    Parameters as Forward,
+    commit as forward_commit,
+    measure,
+    memory_size,
+)
 from bristle.models.hysteresis.turning_points import Stack, StackMove, branch_output, branch_with
 
 ITERATIONS = 100
@@ -57,7 +62,9 @@ def root_on(branch, f, p):
     """Return the input on a branch with the output `f`, between the ends of the branch."""
     q = measure(p)
     low, high = min(branch.z, branch.end), max(branch.z, branch.end)
-    bracket = Bracket(low, branch_output(branch, low, q) - f, high, branch_output(branch, high, q) - f, 0.0)
+    bracket = Bracket(
+        low, branch_output(branch, low, q) - f, high, branch_output(branch, high, q) - f, 0.0
+    )
     z = high
     for _ in range(ITERATIONS):
         z = bracket_guess(bracket)

@@ -25,9 +25,13 @@ from bristle.models.hysteresis.play import played
 class Parameters(NamedTuple):
     """Parameters of the Prandtl–Ishlinskii operator."""
 
-    thresholds: Annotated[np.ndarray, Variable("length", "deflection at which each stop slips", min=0.0)]
+    thresholds: Annotated[
+        np.ndarray, Variable("length", "deflection at which each stop slips", min=0.0)
+    ]
     weights: Annotated[np.ndarray, Variable("force/length", "stiffness of each stop", nominal=1e6)]
-    spring: Annotated[float, Variable("force/length", "stiffness of the spring, which never slips")] = 0.0
+    spring: Annotated[
+        float, Variable("force/length", "stiffness of the spring, which never slips")
+    ] = 0.0
 
 
 class State(NamedTuple):

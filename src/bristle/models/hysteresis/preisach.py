@@ -17,19 +17,38 @@ from bristle.core.contracts import HysteresisOperator
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.models.hysteresis.everett import KERNELS, ClosedForm
-from bristle.models.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
+from bristle.models.hysteresis.turning_points import (
+    SMALLEST_CAPACITY,
+    Stack,
+    stack_commit,
+    stack_size,
+    stack_trial,
+)
 
-CAPACITY = Variable("1", "largest number of stored turning points; beyond it the innermost pair is lost", min=SMALLEST_CAPACITY)
-TOLERANCE = Variable("1", "smallest stored reversal, over f_p/s, or over the range of the input in a table", min=0.0, max=1.0)
+CAPACITY = Variable(
+    "1",
+    "largest number of stored turning points; beyond it the innermost pair is lost",
+    min=SMALLEST_CAPACITY,
+)
+TOLERANCE = Variable(
+    "1",
+    "smallest stored reversal, over f_p/s, or over the range of the input in a table",
+    min=0.0,
+    max=1.0,
+)
 
 
 class Parameters(NamedTuple):
     """Parameters of the Preisach operator."""
 
-    s: Annotated[float, Variable("force/length", "stiffness after a reversal", min=1e-12, nominal=1e6)]
+    s: Annotated[
+        float, Variable("force/length", "stiffness after a reversal", min=1e-12, nominal=1e6)
+    ]
     f_p: Annotated[float, Variable("force", "force at saturation", min=1e-12)]
     kernel: Annotated[int, Variable("1", "Everett function", choices=KERNELS)] = 0
-    exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0
+    exponent: Annotated[
+        float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)
+    ] = 2.0
     capacity: Annotated[int, CAPACITY] = 256
     tolerance: Annotated[float, TOLERANCE] = 1e-12
 

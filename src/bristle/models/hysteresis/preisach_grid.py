@@ -47,7 +47,10 @@ class Parameters(NamedTuple):
     high: Annotated[float, Variable("length", "largest input of the grid")]
     E: Annotated[
         np.ndarray,
-        Variable("force", "Everett function at the levels, row after row: in row i, alpha is level i + 1 and beta is level 0 to i"),
+        Variable(
+            "force",
+            "Everett function at the levels, row after row: in row i, alpha is level i + 1 and beta is level 0 to i",
+        ),
     ]
     offset: Annotated[float, OUTPUT_OFFSET] = 0.0
     capacity: Annotated[int, CAPACITY] = 256
@@ -105,7 +108,11 @@ def slope(alpha, beta, side, q):
     return (lower + a * (upper - lower)) / size
 
 
-register("everett", Grid, {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope})
+register(
+    "everett",
+    Grid,
+    {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope},
+)
 
 
 @kernel
@@ -130,7 +137,9 @@ RELATIONS = (
     Relation("low < high", lambda p: p.low < p.high, "Exchange low and high", structural=True),
     Relation(
         "n (n + 1)/2 values of E for n cells along a side",
-        lambda p: len(p.E) >= 1 and cell_count(len(p.E)) * (cell_count(len(p.E)) + 1) == 2 * len(p.E),
+        lambda p: (
+            len(p.E) >= 1 and cell_count(len(p.E)) * (cell_count(len(p.E)) + 1) == 2 * len(p.E)
+        ),
         "Give each row of E one more value than the row before",
         structural=True,
     ),

@@ -30,7 +30,11 @@ class Parameters(NamedTuple):
 
     levels: Annotated[np.ndarray, Variable("length", "inputs at the borders of the cells, rising")]
     weights: Annotated[
-        np.ndarray, Variable("force", "measure of each cell, row after row: in row i, alpha is in cell i and beta in cell 0 to i")
+        np.ndarray,
+        Variable(
+            "force",
+            "measure of each cell, row after row: in row i, alpha is in cell i and beta in cell 0 to i",
+        ),
     ]
 
 
@@ -105,7 +109,9 @@ MODEL = relay_grid = RelayGrid(
     commit=commit,
     memory_size=lambda p: len(p.weights),
     relations=(
-        Relation("levels that rise", lambda p: bool(np.all(np.diff(p.levels) > 0.0)), "Sort the levels"),
+        Relation(
+            "levels that rise", lambda p: bool(np.all(np.diff(p.levels) > 0.0)), "Sort the levels"
+        ),
         Relation(
             "n (n + 1)/2 weights for n cells",
             lambda p: 2 * len(p.weights) == (len(p.levels) - 1) * len(p.levels),
@@ -117,7 +123,11 @@ MODEL = relay_grid = RelayGrid(
 )
 
 
-@guarded(operator=model("hysteresis"), extent=amount(Variable("length", "largest input", min=0.0), exclusive=True), count=whole(1, 1000))
+@guarded(
+    operator=model("hysteresis"),
+    extent=amount(Variable("length", "largest input", min=0.0), exclusive=True),
+    count=whole(1, 1000),
+)
 def relays_of(operator: Model, extent: Amount, count: int) -> Model:
     """Return the grid of relays with the measure of an operator.
 
@@ -144,5 +154,11 @@ def relays_of(operator: Model, extent: Amount, count: int) -> Model:
         raise InputError("has no Everett function", path="operator", value=operator.name)
     q = operator.component.measure(operator.parameters)
     levels = np.linspace(-extent, extent, count + 1)
-    E = np.array([[everett(a, b, q) if a > b else 0.0 for b in levels.tolist()] for a in levels.tolist()])
-    return MODEL(kind=operator.kind, levels=levels, weights=(E[1:, :-1] - E[:-1, :-1] - E[1:, 1:] + E[:-1, 1:])[np.tril_indices(count)])
+    E = np.array(
+        [[everett(a, b, q) if a > b else 0.0 for b in levels.tolist()] for a in levels.tolist()]
+    )
+    return MODEL(
+        kind=operator.kind,
+        levels=levels,
+        weights=(E[1:, :-1] - E[:-1, :-1] - E[1:, 1:] + E[:-1, 1:])[np.tril_indices(count)],
+    )

@@ -51,14 +51,29 @@ class Parameters(NamedTuple):
     """Parameters of the Preisach operator tabulated along reversal curves."""
 
     reversals: Annotated[
-        np.ndarray, Variable("length", "input at which each curve turned, rising; the last is the largest input, with a row of zeros in E")
+        np.ndarray,
+        Variable(
+            "length",
+            "input at which each curve turned, rising; the last is the largest input, with a row of zeros in E",
+        ),
     ]
-    ends: Annotated[np.ndarray, Variable("length", "input up to which each row of the table reaches")]
+    ends: Annotated[
+        np.ndarray, Variable("length", "input up to which each row of the table reaches")
+    ]
     E: Annotated[
-        np.ndarray, Variable("force", "Everett function, a row for each curve, at evenly spaced inputs from its reversal to its end")
+        np.ndarray,
+        Variable(
+            "force",
+            "Everett function, a row for each curve, at evenly spaced inputs from its reversal to its end",
+        ),
     ]
-    E_top: Annotated[np.ndarray, Variable("force", "Everett function between each reversal and the largest input")]
-    side: Annotated[float, Variable("1", "1 for rising curves, -1 for mirrored curves", min=-1.0, max=1.0)] = 1.0
+    E_top: Annotated[
+        np.ndarray,
+        Variable("force", "Everett function between each reversal and the largest input"),
+    ]
+    side: Annotated[
+        float, Variable("1", "1 for rising curves, -1 for mirrored curves", min=-1.0, max=1.0)
+    ] = 1.0
     offset: Annotated[float, OUTPUT_OFFSET] = 0.0
     capacity: Annotated[int, CAPACITY] = 256
     tolerance: Annotated[float, TOLERANCE] = 1e-12
@@ -137,7 +152,10 @@ def by_alpha(alpha, beta, q):
     length = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
     r = (alpha - beta) / length
     if r <= 1.0:
-        return (steepness(row.i, r, q) + row.share * (steepness(row.i + 1, r, q) - steepness(row.i, r, q))) / length
+        return (
+            steepness(row.i, r, q)
+            + row.share * (steepness(row.i + 1, r, q) - steepness(row.i, r, q))
+        ) / length
     stored = rising(row.end, beta, q)
     top_value = q.E_top[row.i] + row.share * (q.E_top[row.i + 1] - q.E_top[row.i])
     return (top_value - stored) / (top - row.end) if row.end < top else 0.0
@@ -152,7 +170,9 @@ def by_beta(alpha, beta, q):
     r = min((alpha - beta) / length, 1.0)
     across = (along(row.i + 1, r, q) - along(row.i, r, q)) / row.spacing
     if alpha <= row.end or row.end >= top:
-        steep = steepness(row.i, r, q) + row.share * (steepness(row.i + 1, r, q) - steepness(row.i, r, q))
+        steep = steepness(row.i, r, q) + row.share * (
+            steepness(row.i + 1, r, q) - steepness(row.i, r, q)
+        )
         return -across + steep * (1.0 + r * (row.lean - 1.0)) / length
     stored = along(row.i, r, q) + row.share * (along(row.i + 1, r, q) - along(row.i, r, q))
     top_value = q.E_top[row.i] + row.share * (q.E_top[row.i + 1] - q.E_top[row.i])
@@ -180,7 +200,11 @@ def slope(alpha, beta, side, q):
     return by_beta(a, b, q) if b == low else 0.0
 
 
-register("everett", Curves, {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope})
+register(
+    "everett",
+    Curves,
+    {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope},
+)
 
 
 @kernel
@@ -215,7 +239,9 @@ RELATIONS = (
         "Build the table with bristle.models.hysteresis.table_of_curves",
         structural=True,
     ),
-    Relation("reversals that rise", lambda p: bool(np.all(np.diff(p.reversals) > 0.0)), "Sort the curves"),
+    Relation(
+        "reversals that rise", lambda p: bool(np.all(np.diff(p.reversals) > 0.0)), "Sort the curves"
+    ),
     Relation(
         "E = 0 at alpha = beta",
         lambda p: not np.any(p.E[:: max(len(p.E) // len(p.reversals), 1)]),

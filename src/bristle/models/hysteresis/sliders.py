@@ -62,4 +62,8 @@ def onward_slope(u, q):
     return k
 
 
-register("everett", Sliders, {"value": value, "slope": slope, "virgin": onward_output, "virgin_slope": onward_slope})
+register(
+    "everett",
+    Sliders,
+    {"value": value, "slope": slope, "virgin": onward_output, "virgin_slope": onward_slope},
+)

@@ -63,7 +63,10 @@ class TransitionBranches:
 
     def operator(self) -> Model:
         """Return the operator that these branches describe, an `everett_table`."""
-        return from_reversal_curves([(self.inputs[i::-1], self.f[i, i::-1]) for i in range(1, self.inputs.size)], kind=self.kind)
+        return from_reversal_curves(
+            [(self.inputs[i::-1], self.f[i, i::-1]) for i in range(1, self.inputs.size)],
+            kind=self.kind,
+        )
 
     @property
     def E(self) -> np.ndarray:
@@ -88,7 +91,9 @@ class TransitionBranches:
     count=whole(2, 10_000),
     kind=KIND,
 )
-def transition_branches(s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100, kind: Kind = "translational") -> TransitionBranches:
+def transition_branches(
+    s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100, kind: Kind = "translational"
+) -> TransitionBranches:
     """Return the transition branches of the reformed Dahl model in its loop of amplitude `x_r`.
 
     Parameters
@@ -127,10 +132,17 @@ def transition_branches(s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100
         ascending = _branch(-f_r, inputs + x_r, s, f_p + f_r)
         descending = _branch(ascending[:, None], -drop, s, f_p + ascending[:, None])
     if not np.all(np.isfinite(descending)):
-        raise InputError("is too large for these values of s and f_p", path="x_r", value=x_r, mend="Check the units of x_r, s and f_p")
+        raise InputError(
+            "is too large for these values of s and f_p",
+            path="x_r",
+            value=x_r,
+            mend="Check the units of x_r, s and f_p",
+        )
     return TransitionBranches(inputs, descending, f_r, kind)
 
 
-def _branch(start: np.ndarray | float, travel: np.ndarray, s: float, reach: np.ndarray | float) -> np.ndarray:
+def _branch(
+    start: np.ndarray | float, travel: np.ndarray, s: float, reach: np.ndarray | float
+) -> np.ndarray:
     """Return the force on a branch after a travel of either sign; `reach` is the force left to saturation."""
     return start + reach * s * travel / (reach + s * np.abs(travel))

@@ -41,7 +41,9 @@ class Stack(NamedTuple):
 
     z: Annotated[float, Variable("length", "input")] = 0.0
     f: Annotated[float, Variable("force", "output")] = 0.0
-    side: Annotated[float, Variable("1", "direction of the last move; 0 before the first", min=-1.0, max=1.0)] = 0.0
+    side: Annotated[
+        float, Variable("1", "direction of the last move; 0 before the first", min=-1.0, max=1.0)
+    ] = 0.0
     depth: Annotated[int, Variable("1", "number of stored turning points", min=0)] = 0
     lost: Annotated[int, Variable("1", "number of pairs forgotten for lack of room", min=0)] = 0
 
@@ -88,7 +90,14 @@ def branch_with(stack, memory, side, place, value):
         depth -= 2 * pairs_passed(memory, place + depth - 2, int(0.5 * depth), side, value)
         begin = memory[depth]
     if depth >= 2:
-        return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, memory[depth - 2])
+        return Branch(
+            memory[depth - 1],
+            memory[memory.size // 2 + depth - 1],
+            side,
+            depth,
+            begin,
+            memory[depth - 2],
+        )
     if depth == 1:
         if side * (value + memory[place]) < 0.0:
             return Branch(memory[0], memory[memory.size // 2], side, 1, begin, -memory[0])
@@ -132,7 +141,9 @@ def branch_point(branch, u, q):
     if branch.depth == 0:
         return virgin_curve(u, q), virgin_slope(u, q)
     alpha, beta = (u, branch.z) if branch.side > 0.0 else (branch.z, u)
-    return branch.f + 2.0 * branch.side * everett(alpha, beta, q), 2.0 * everett_slope(alpha, beta, branch.side, q)
+    return branch.f + 2.0 * branch.side * everett(alpha, beta, q), 2.0 * everett_slope(
+        alpha, beta, branch.side, q
+    )
 
 
 @kernel
@@ -154,7 +165,10 @@ def stack_commit(stack, memory, move):
     capacity = memory.size // 2
     depth, lost = move.depth, stack.lost
     if depth >= capacity:
-        memory[depth - 3], memory[capacity + depth - 3] = memory[depth - 1], memory[capacity + depth - 1]
+        memory[depth - 3], memory[capacity + depth - 3] = (
+            memory[depth - 1],
+            memory[capacity + depth - 1],
+        )
         depth -= 2
         lost += 1
     memory[depth], memory[capacity + depth] = move.z, move.f

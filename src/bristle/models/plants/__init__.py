@@ -14,7 +14,9 @@ from bristle.core.contracts import Plant
 from bristle.core.errors import InputError, did_you_mean
 from bristle.models.plants.terms import SPRINGS, TERMS, terms_in, with_terms
 
-PLANTS: dict[str, Plant] = {plant.name: plant for plant in tuple(vars().values()) if isinstance(plant, Plant)}  # every plant, by name
+PLANTS: dict[str, Plant] = {
+    plant.name: plant for plant in tuple(vars().values()) if isinstance(plant, Plant)
+}  # every plant, by name
 
 __all__ = ["PLANTS", "find", "with_terms"]
 
@@ -35,16 +37,36 @@ def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plan
     """
     base, *terms = name.split("+") if isinstance(name, str) else [name]
     if not isinstance(base, str) or base not in PLANTS:
-        raise InputError("there is no such model", path=path, value=name, allowed=", ".join(PLANTS), mend=did_you_mean(base, PLANTS))
+        raise InputError(
+            "there is no such model",
+            path=path,
+            value=name,
+            allowed=", ".join(PLANTS),
+            mend=did_you_mean(base, PLANTS),
+        )
     for term in terms:
         if term not in TERMS:
             allowed = ", ".join(f"+{choice}" for choice in TERMS)
-            raise InputError("there is no such term", path=path, value=f"+{term}", allowed=allowed, mend=did_you_mean(term, TERMS))
+            raise InputError(
+                "there is no such term",
+                path=path,
+                value=f"+{term}",
+                allowed=allowed,
+                mend=did_you_mean(term, TERMS),
+            )
     if not terms:
         return PLANTS[base]
     chosen = terms_in(keys)
-    for term, example in (("cogging", "motor_6_cos"), ("spring", "spring_1"), ("known", "known_NAME")):
-        has_any = any(chosen["cogging"].values()) if term == "cogging" else chosen["columns" if term == "known" else term]
+    for term, example in (
+        ("cogging", "motor_6_cos"),
+        ("spring", "spring_1"),
+        ("known", "known_NAME"),
+    ):
+        has_any = (
+            any(chosen["cogging"].values())
+            if term == "cogging"
+            else chosen["columns" if term == "known" else term]
+        )
         if term in terms and not has_any:
             raise InputError(
                 f"has +{term}, but no coefficient",

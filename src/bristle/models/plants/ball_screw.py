@@ -25,17 +25,41 @@ from typing import Annotated, NamedTuple
 from bristle.core.contracts import Plant, Screw
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
-from bristle.models.plants.inertia import Parameters as Inertia, State, port as port_of, rest as rest_of, step as step_of
+from bristle.models.plants.inertia import (
+    Parameters as Inertia,
+    State,
+    port as port_of,
+    rest as rest_of,
+    step as step_of,
+)
 
 
 class Parameters(NamedTuple):
     """Parameters of the ball screw."""
 
-    J: Annotated[float, Variable("mass", "inertia of motor, coupling and screw", min=1e-15, excitation="acceleration")]
+    J: Annotated[
+        float,
+        Variable(
+            "mass", "inertia of motor, coupling and screw", min=1e-15, excitation="acceleration"
+        ),
+    ]
     M: Annotated[float, Variable("mass of travel", "mass of the table", min=1e-9, nominal=10.0)]
-    lead: Annotated[float, Variable("travel", "travel per turn; of a linear motor 2*pi", min=1e-6, nominal=5e-3)]
-    k: Annotated[float, Variable("force of travel/travel", "stiffness of screw, nut and bearings along the travel", min=1.0, nominal=1e8)]
-    d: Annotated[float, Variable("force of travel*time/travel", "damping in parallel with this stiffness", min=0.0)] = 0.0
+    lead: Annotated[
+        float, Variable("travel", "travel per turn; of a linear motor 2*pi", min=1e-6, nominal=5e-3)
+    ]
+    k: Annotated[
+        float,
+        Variable(
+            "force of travel/travel",
+            "stiffness of screw, nut and bearings along the travel",
+            min=1.0,
+            nominal=1e8,
+        ),
+    ]
+    d: Annotated[
+        float,
+        Variable("force of travel*time/travel", "damping in parallel with this stiffness", min=0.0),
+    ] = 0.0
     backlash: Annotated[float, Variable("travel", "travel lost at a reversal", min=0.0)] = 0.0
 
 

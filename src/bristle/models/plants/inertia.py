@@ -16,7 +16,9 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the inertia."""
 
-    M: Annotated[float, Variable("mass", "moving mass or inertia", min=1e-15, excitation="acceleration")]
+    M: Annotated[
+        float, Variable("mass", "moving mass or inertia", min=1e-15, excitation="acceleration")
+    ]
 
 
 class State(NamedTuple):

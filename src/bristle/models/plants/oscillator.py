@@ -20,9 +20,16 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the oscillator."""
 
-    M: Annotated[float, Variable("mass", "moving mass or inertia", min=1e-15, excitation="acceleration")]
-    c: Annotated[float, Variable("force*time/length", "damping to the ground", min=0.0, excitation="speed")]
-    k: Annotated[float, Variable("force/length", "stiffness to the ground", min=0.0, excitation="displacement")]
+    M: Annotated[
+        float, Variable("mass", "moving mass or inertia", min=1e-15, excitation="acceleration")
+    ]
+    c: Annotated[
+        float, Variable("force*time/length", "damping to the ground", min=0.0, excitation="speed")
+    ]
+    k: Annotated[
+        float,
+        Variable("force/length", "stiffness to the ground", min=0.0, excitation="displacement"),
+    ]
 
 
 class State(NamedTuple):

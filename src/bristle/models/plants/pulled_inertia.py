@@ -24,7 +24,9 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the pulled mass."""
 
-    M: Annotated[float, Variable("mass", "moving mass or inertia", min=1e-15, excitation="acceleration")]
+    M: Annotated[
+        float, Variable("mass", "moving mass or inertia", min=1e-15, excitation="acceleration")
+    ]
     k: Annotated[float, Variable("force/length", "stiffness of the spring", min=0.0)]
     v_e: Annotated[float, Variable("length/time", "velocity of the far end of the spring")]
 

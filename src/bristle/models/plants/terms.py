@@ -35,10 +35,18 @@ from bristle.core.variable import Kind, Variable
 
 TWO_PI = 2.0 * math.pi
 GRAVITY, COGGING, SPRING, COLUMNS = "gravity", "cogging", "spring", "known"
-TERMS = (GRAVITY, COGGING, SPRING, COLUMNS)  # Suffixes of the name of a plant, as in `inertia+gravity`
+TERMS = (
+    GRAVITY,
+    COGGING,
+    SPRING,
+    COLUMNS,
+)  # Suffixes of the name of a plant, as in `inertia+gravity`
 TURNS = {"motor": "motor_turn", "screw": "screw_turn"}
 """Causes of cogging, and the parameter with the movement for a turn of each."""
-TURN = {turner: Variable("length", f"movement for one turn of the {turner}", min=1e-12) for turner in TURNS}
+TURN = {
+    turner: Variable("length", f"movement for one turn of the {turner}", min=1e-12)
+    for turner in TURNS
+}
 _GRAVITY = {
     name: Variable("force", f"effort of gravity, {part} of the angle", excitation="place")
     for name, part in (("g_sin", "sine"), ("g_cos", "cosine"))
@@ -47,9 +55,15 @@ SPRINGS = {"linear": 1, "cubic": 3}
 """Degree of the polynomial of each spring."""
 DEGREES = {degree: name for name, degree in SPRINGS.items()}
 _SPRING = {
-    "spring_1": Variable("force/length", "stiffness of a spring over the position", excitation="place"),
-    "spring_2": Variable("force/length^2", "force of a cable over the position, square part", excitation="place"),
-    "spring_3": Variable("force/length^3", "force of a cable over the position, cubic part", excitation="place"),
+    "spring_1": Variable(
+        "force/length", "stiffness of a spring over the position", excitation="place"
+    ),
+    "spring_2": Variable(
+        "force/length^2", "force of a cable over the position, square part", excitation="place"
+    ),
+    "spring_3": Variable(
+        "force/length^3", "force of a cable over the position, cubic part", excitation="place"
+    ),
 }
 _WAVE = re.compile(r"(motor|screw)_([1-9][0-9]*)_(cos|sin)")
 
@@ -160,7 +174,9 @@ class TermedPlant(Enclosing, Plant):
     @property
     def turners(self) -> tuple[str, ...]:
         """Causes of cogging."""
-        return tuple(turner for turner in TURNS if any(turner == counted for counted, _ in self.orders))
+        return tuple(
+            turner for turner in TURNS if any(turner == counted for counted, _ in self.orders)
+        )
 
     @property
     def beside(self) -> Mapping[str, Variable]:
@@ -170,18 +186,25 @@ class TermedPlant(Enclosing, Plant):
     @property
     def defaults(self) -> dict[str, Any]:
         """Default values of the parameters; a turn has none."""
-        return self.inner.defaults | dict.fromkeys(_variables(self.gravity, (), self.orders, self.columns, self.degree), 0.0)
+        return self.inner.defaults | dict.fromkeys(
+            _variables(self.gravity, (), self.orders, self.columns, self.degree), 0.0
+        )
 
     def assemble(self, values: Mapping[str, Any]) -> Termed:
         """Return the parameters of the kernels from the values of the user."""
         turns = {turner: float(values.get(name, 1.0)) for turner, name in TURNS.items()}
-        cosines, sines = (np.array([values[_wave(*wave, part)] for wave in self.orders], dtype=float) for part in ("cos", "sin"))
+        cosines, sines = (
+            np.array([values[_wave(*wave, part)] for wave in self.orders], dtype=float)
+            for part in ("cos", "sin")
+        )
         terms = Terms(
             float(values.get("g_sin", 0.0)),
             float(values.get("g_cos", 0.0)),
             turns["motor"],
             turns["screw"],
-            np.array([TWO_PI * order / turns[turner] for turner, order in self.orders], dtype=float),
+            np.array(
+                [TWO_PI * order / turns[turner] for turner, order in self.orders], dtype=float
+            ),
             cosines,
             sines,
             np.array([values[f"known_{name}"] for name in self.columns], dtype=float),
@@ -195,10 +218,15 @@ class TermedPlant(Enclosing, Plant):
         values = self.inner.values(parameters.inner)
         values |= {"g_sin": terms.g_sin, "g_cos": terms.g_cos} if self.gravity else {}
         values |= {TURNS[turner]: getattr(terms, TURNS[turner]) for turner in self.turners}
-        for wave, cosine, sine in zip(self.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True):
+        for wave, cosine, sine in zip(
+            self.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True
+        ):
             values |= {_wave(*wave, "cos"): cosine, _wave(*wave, "sin"): sine}
         values |= {name: getattr(terms, name) for name in tuple(_SPRING)[: self.degree]}
-        return values | {f"known_{name}": k for name, k in zip(self.columns, terms.per_column.tolist(), strict=True)}
+        return values | {
+            f"known_{name}": k
+            for name, k in zip(self.columns, terms.per_column.tolist(), strict=True)
+        }
 
 
 def _orders(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
@@ -215,7 +243,12 @@ def _named(value: Any, path: str, kind: Kind | None) -> str:
     return name
 
 
-@guarded(plant=component("plant"), cogging=optional(_orders), columns=many(_named), spring=optional(among(*SPRINGS)))
+@guarded(
+    plant=component("plant"),
+    cogging=optional(_orders),
+    columns=many(_named),
+    spring=optional(among(*SPRINGS)),
+)
 def with_terms(
     plant: Plant,
     *,
@@ -240,9 +273,15 @@ def with_terms(
         Polynomial of a spring or cable over the position.
     """
     orders = cogging or {}
-    pairs = tuple((turner, int(order)) for turner in TURNS for order in sorted(set(orders.get(turner, ()))))
+    pairs = tuple(
+        (turner, int(order)) for turner in TURNS for order in sorted(set(orders.get(turner, ())))
+    )
     named, degree = tuple(columns), SPRINGS[spring] if spring else 0
-    return _termed(plant, gravity, pairs, named, degree) if gravity or pairs or named or degree else plant
+    return (
+        _termed(plant, gravity, pairs, named, degree)
+        if gravity or pairs or named or degree
+        else plant
+    )
 
 
 def terms_in(names: Iterable[str]) -> dict[str, Any]:
@@ -251,9 +290,19 @@ def terms_in(names: Iterable[str]) -> dict[str, Any]:
     waves = [match for name in parameters if (match := _WAVE.fullmatch(name))]
     return {
         "gravity": "g_sin" in parameters or "g_cos" in parameters,
-        "cogging": {turner: {int(match[2]) for match in waves if match[1] == turner} for turner in TURNS},
-        "columns": list(dict.fromkeys(match[1] for name in parameters if (match := re.fullmatch(r"known_(\w+)", name)))),
-        "spring": "cubic" if {"spring_2", "spring_3"} & set(parameters) else "linear" if "spring_1" in parameters else None,
+        "cogging": {
+            turner: {int(match[2]) for match in waves if match[1] == turner} for turner in TURNS
+        },
+        "columns": list(
+            dict.fromkeys(
+                match[1] for name in parameters if (match := re.fullmatch(r"known_(\w+)", name))
+            )
+        ),
+        "spring": "cubic"
+        if {"spring_2", "spring_3"} & set(parameters)
+        else "linear"
+        if "spring_1" in parameters
+        else None,
     }
 
 
@@ -261,7 +310,12 @@ def effort_of_place(x: np.ndarray, terms: Terms) -> np.ndarray:
     """Return the effort [N or N*m] of the position-dependent terms at some positions [m or rad], of the same shape."""
     spring = x * (terms.spring_1 + x * (terms.spring_2 + x * terms.spring_3))
     phase = np.multiply.outer(np.asarray(x, dtype=float), terms.waves)
-    return terms.g_sin * np.sin(x) + terms.g_cos * np.cos(x) + (np.cos(phase) @ terms.cosines + np.sin(phase) @ terms.sines) + spring
+    return (
+        terms.g_sin * np.sin(x)
+        + terms.g_cos * np.cos(x)
+        + (np.cos(phase) @ terms.cosines + np.sin(phase) @ terms.sines)
+        + spring
+    )
 
 
 def terms_of(plant: Model) -> Terms | None:
@@ -297,7 +351,11 @@ def _wave(turner: str, order: int, part: str) -> str:
 
 
 def _variables(
-    gravity: bool, turners: Iterable[str], orders: Iterable[tuple[str, int]], columns: Iterable[str], degree: int
+    gravity: bool,
+    turners: Iterable[str],
+    orders: Iterable[tuple[str, int]],
+    columns: Iterable[str],
+    degree: int,
 ) -> dict[str, Variable]:
     variables = dict(_GRAVITY) if gravity else {}
     variables |= {TURNS[turner]: TURN[turner] for turner in turners}
@@ -308,12 +366,20 @@ def _variables(
             variables[_wave(turner, order, part)] = Variable("force", text, excitation="place")
     variables |= {name: _SPRING[name] for name in tuple(_SPRING)[:degree]}
     for name in columns:
-        variables[f"known_{name}"] = Variable("force", f"effort for a 1 in the known column {name}", excitation="place")
+        variables[f"known_{name}"] = Variable(
+            "force", f"effort for a 1 in the known column {name}", excitation="place"
+        )
     return variables
 
 
 @once
-def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], columns: tuple[str, ...], degree: int) -> TermedPlant:
+def _termed(
+    plant: Plant,
+    gravity: bool,
+    orders: tuple[tuple[str, int], ...],
+    columns: tuple[str, ...],
+    degree: int,
+) -> TermedPlant:
     own = plant.inverse
 
     def inverse(x: np.ndarray, v: np.ndarray, a: np.ndarray, p: Termed) -> np.ndarray:
@@ -321,7 +387,12 @@ def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], co
         assert own is not None
         return own(x, v, a, p.inner) + effort_of_place(x, p.terms)
 
-    named = [GRAVITY] * gravity + [COGGING] * bool(orders) + [SPRING] * bool(degree) + [COLUMNS] * bool(columns)
+    named = (
+        [GRAVITY] * gravity
+        + [COGGING] * bool(orders)
+        + [SPRING] * bool(degree)
+        + [COLUMNS] * bool(columns)
+    )
     return TermedPlant(
         name="+".join((plant.name, *named)),
         description=f"{plant.description}, with {' and '.join(_WORDS[name] for name in named)}",
@@ -342,4 +413,9 @@ def _termed(plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], co
     )
 
 
-_WORDS = {GRAVITY: "gravity of a link", COGGING: "cogging", SPRING: "a spring", COLUMNS: "known columns of a log"}
+_WORDS = {
+    GRAVITY: "gravity of a link",
+    COGGING: "cogging",
+    SPRING: "a spring",
+    COLUMNS: "known columns of a log",
+}

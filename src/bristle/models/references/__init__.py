@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
 __getattr__ = loaded_from(__name__)
 
-REFERENCES: dict[str, Trajectory] = {reference.name: reference for reference in tuple(vars().values()) if isinstance(reference, Trajectory)}
+REFERENCES: dict[str, Trajectory] = {
+    reference.name: reference
+    for reference in tuple(vars().values())
+    if isinstance(reference, Trajectory)
+}
 
 __all__ = ["REFERENCES"]
 

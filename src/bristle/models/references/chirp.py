@@ -23,7 +23,14 @@ class Parameters(NamedTuple):
     f_0: Annotated[float, Variable("frequency", "frequency at the beginning", min=1e-9)]
     f_1: Annotated[float, Variable("frequency", "frequency at the end", min=1e-9)]
     duration: Annotated[float, Variable("time", "duration of the sweep", min=1e-9)]
-    ramp: Annotated[float, Variable("time", "time in which the amplitude rises at the beginning and falls at the end", min=0.0)] = 0.0
+    ramp: Annotated[
+        float,
+        Variable(
+            "time",
+            "time in which the amplitude rises at the beginning and falls at the end",
+            min=0.0,
+        ),
+    ] = 0.0
 
 
 class State(NamedTuple):
@@ -39,7 +46,10 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     phase = (omega - 2.0 * np.pi * p.f_0) / rate if rate != 0.0 else omega * tau
     s, s_dot = np.sin(phase), omega * np.cos(phase)
     s_ddot = rate * s_dot - omega**2 * s
-    (up, up_dot, up_ddot), (down, down_dot, down_ddot) = fade(tau, p.ramp), fade(p.duration - tau, p.ramp)
+    (up, up_dot, up_ddot), (down, down_dot, down_ddot) = (
+        fade(tau, p.ramp),
+        fade(p.duration - tau, p.ramp),
+    )
     w, w_dot = up * down, up_dot * down - up * down_dot
     w_ddot = up_ddot * down - 2.0 * up_dot * down_dot + up * down_ddot
     position = p.amplitude * w * s
@@ -60,6 +70,8 @@ MODEL = chirp = Passing(
     State=State,
     sample=sample,
     duration=duration,
-    relations=(Relation("2 ramp <= duration", lambda p: 2.0 * p.ramp <= p.duration, "Shorten the ramp"),),
+    relations=(
+        Relation("2 ramp <= duration", lambda p: 2.0 * p.ramp <= p.duration, "Shorten the ramp"),
+    ),
     example={"amplitude": 1e-6, "f_0": 5.0, "f_1": 100.0, "duration": 5.0, "ramp": 0.5},
 )

@@ -21,7 +21,9 @@ class Parameters(NamedTuple):
 
     radius: Annotated[float, Variable("length", "radius", min=1e-12)]
     feed: Annotated[float, Variable("length/time", "speed along the circle", min=1e-12)]
-    axis: Annotated[int, Variable("1", "axis of the circle: x follows the cosine, y the sine", choices=AXES)] = 0
+    axis: Annotated[
+        int, Variable("1", "axis of the circle: x follows the cosine, y the sine", choices=AXES)
+    ] = 0
     offset: Annotated[float, Variable("length", "centre of the circle")] = 0.0
 
 
@@ -38,5 +40,9 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 MODEL = circle = Trajectory(
-    name="circle", description="one axis of a circle at constant speed", Parameters=Parameters, State=State, sample=sample
+    name="circle",
+    description="one axis of a circle at constant speed",
+    Parameters=Parameters,
+    State=State,
+    sample=sample,
 )

@@ -43,11 +43,17 @@ class Legs(NamedTuple):
 
 @guarded(
     points=many(amount(Variable("length", "end of a leg"))),
-    velocity=amount(Variable("length/time", "largest velocity", min=0.0), exclusive=True, endless=True),
-    acceleration=amount(Variable("length/time^2", "largest acceleration", min=0.0), exclusive=True, endless=True),
+    velocity=amount(
+        Variable("length/time", "largest velocity", min=0.0), exclusive=True, endless=True
+    ),
+    acceleration=amount(
+        Variable("length/time^2", "largest acceleration", min=0.0), exclusive=True, endless=True
+    ),
     jerk=amount(Variable("length/time^3", "largest jerk", min=0.0), exclusive=True, endless=True),
 )
-def legs_through(points: Iterable[float], velocity: float, acceleration: float, jerk: float = math.inf) -> Legs:
+def legs_through(
+    points: Iterable[float], velocity: float, acceleration: float, jerk: float = math.inf
+) -> Legs:
     """Return the motion from 0 through these points [m or rad], each of them a turning point or a stop.
 
     Parameters
@@ -71,7 +77,9 @@ def legs_through(points: Iterable[float], velocity: float, acceleration: float, 
     return Legs(*np.array(rows).T, end=now)
 
 
-def _leg(distance: float, velocity: float, acceleration: float, jerk: float) -> list[tuple[float, float, float]]:
+def _leg(
+    distance: float, velocity: float, acceleration: float, jerk: float
+) -> list[tuple[float, float, float]]:
     """Return the phases of a leg: the duration of each [s], its acceleration at the start, and its jerk."""
     if distance == 0.0:
         return []
@@ -98,4 +106,6 @@ def _fastest(distance: float, acceleration: float, jerk: float) -> float:
     """Return the speed [m/s or rad/s] that a leg without a cruise reaches."""
     rise = acceleration / jerk
     peak = 0.5 * acceleration * (math.sqrt(rise * rise + 4.0 * distance / acceleration) - rise)
-    return peak if peak >= acceleration * rise else (0.25 * distance * distance * jerk) ** (1.0 / 3.0)
+    return (
+        peak if peak >= acceleration * rise else (0.25 * distance * distance * jerk) ** (1.0 / 3.0)
+    )

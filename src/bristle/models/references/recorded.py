@@ -42,5 +42,7 @@ MODEL = recorded = Trajectory(
     Parameters=Parameters,
     State=State,
     sample=sample,
-    relations=(Relation("at least 3 positions", lambda p: len(p.position) >= 3, "Give a longer record"),),
+    relations=(
+        Relation("at least 3 positions", lambda p: len(p.position) >= 3, "Give a longer record"),
+    ),
 )

@@ -21,7 +21,9 @@ class Parameters(NamedTuple):
     amplitude: Annotated[float, Variable("length", "amplitude")]
     frequency: Annotated[float, Variable("frequency", "frequency", min=1e-9)]
     offset: Annotated[float, Variable("length", "centre of the motion")] = 0.0
-    ramp: Annotated[float, Variable("time", "time in which the amplitude grows from zero", min=0.0)] = 0.0
+    ramp: Annotated[
+        float, Variable("time", "time in which the amplitude grows from zero", min=0.0)
+    ] = 0.0
 
 
 class State(NamedTuple):
@@ -40,5 +42,9 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
 
 
 MODEL = sine = Trajectory(
-    name="sine", description="a sine of constant amplitude and frequency", Parameters=Parameters, State=State, sample=sample
+    name="sine",
+    description="a sine of constant amplitude and frequency",
+    Parameters=Parameters,
+    State=State,
+    sample=sample,
 )

@@ -19,11 +19,23 @@ class Parameters(NamedTuple):
 
     amplitude: Annotated[float, Variable("length", "first turning point, from the start")]
     velocity: Annotated[float, Variable("length/time", "speed", min=1e-12)]
-    acceleration: Annotated[float, Variable("length/time^2", "largest acceleration, at the corners", min=1e-12)]
-    jerk: Annotated[float, Variable("length/time^3", "largest jerk, at the corners", min=1e-12)] = math.inf
-    cycle_count: Annotated[int, Variable("1", "cycles, each with two turning points", min=1.0, max=1e6)] = 1
+    acceleration: Annotated[
+        float, Variable("length/time^2", "largest acceleration, at the corners", min=1e-12)
+    ]
+    jerk: Annotated[float, Variable("length/time^3", "largest jerk, at the corners", min=1e-12)] = (
+        math.inf
+    )
+    cycle_count: Annotated[
+        int, Variable("1", "cycles, each with two turning points", min=1.0, max=1e6)
+    ] = 1
     ratio: Annotated[
-        float, Variable("1", "distance of each turning point from the start, over that of the previous turning point", min=1e-3, max=1e3)
+        float,
+        Variable(
+            "1",
+            "distance of each turning point from the start, over that of the previous turning point",
+            min=1e-3,
+            max=1e3,
+        ),
     ] = 1.0
 
 

@@ -23,7 +23,9 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the varied sine."""
 
-    amplitudes: Annotated[np.ndarray, Variable("length", "amplitudes, at equal intervals of the duration")]
+    amplitudes: Annotated[
+        np.ndarray, Variable("length", "amplitudes, at equal intervals of the duration")
+    ]
     frequency: Annotated[float, Variable("frequency", "frequency", min=1e-9)]
     duration: Annotated[float, Variable("time", "time to pass through all amplitudes", min=1e-9)]
     offset: Annotated[float, Variable("length", "centre of the motion")] = 0.0
@@ -43,7 +45,11 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     A, A_dot, A_ddot = amplitude(at), amplitude(at, 1) * inside, amplitude(at, 2) * inside
     omega = 2.0 * np.pi * p.frequency
     s, c = np.sin(omega * t), np.cos(omega * t)
-    return (p.offset + A * s, A_dot * s + A * omega * c, A_ddot * s + 2.0 * A_dot * omega * c - A * omega**2 * s)
+    return (
+        p.offset + A * s,
+        A_dot * s + A * omega * c,
+        A_ddot * s + 2.0 * A_dot * omega * c - A * omega**2 * s,
+    )
 
 
 MODEL = varied_sine = Trajectory(
@@ -52,6 +58,12 @@ MODEL = varied_sine = Trajectory(
     Parameters=Parameters,
     State=State,
     sample=sample,
-    relations=(Relation("at least 2 amplitudes", lambda p: len(p.amplitudes) >= 2, "Give at least two amplitudes"),),
+    relations=(
+        Relation(
+            "at least 2 amplitudes",
+            lambda p: len(p.amplitudes) >= 2,
+            "Give at least two amplitudes",
+        ),
+    ),
     reference="doi:10.1137/0717021",
 )

@@ -8,7 +8,9 @@ from bristle.models.sensors.encoder import encoder as encoder
 from bristle.core.contracts import Sensor
 from bristle.models.sensors.torque import torque_seen
 
-SENSORS: dict[str, Sensor] = {sensor.name: sensor for sensor in tuple(vars().values()) if isinstance(sensor, Sensor)}
+SENSORS: dict[str, Sensor] = {
+    sensor.name: sensor for sensor in tuple(vars().values()) if isinstance(sensor, Sensor)
+}
 
 __all__ = ["SENSORS", "torque_seen"]
 

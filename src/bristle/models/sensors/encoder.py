@@ -21,8 +21,12 @@ COUNTS_MAX = 2.0**52
 class Parameters(NamedTuple):
     """Parameters of the encoder."""
 
-    resolution: Annotated[float, Variable("length", "size of one count; 0 for no rounding", min=0.0, nominal=1e-7)] = 0.0
-    noise: Annotated[float, Variable("length", "standard deviation of the noise before counting", min=0.0)] = 0.0
+    resolution: Annotated[
+        float, Variable("length", "size of one count; 0 for no rounding", min=0.0, nominal=1e-7)
+    ] = 0.0
+    noise: Annotated[
+        float, Variable("length", "standard deviation of the noise before counting", min=0.0)
+    ] = 0.0
     seed: Annotated[int, Variable("1", "seed of the noise", min=0, max=SEED_MAX)] = 0
 
 
@@ -42,4 +46,10 @@ def step(state, x, dt, p):
     return p.resolution * math.floor(read / p.resolution + 0.5), state_next
 
 
-MODEL = encoder = Sensor(name="encoder", description="position in whole counts, with noise", Parameters=Parameters, State=State, step=step)
+MODEL = encoder = Sensor(
+    name="encoder",
+    description="position in whole counts, with noise",
+    Parameters=Parameters,
+    State=State,
+    step=step,
+)

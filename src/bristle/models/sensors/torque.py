@@ -49,5 +49,10 @@ def torque_seen(effort: Any, velocity: Any, dt: Amount, J_m: Amount) -> np.ndarr
     array([0.5])
     """
     if effort.shape != velocity.shape:
-        raise InputError("must have as many samples as effort", path="velocity", value=velocity.size, allowed=f"{effort.size} samples")
+        raise InputError(
+            "must have as many samples as effort",
+            path="velocity",
+            value=velocity.size,
+            allowed=f"{effort.size} samples",
+        )
     return effort[:-1] - J_m * np.diff(velocity) / dt

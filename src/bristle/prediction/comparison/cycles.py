@@ -21,7 +21,10 @@ PHASES = 33  # at which the positions of two cycles are compared
 PIECES = 20  # of the shorter of two motions that never turn
 FEWEST = 8  # samples of a cycle
 # For references, and for positions, which the loop makes:
-ALIKE = (0.02, 0.06)  # of the range of a cycle, and of its duration: smaller differences are ignored
+ALIKE = (
+    0.02,
+    0.06,
+)  # of the range of a cycle, and of its duration: smaller differences are ignored
 TREMBLE = (1e-3, 1e-2)  # of the range of the motion: smaller turns are ignored
 
 LogAndAxis = tuple[Log, Axis | None]
@@ -76,24 +79,42 @@ class Side:
         return np.array([cycle.recording.log for cycle in self.cycles], dtype=int)
 
 
-def sides_of(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follows: bool, tells_effort: bool) -> tuple[Side, Side, bool]:
+def sides_of(
+    before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follows: bool, tells_effort: bool
+) -> tuple[Side, Side, bool]:
     """Return both sides, and whether their cycles are complete."""
     # The peak of a log with more samples would be larger.
     sample_time = max(log.sample_time for log, _ in (*before, *after))
     recordings: tuple[list[Recording], list[Recording]] = ([], [])
     reasons: list[InputError | None] = [None, None]
-    places = iter(np.argsort(np.argsort([log.time.values[0] for log, _ in (*before, *after)], kind="stable")).tolist())
+    places = iter(
+        np.argsort(
+            np.argsort([log.time.values[0] for log, _ in (*before, *after)], kind="stable")
+        ).tolist()
+    )
     for number, logs_given in enumerate((before, after)):
         for log, axis in logs_given:
-            parts, reason = _recordings_of(log, axis, sample_time, follows=follows, tells_effort=tells_effort)
+            parts, reason = _recordings_of(
+                log, axis, sample_time, follows=follows, tells_effort=tells_effort
+            )
             place = next(places)
             recordings[number].extend(replace(part, log=place) for part in parts)
             reasons[number] = reasons[number] or reason
     parts = [part for side in recordings for part in side]
     grains = {id(part): graininess(part.motion, None) for part in parts}
-    tremble = TREMBLE[not follows] * max((float(np.ptp(part.motion)) for part in parts), default=0.0)
+    tremble = TREMBLE[not follows] * max(
+        (float(np.ptp(part.motion)) for part in parts), default=0.0
+    )
     turned = [
-        [replace(part, turns=np.array(turning_points(part.motion, max(grains[id(part)], tremble)), dtype=int)) for part in side]
+        [
+            replace(
+                part,
+                turns=np.array(
+                    turning_points(part.motion, max(grains[id(part)], tremble)), dtype=int
+                ),
+            )
+            for part in side
+        ]
         for side in recordings
     ]
     cycles = [_complete(side) for side in turned]
@@ -128,12 +149,18 @@ def _recordings_of(
         if sample_time > log.sample_time * (1.0 + SAME_PERIOD):
             times = np.arange(0.0, (picked.size - 1) * log.sample_time / sample_time + 1e-9)
             picked = part.start + np.round(times * sample_time / log.sample_time).astype(int)
-        signals = (None if signal is None else signal[..., picked] for signal in (error, effort, sliding))
-        collected.append(Recording(sample_time, motion.values[picked], *signals, np.empty(0, dtype=int)))  # type: ignore[arg-type]
+        signals = (
+            None if signal is None else signal[..., picked] for signal in (error, effort, sliding)
+        )
+        collected.append(
+            Recording(sample_time, motion.values[picked], *signals, np.empty(0, dtype=int))  # type: ignore[arg-type]
+        )
     return collected, reason
 
 
-def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarray | None, InputError | None]:
+def _sliding(
+    log: Log, axis: Axis | None, sample_time: float
+) -> tuple[np.ndarray | None, InputError | None]:
     """Return velocity, acceleration and effort, treated as in identification; both logs with the same filter."""
     cutoff = CUTOFF_SHARE / sample_time
     if axis is not None and axis.cutoff is not None:
@@ -146,7 +173,9 @@ def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarra
     for segment in dataset.segments:
         first = int(np.searchsorted(log.time.values, segment.time[0])) + dataset.dropped
         inner = slice(dataset.dropped, segment.time.size - dataset.dropped)
-        signals = np.stack([segment.velocity[inner], segment.acceleration[inner], segment.effort[inner]])
+        signals = np.stack(
+            [segment.velocity[inner], segment.acceleration[inner], segment.effort[inner]]
+        )
         collected[:, first : first + signals.shape[1]] = signals
     return collected, None
 
@@ -161,11 +190,17 @@ def _complete(recordings: Sequence[Recording]) -> list[Cycle]:
         high = float(np.max(motion)) - near
         # A motion may begin and end at a turn, at its extreme position. Such a turn is forward if the next turn is
         # further up; the last turn is forward if the previous turn is.
-        ends = [place for place in (moving.start, moving.stop - 1) if moving.stop and not low < motion[place] < high]
+        ends = [
+            place
+            for place in (moving.start, moving.stop - 1)
+            if moving.stop and not low < motion[place] < high
+        ]
         places = np.unique([*recording.turns, *ends]).astype(int)
         heights = recording.motion[places]
         forward = places[np.append(heights[1:] > heights[:-1], heights[-2:-1] > heights[-1:])]
-        collected += [Cycle(recording, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST]
+        collected += [
+            Cycle(recording, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST
+        ]
     return collected
 
 
@@ -186,7 +221,9 @@ def _pieces(recordings: Sequence[Recording], length: int) -> list[Cycle]:
     ]
 
 
-def _numbered(sides: Sequence[Sequence[Cycle]], grain: float, share: float, *, complete: bool) -> list[list[Cycle]]:
+def _numbered(
+    sides: Sequence[Sequence[Cycle]], grain: float, share: float, *, complete: bool
+) -> list[list[Cycle]]:
     """Return the cycles of two sides with the number of their motion, counted through both."""
     shapes: list[np.ndarray] = []
     counts: list[int] = []
@@ -199,7 +236,9 @@ def _numbered(sides: Sequence[Sequence[Cycle]], grain: float, share: float, *, c
             if not complete:
                 origin = float(recording.motion[_moving(recording).start])
             motion = recording.motion[cycle.samples] - origin
-            shape = np.interp(np.linspace(0.0, motion.size - 1.0, PHASES), np.arange(motion.size), motion)
+            shape = np.interp(
+                np.linspace(0.0, motion.size - 1.0, PHASES), np.arange(motion.size), motion
+            )
             least = share * float(np.ptp(shape)) + float(np.max(np.abs(np.diff(motion)))) + grain
             kind = _first_alike(shape, cycle.count, shapes, counts, least, share)
             if kind == len(shapes):
@@ -209,7 +248,14 @@ def _numbered(sides: Sequence[Sequence[Cycle]], grain: float, share: float, *, c
     return numbered
 
 
-def _first_alike(shape: np.ndarray, count: int, shapes: Sequence[np.ndarray], counts: Sequence[int], least: float, share: float) -> int:
+def _first_alike(
+    shape: np.ndarray,
+    count: int,
+    shapes: Sequence[np.ndarray],
+    counts: Sequence[int],
+    least: float,
+    share: float,
+) -> int:
     """Return the number of the first equal motion, or the next number if there is no equal motion."""
     if not shapes:
         return 0

@@ -54,7 +54,10 @@ def level_measures(signal: str, name: str, quantity: str) -> list[Measure]:
     def peaks(side: Side) -> np.ndarray:
         return np.array([(float(np.max(np.abs(cycle.part(signal)))), 1.0) for cycle in side.cycles])
 
-    return [Measure(f"{name}.rms", quantity, squares, lambda sums: np.sqrt(_mean(sums))), Measure(f"{name}.peak", quantity, peaks, _mean)]
+    return [
+        Measure(f"{name}.rms", quantity, squares, lambda sums: np.sqrt(_mean(sums))),
+        Measure(f"{name}.peak", quantity, peaks, _mean),
+    ]
 
 
 def _turns_in(cycle: Cycle, window: int, *, forward: bool) -> list[int]:
@@ -76,12 +79,20 @@ def turn_measures(window: int) -> list[Measure]:
             for cycle in side.cycles:
                 size = np.abs(cycle.recording.error)  # type: ignore[arg-type]
                 places = _turns_in(cycle, window, forward=forward)
-                collected.append((sum(float(np.max(size[k : k + window + 1])) for k in places), float(len(places))))
+                collected.append(
+                    (
+                        sum(float(np.max(size[k : k + window + 1])) for k in places),
+                        float(len(places)),
+                    )
+                )
             return np.array(collected)
 
         return sums
 
-    return [Measure(f"reversals.{name}", "length", peaks(forward), _mean) for name, forward in TURNS.items()]
+    return [
+        Measure(f"reversals.{name}", "length", peaks(forward), _mean)
+        for name, forward in TURNS.items()
+    ]
 
 
 def course_of(before: Side, after: Side, *, follows: bool) -> Course:
@@ -91,12 +102,21 @@ def course_of(before: Side, after: Side, *, follows: bool) -> Course:
         signal = "error"
     parts = []
     for kind in dict.fromkeys(before.kinds):
-        low, high = ([cycle for cycle in side.cycles if cycle.kind == kind] for side in (before, after))
+        low, high = (
+            [cycle for cycle in side.cycles if cycle.kind == kind] for side in (before, after)
+        )
         count = min(cycle.count for cycle in (*low, *high))
         courses = ((low, "motion"), (low, signal), (high, signal))
-        parts.append([np.mean([cycle.part(name)[:count] for cycle in cycles], axis=0) for cycles, name in courses])
+        parts.append(
+            [
+                np.mean([cycle.part(name)[:count] for cycle in cycles], axis=0)
+                for cycles, name in courses
+            ]
+        )
     motion, first, second = (np.concatenate(columns) for columns in zip(*parts, strict=True))
-    return Course(before.cycles[0].recording.sample_time * np.arange(motion.size), motion, first, second)
+    return Course(
+        before.cycles[0].recording.sample_time * np.arange(motion.size), motion, first, second
+    )
 
 
 def turn_courses(before: Side, after: Side, window: int) -> tuple[Turn, ...]:
@@ -114,7 +134,13 @@ def turn_courses(before: Side, after: Side, window: int) -> tuple[Turn, ...]:
             for side in (before, after)
         ]
         if all(rows):
-            collected.append(Turn(name, before.cycles[0].recording.sample_time * steps, *(np.mean(own, axis=0) for own in rows)))
+            collected.append(
+                Turn(
+                    name,
+                    before.cycles[0].recording.sample_time * steps,
+                    *(np.mean(own, axis=0) for own in rows),
+                )
+            )
     return tuple(collected)
 
 
@@ -127,11 +153,17 @@ class SlidingRows:
         self.kinds = np.intersect1d(before.kinds, after.kinds)
         sides = before, after
         while True:
-            kinds = [np.array([cycle.kind for cycle in self._cycles(side)], dtype=int) for side in sides]
-            counts = self._counts([[_rows(cycle)[0] for cycle in self._cycles(side)] for side in sides])
+            kinds = [
+                np.array([cycle.kind for cycle in self._cycles(side)], dtype=int) for side in sides
+            ]
+            counts = self._counts(
+                [[_rows(cycle)[0] for cycle in self._cycles(side)] for side in sides]
+            )
             self.ranges = _serving(counts, kinds)
             counts = [count[..., self.ranges] for count in counts]
-            serving = [own[count.any(axis=(1, 2))] for own, count in zip(kinds, counts, strict=True)]
+            serving = [
+                own[count.any(axis=(1, 2))] for own, count in zip(kinds, counts, strict=True)
+            ]
             compared = np.unique(plan_of(*serving).kinds_before)
             if compared.size == self.kinds.size:
                 break
@@ -150,7 +182,10 @@ class SlidingRows:
         self._speeds = pooled[pooled > SLOWEST * top]
         fastest = float(np.max(self._speeds, initial=0.0)) * (1.0 + 1e-9)
         self.edges = np.linspace(SLOWEST * top, fastest, RANGES + 1)
-        counts = ([[np.histogram(sign * v, self.edges)[0] for sign in (1, -1)] for v in side] for side in sides)
+        counts = (
+            [[np.histogram(sign * v, self.edges)[0] for sign in (1, -1)] for v in side]
+            for side in sides
+        )
         return [np.reshape(count, (-1, 2, RANGES)).astype(int) for count in counts]
 
     @cached_property
@@ -164,11 +199,16 @@ class SlidingRows:
         if not self.ranges.size:
             return []
         shares = self.weights / self.weights.sum()
-        level = Measure("friction.level", "force", self._sums, lambda sums: self._friction(sums) @ shares)
+        level = Measure(
+            "friction.level", "force", self._sums, lambda sums: self._friction(sums) @ shares
+        )
         names = (f"friction.at_speeds.{number}" for number in range(self.ranges.size))
         return [
             level,
-            *(Measure(name, "force", self._sums, lambda sums, k=k: self._friction(sums)[..., k]) for k, name in enumerate(names)),
+            *(
+                Measure(name, "force", self._sums, lambda sums, k=k: self._friction(sums)[..., k])
+                for k, name in enumerate(names)
+            ),
         ]
 
     def _sums(self, side: Side) -> np.ndarray:

@@ -61,7 +61,9 @@ class Plan(NamedTuple):
     @property
     def drift_cancels(self) -> bool:
         """Whether a drift has the same mean effect on both sides."""
-        return self.in_turn and bool(np.mean(np.unique(self.logs_before)) == np.mean(np.unique(self.logs_after)))
+        return self.in_turn and bool(
+            np.mean(np.unique(self.logs_before)) == np.mean(np.unique(self.logs_after))
+        )
 
 
 class Changed(NamedTuple):
@@ -73,15 +75,25 @@ class Changed(NamedTuple):
     as_one: float
 
 
-def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike, logs_before: ArrayLike = 0, logs_after: ArrayLike = 0) -> Plan:
+def plan_of(
+    kinds_before: ArrayLike,
+    kinds_after: ArrayLike,
+    logs_before: ArrayLike = 0,
+    logs_after: ArrayLike = 0,
+) -> Plan:
     """Return the cycles to compare, by their motions: those of both sides; empty if they share no motion."""
     sides = np.asarray(kinds_before, dtype=int), np.asarray(kinds_after, dtype=int)
-    logs = [np.broadcast_to(own, side.shape) for own, side in zip((logs_before, logs_after), sides, strict=True)]
+    logs = [
+        np.broadcast_to(own, side.shape)
+        for own, side in zip((logs_before, logs_after), sides, strict=True)
+    ]
     shared = np.intersect1d(*sides)
     repeated = [kind for kind in shared if min(np.sum(side == kind) for side in sides) >= 2]
     often = sum(int(np.sum(side == kind)) for side in sides for kind in repeated)
     cycle_count = sum(int(np.sum(side == kind)) for side in sides for kind in shared)
-    paired = 2 * often < cycle_count or (len(shared) >= PAIRS and cycle_count < 2 * OFTEN * len(shared))
+    paired = 2 * often < cycle_count or (
+        len(shared) >= PAIRS and cycle_count < 2 * OFTEN * len(shared)
+    )
     low, high = (np.flatnonzero(np.isin(side, shared if paired else repeated)) for side in sides)
     return Plan(low, high, sides[0][low], sides[1][high], paired, logs[0][low], logs[1][high])
 
@@ -90,7 +102,9 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
     """Return a quantity of both sides and the interval of its change, without cycles whose sums are zero; None if undetermined."""
     low = before.any(axis=1)
     high = after.any(axis=1)
-    own = plan_of(plan.kinds_before[low], plan.kinds_after[high], plan.logs_before[low], plan.logs_after[high])
+    own = plan_of(
+        plan.kinds_before[low], plan.kinds_after[high], plan.logs_before[low], plan.logs_after[high]
+    )
     if not own.before.size:
         return None
     before = before[low][own.before]
@@ -100,15 +114,25 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
         return _pairs(value, before, after, plan)
     # Each motion has the weight of the side with fewer repetitions.
     counts = (np.bincount(kinds) for kinds in (plan.kinds_before, plan.kinds_after))
-    shares = {kind: float(min(pair)) for kind, pair in enumerate(zip(*counts, strict=True)) if min(pair)}
-    sides = ((before, plan.kinds_before, plan.logs_before), (after, plan.kinds_after, plan.logs_after))
+    shares = {
+        kind: float(min(pair)) for kind, pair in enumerate(zip(*counts, strict=True)) if min(pair)
+    }
+    sides = (
+        (before, plan.kinds_before, plan.logs_before),
+        (after, plan.kinds_after, plan.logs_after),
+    )
     first, second = (_drawn(value, *side, shares, drifts=plan.drift_cancels) for side in sides)
     variance = first.variance + second.variance
     spread = first.variance**2 / first.freedom + second.variance**2 / second.freedom
     freedom = first.freedom + second.freedom
     if spread > 0.0:
         freedom = variance**2 / spread
-    return Changed(first.value, second.value, _interval(second.value - first.value, variance, freedom), max(first.as_one, second.as_one))
+    return Changed(
+        first.value,
+        second.value,
+        _interval(second.value - first.value, variance, freedom),
+        max(first.as_one, second.as_one),
+    )
 
 
 class _Drawn(NamedTuple):
@@ -120,7 +144,15 @@ class _Drawn(NamedTuple):
     as_one: float
 
 
-def _drawn(value: Value, sums: np.ndarray, kinds: np.ndarray, logs: np.ndarray, shares: dict[int, float], *, drifts: bool) -> _Drawn:
+def _drawn(
+    value: Value,
+    sums: np.ndarray,
+    kinds: np.ndarray,
+    logs: np.ndarray,
+    shares: dict[int, float],
+    *,
+    drifts: bool,
+) -> _Drawn:
     weights = np.array([shares[kind] / np.sum(kinds == kind) for kind in kinds])
     influence = _influence(value, sums, weights, kinds)
     if np.unique(logs).size > 1:
@@ -131,7 +163,11 @@ def _drawn(value: Value, sums: np.ndarray, kinds: np.ndarray, logs: np.ndarray, 
     for kind in shares:
         members = np.flatnonzero(kinds == kind)
         drawn[:, members] = _draws(members.size, rng)
-    return _Drawn(float(value(weights @ sums)), *_spread(value(drawn * weights @ sums), kinds.size, len(shares), as_one), as_one)
+    return _Drawn(
+        float(value(weights @ sums)),
+        *_spread(value(drawn * weights @ sums), kinds.size, len(shares), as_one),
+        as_one,
+    )
 
 
 def _between(influence: np.ndarray, logs: np.ndarray, *, drifts: bool) -> tuple[float, float]:
@@ -165,13 +201,22 @@ def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> C
     draws = np.stack([value(drawn @ low), value(drawn @ high)])
     draws = draws[:, np.isfinite(draws).all(axis=0)]  # a draw may lack the data of a quantity
     if not min(first, second, np.min(draws, initial=math.inf)) > 0.0:  # the ratio is undefined
-        return Changed(first, second, _interval(second - first, *_spread(draws[1] - draws[0], kinds.size, 1, as_one)), as_one)
-    ratio = _interval(math.log(second / first), *_spread(np.log(draws[1] / draws[0]), kinds.size, 1, as_one))
+        return Changed(
+            first,
+            second,
+            _interval(second - first, *_spread(draws[1] - draws[0], kinds.size, 1, as_one)),
+            as_one,
+        )
+    ratio = _interval(
+        math.log(second / first), *_spread(np.log(draws[1] / draws[0]), kinds.size, 1, as_one)
+    )
     ends = None if ratio is None else tuple(first * math.expm1(min(end, LARGEST)) for end in ratio)
     return Changed(first, second, ends, as_one)  # type: ignore[arg-type]
 
 
-def _influence(value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.ndarray) -> np.ndarray:
+def _influence(
+    value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.ndarray
+) -> np.ndarray:
     """Return the influence of each cycle on the quantity, above the mean of its motion, shape (cycle,)."""
     weighted = weights[:, None] * sums
     without = value(weighted.sum(axis=0) - weighted)

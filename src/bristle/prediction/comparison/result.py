@@ -70,7 +70,10 @@ class Change:
         """Verdict: ``lower`` or ``higher`` if the interval excludes zero, else ``no_change``; ``unknown`` without an interval."""
         if self.interval is None:
             return "unknown"
-        if abs(self.change) <= ROUNDING * max(abs(self.before), abs(self.after)) or math.prod(self.interval) <= 0.0:
+        if (
+            abs(self.change) <= ROUNDING * max(abs(self.before), abs(self.after))
+            or math.prod(self.interval) <= 0.0
+        ):
             return "no_change"
         if self.change < 0.0:
             return "lower"
@@ -78,7 +81,16 @@ class Change:
 
     def as_data(self) -> dict[str, Any]:
         """Return the change as plain data."""
-        names = ("before", "after", "change", "interval", "change_percent", "interval_percent", "unit", "verdict")
+        names = (
+            "before",
+            "after",
+            "change",
+            "interval",
+            "change_percent",
+            "interval_percent",
+            "unit",
+            "verdict",
+        )
         values = ((name, getattr(self, name)) for name in names)
         return {name: list(value) if isinstance(value, tuple) else value for name, value in values}
 

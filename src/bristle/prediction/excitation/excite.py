@@ -11,7 +11,16 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import NAMES, Amount, Progress, amount, guarded, model as of_family, optional, whole
+from bristle.core.edge import (
+    NAMES,
+    Amount,
+    Progress,
+    amount,
+    guarded,
+    model as of_family,
+    optional,
+    whole,
+)
 from bristle.core.errors import InputError, did_you_mean, located
 from bristle.core.lazy import cached_property
 from bristle.core.typography import with_unit
@@ -22,7 +31,12 @@ from bristle.files.motion import gcode_of, moves_table, write_motion
 from bristle.identification import OPEN, Fit, Identification, half_width, identify
 from bristle.logs import holds
 from bristle.prediction.excitation.limits import MARGIN, MotionLimits, Prior, limits_of, prior_of
-from bristle.prediction.excitation.motion import ExcitationMotion, ExcitationPiece, length_of, moves_of
+from bristle.prediction.excitation.motion import (
+    ExcitationMotion,
+    ExcitationPiece,
+    length_of,
+    moves_of,
+)
 from bristle.prediction.excitation.purposes import PURPOSES, closing
 from bristle.prediction.excitation.rehearsal import Rehearsal, exceeded, lag_of, recorded, rehearse
 
@@ -36,7 +50,14 @@ DRAWS = 40  # simulated logs for the intervals of an earlier log
 NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is scatter of their draws
 SLOWER = 0.9  # share of a limit that slower motion aims at
 SLOWER_MOST = 5  # slower motions
-LEAVES_FIRST = ("resonance", "stiffness", "damping", "break-away", "presliding", "stribeck")  # dropped first if the time is short
+LEAVES_FIRST = (
+    "resonance",
+    "stiffness",
+    "damping",
+    "break-away",
+    "presliding",
+    "stribeck",
+)  # dropped first if the time is short
 TIME = Variable("time", "duration", min=SHORTEST)
 TRAVEL = Variable("length", "distance that the motion stays within", min=0.0)
 START = Variable("length", "start of the motion")
@@ -78,7 +99,11 @@ class Excitation:
     @cached_property
     def is_repeat(self) -> bool:
         """Whether the earlier log already contains this motion: another log of it would be like that one, not like the rehearsal."""
-        return self.earlier is not None and self.rehearsal is not None and holds(self.earlier.log, self.rehearsal.log)
+        return (
+            self.earlier is not None
+            and self.rehearsal is not None
+            and holds(self.earlier.log, self.rehearsal.log)
+        )
 
     @property
     def half_widths(self) -> dict[str, tuple[float, float]]:
@@ -99,7 +124,9 @@ class Excitation:
     def is_worse(self) -> bool:
         """Whether the earlier log determines the axis as well as this motion: the mean of the half-widths is not clearly narrower."""
         # Parameters that are open in both tell nothing. The scatter of a mean falls with the root of their number.
-        gains = [then / now for now, then in self.half_widths.values() if now and min(now, then) < OPEN]
+        gains = [
+            then / now for now, then in self.half_widths.values() if now and min(now, then) < OPEN
+        ]
         return bool(self.half_widths) and math.prod(gains) >= NARROWER ** math.sqrt(len(gains))
 
     @property
@@ -117,14 +144,26 @@ class Excitation:
     @guarded()
     def write(self, path: str | PathLike[str]) -> None:
         """Write the set points of the motion as CSV, with the columns of the axis file."""
-        write_motion(path, self.axis, {name: getattr(self.motion, name) for name in ("time", "position", "velocity", "acceleration")})
+        write_motion(
+            path,
+            self.axis,
+            {
+                name: getattr(self.motion, name)
+                for name in ("time", "position", "velocity", "acceleration")
+            },
+        )
 
 
 PLANT_OR_NONE = optional(of_family("plant"))
 FRICTION_MODEL = of_family("friction")
 
 
-@guarded(axis=AXIS, duration=optional(amount(TIME)), purposes=optional(NAMES), draws=whole(20, 100_000, none=True))
+@guarded(
+    axis=AXIS,
+    duration=optional(amount(TIME)),
+    purposes=optional(NAMES),
+    draws=whole(20, 100_000, none=True),
+)
 def excite(
     axis: Any,
     *,
@@ -197,7 +236,9 @@ def excite(
     except InputError as error:
         mend = "Correct velocity, acceleration, stroke and mass in the axis file"
         raise InputError(
-            f"do not fit a real axis, because the typical friction is out of range ({error})", path="[limits]", mend=mend
+            f"do not fit a real axis, because the typical friction is out of range ({error})",
+            path="[limits]",
+            mend=mend,
         ) from None
     sample_time = axis.sample_time or SAMPLE_TIME
     count = seconds / sample_time
@@ -207,33 +248,62 @@ def excite(
         if count > SAMPLES_MOST:
             longer = "Record the motion in parts"
         mend = f"{longer}, or correct the sample time, {with_unit(sample_time, 's')}"
-        raise InputError(f"contains {count:.3g} samples", path="duration", value=with_unit(seconds, "s"), allowed=allowed, mend=mend)
+        raise InputError(
+            f"contains {count:.3g} samples",
+            path="duration",
+            value=with_unit(seconds, "s"),
+            allowed=allowed,
+            mend=mend,
+        )
     begin = None
     if start is not None:
         begin = quantity(start, START, axis.kind, path="start")
     distance = None
     if travel is not None:
         distance = amount(TRAVEL, exclusive=True)(travel, "travel", axis.kind)
-    plan = partial(_planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin, earlier=earlier)
+    plan = partial(
+        _planned, axis, prior, seconds=seconds, purposes=purposes, begin=begin, earlier=earlier
+    )
     limits = limits_of(axis, prior, sample_time, distance, begin)
     excitation = plan(limits)
     if rehearsed:
         excitation = _rehearsed(excitation, plan, draws=draws, progress=progress)
     # Of unknown limits, the notes on purposes already say which to write.
-    if earlier is not None and excitation.is_worse and None not in (limits.velocity, limits.acceleration, limits.travel):
-        notes = [f"to record more than the log at hand, raise {_below(excitation, limits, seconds, earlier)}"]
+    if (
+        earlier is not None
+        and excitation.is_worse
+        and None not in (limits.velocity, limits.acceleration, limits.travel)
+    ):
+        notes = [
+            f"to record more than the log at hand, raise {_below(excitation, limits, seconds, earlier)}"
+        ]
         if excitation.is_repeat:
-            notes.insert(0, "the log at hand already contains this motion: another log of it has the half-widths of that log")
+            notes.insert(
+                0,
+                "the log at hand already contains this motion: another log of it has the half-widths of that log",
+            )
         excitation = replace(excitation, notes=(*excitation.notes, *notes))
     return excitation
 
 
-def _below(excitation: Excitation, limits: MotionLimits, seconds: float, earlier: Identification) -> str:
+def _below(
+    excitation: Excitation, limits: MotionLimits, seconds: float, earlier: Identification
+) -> str:
     """Return the limits that an earlier log exceeds, with sufficient values; a longer duration if it exceeds none, or is a repeat."""
     reached = (
         ("limits.velocity to", "length/time", earlier.best.traces.velocity, limits.velocity),
-        ("limits.acceleration to", "length/time^2", earlier.best.traces.acceleration, limits.acceleration),
-        ("limits.stroke to a range of", "length", np.ptp(earlier.log.position.values), limits.travel),
+        (
+            "limits.acceleration to",
+            "length/time^2",
+            earlier.best.traces.acceleration,
+            limits.acceleration,
+        ),
+        (
+            "limits.stroke to a range of",
+            "length",
+            np.ptp(earlier.log.position.values),
+            limits.travel,
+        ),
         ("--duration to", "time", earlier.log.duration, seconds),
     )
     below = [
@@ -241,7 +311,10 @@ def _below(excitation: Excitation, limits: MotionLimits, seconds: float, earlier
         for name, of, value, limit in reached
         if not excitation.is_repeat and limit is not None and np.max(np.abs(value)) > ABOVE * limit
     ]
-    return ", ".join(below) or f"--duration to {limits.in_unit(HALVES * seconds, 'time')}, which halves the intervals"
+    return (
+        ", ".join(below)
+        or f"--duration to {limits.in_unit(HALVES * seconds, 'time')}, which halves the intervals"
+    )
 
 
 def _planned(
@@ -256,7 +329,9 @@ def _planned(
 ) -> Excitation:
     """Return a motion for these purposes within the limits."""
     chosen, notes = _chosen(purposes, limits)
-    pieces, left_out = _in_time(chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None)
+    pieces, left_out = _in_time(
+        chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None
+    )
     if begin is not None:
         start = begin
     elif axis.stroke:
@@ -266,14 +341,18 @@ def _planned(
     motion = ExcitationMotion(tuple(pieces), limits.sample_time, axis.kind, start)
     notes += left_out
     if axis.sample_time is None:
-        notes.append(f"bristle assumed a sample time of {with_unit(SAMPLE_TIME, 's')}: the axis file has no [timing] entry")
+        notes.append(
+            f"bristle assumed a sample time of {with_unit(SAMPLE_TIME, 's')}: the axis file has no [timing] entry"
+        )
     place = with_unit(motion.start, unit_of("length", axis.kind))
     if begin is not None:
         notes.append(f"the motion begins at {place}")
     elif axis.stroke:
         notes.append(f"the motion begins in the middle of the stroke, at {place}")
     else:
-        notes.append("the motion begins at position 0: add the present position of your axis, or state it with --start")
+        notes.append(
+            "the motion begins at position 0: add the present position of your axis, or state it with --start"
+        )
     if prior.assumed:
         notes.append(f"the rehearsal assumes: {', '.join(prior.assumed)}")
     # Check the finished motion against the limits, to protect the axis.
@@ -288,7 +367,13 @@ def _planned(
     return Excitation(motion, axis, limits, prior, tuple(notes), earlier=earlier)
 
 
-def _rehearsed(excitation: Excitation, plan: Callable[[MotionLimits], Excitation], *, draws: int, progress: Progress | None) -> Excitation:
+def _rehearsed(
+    excitation: Excitation,
+    plan: Callable[[MotionLimits], Excitation],
+    *,
+    draws: int,
+    progress: Progress | None,
+) -> Excitation:
     """Return a motion with its rehearsal, planned again if the loop of the controller cannot run it."""
     axis = excitation.axis
     prior = excitation.prior
@@ -304,14 +389,22 @@ def _rehearsed(excitation: Excitation, plan: Callable[[MotionLimits], Excitation
         rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
     except InputError as reason:
         failed = (f"the rehearsal failed: {reason}",)
-    return replace(excitation, rehearsal=rehearsal, notes=(*excitation.notes, *_reductions(excitation, limits), *failed))
+    return replace(
+        excitation,
+        rehearsal=rehearsal,
+        notes=(*excitation.notes, *_reductions(excitation, limits), *failed),
+    )
 
 
-def _within_the_loop(excitation: Excitation, plan: Callable[[MotionLimits], Excitation]) -> Excitation:
+def _within_the_loop(
+    excitation: Excitation, plan: Callable[[MotionLimits], Excitation]
+) -> Excitation:
     """Return a motion that keeps the limits of effort and following error in the simulated loop, slower if necessary."""
     axis = excitation.axis
     slower = excitation
-    if axis.controller is None or (axis.effort_limit is None and axis.following_error_limit is None):
+    if axis.controller is None or (
+        axis.effort_limit is None and axis.following_error_limit is None
+    ):
         return excitation
     first = ratios = exceeded(excitation.motion, axis, excitation.prior)
     for _ in range(SLOWER_MOST):
@@ -319,7 +412,10 @@ def _within_the_loop(excitation: Excitation, plan: Callable[[MotionLimits], Exci
             break
         limits = slower.limits
         share = SLOWER / max(ratios.values())
-        velocity, acceleration = (share * float(np.max(np.abs(signal))) for signal in (slower.motion.velocity, slower.motion.acceleration))
+        velocity, acceleration = (
+            share * float(np.max(np.abs(signal)))
+            for signal in (slower.motion.velocity, slower.motion.acceleration)
+        )
         if limits.velocity:
             limits = replace(limits, velocity=velocity)
         if limits.acceleration:
@@ -339,23 +435,33 @@ def _reductions(excitation: Excitation, limits: MotionLimits) -> list[str]:
     if excitation.exceeded:
         names = " and ".join(excitation.exceeded)
         reason = (
-            "no slower motion of this duration respects the limits of the axis. Raise the limits or the duration, or tune the controller"
+            "no slower motion of this duration respects the limits of the axis. "
+            "Raise the limits or the duration, or tune the controller"
         )
         return [f"the rehearsal exceeds the limit of {names}, and {reason}"]
     pairs = (
         (excitation.limits.velocity, limits.velocity, "length/time"),
         (excitation.limits.acceleration, limits.acceleration, "length/time^2"),
     )
-    reduced = [limits.in_unit(value, of) for value, before, of in pairs if value is not None and value != before]
+    reduced = [
+        limits.in_unit(value, of)
+        for value, before, of in pairs
+        if value is not None and value != before
+    ]
     reason = "because faster motion exceeds the limit of effort or following error in the rehearsal"
     if reduced:
         return [f"bristle limited the motion to {' and '.join(reduced)}, {reason}"]
     return []
 
 
-def _for_the_loop(excitation: Excitation, lag: float, plan: Callable[[MotionLimits], Excitation]) -> Excitation | None:
+def _for_the_loop(
+    excitation: Excitation, lag: float, plan: Callable[[MotionLimits], Excitation]
+) -> Excitation | None:
     """Return a motion without the loops that the controller cannot follow; None if it follows, or none would remain."""
-    smallest = min((piece.amplitude for piece in excitation.motion.pieces if piece.name == "triangles"), default=None)
+    smallest = min(
+        (piece.amplitude for piece in excitation.motion.pieces if piece.name == "triangles"),
+        default=None,
+    )
     if smallest is None or lag <= smallest:
         return None
     limits = replace(excitation.limits, followed=lag)
@@ -387,7 +493,12 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
 
         plant, friction, _ = read_model(model, allow_code=allow_code)
     if friction.kind != axis.kind:
-        raise InputError(f"is for a {friction.kind} axis", path="model", value=friction.name, allowed=f"a model of a {axis.kind} axis")
+        raise InputError(
+            f"is for a {friction.kind} axis",
+            path="model",
+            value=friction.name,
+            allowed=f"a model of a {axis.kind} axis",
+        )
     return plant, friction
 
 
@@ -395,7 +506,9 @@ def _identified(log: Any, model: Any, axis: Axis, *, draws: int) -> Identificati
     """Return the identification of a log of the axis."""
     if model is not None:
         raise InputError(
-            "cannot be combined with model", path="log", mend="Leave out log or model: each gives an earlier model of the axis"
+            "cannot be combined with model",
+            path="log",
+            mend="Leave out log or model: each gives an earlier model of the axis",
         )
     return identify(log, "dahl", axis=axis, draws=draws)
 
@@ -416,23 +529,41 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
         names = list(purposes)
     if not names:
         mend = "Name a purpose, or omit the option for all possible purposes"
-        raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend)
+        raise InputError(
+            "names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend
+        )
     for name in names:
         if name not in PURPOSES:
             allowed = ", ".join(PURPOSES)
             mend = did_you_mean(name, PURPOSES)
-            raise InputError("is not a purpose of a motion", path="purposes", value=name, allowed=allowed, mend=mend)
+            raise InputError(
+                "is not a purpose of a motion",
+                path="purposes",
+                value=name,
+                allowed=allowed,
+                mend=mend,
+            )
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
-        raise InputError("contains too few data to plan a motion", path="axis", mend="; and ".join(dict.fromkeys(reasons.values())))
+        raise InputError(
+            "contains too few data to plan a motion",
+            path="axis",
+            mend="; and ".join(dict.fromkeys(reasons.values())),
+        )
     for name, reason in reasons.items():
         if reason and purposes is not None:
             raise InputError(f"cannot contain {name}, because {reason}", path="purposes")
-    notes = [f"no {name} ({PURPOSES[name].tells}): {reason}" for name, reason in reasons.items() if reason]
+    notes = [
+        f"no {name} ({PURPOSES[name].tells}): {reason}"
+        for name, reason in reasons.items()
+        if reason
+    ]
     return [name for name in PURPOSES if name in names and not reasons[name]], notes
 
 
-def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool) -> tuple[list[ExcitationPiece], list[str]]:
+def _in_time(
+    chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool
+) -> tuple[list[ExcitationPiece], list[str]]:
     """Return pieces within a time limit [s], and notes on purposes left out for it."""
     notes = list[str]()
     takes = 0.0
@@ -451,7 +582,9 @@ def _in_time(chosen: list[str], limits: MotionLimits, seconds: float, *, may_dro
             mend = "Extend the duration to this time, or name fewer purposes: a faster motion would not identify the parameters"
             raise InputError(reason, path="duration", value=asked, mend=mend)
         first = next(name for name in LEAVES_FIRST if name in chosen)
-        notes.append(f"no {first} ({PURPOSES[first].tells}): with it, the motion would take {needed}")
+        notes.append(
+            f"no {first} ({PURPOSES[first].tells}): with it, the motion would take {needed}"
+        )
         chosen = [name for name in chosen if name != first]
 
 

@@ -97,7 +97,9 @@ def largest_acceleration(limits: MotionLimits) -> float:
     return limits.acceleration or math.inf
 
 
-def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None, start: float | None = None) -> MotionLimits:
+def limits_of(
+    axis: Axis, prior: Prior, sample_time: float, travel: float | None, start: float | None = None
+) -> MotionLimits:
     """Return the limits of a motion."""
     stroke = None
     if axis.stroke:
@@ -110,7 +112,13 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
         ("limits.stroke", stroke),
     ):
         if value is not None and value < LEAST:
-            raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI", mend="Check the unit")
+            raise InputError(
+                "is too small for a motion",
+                path=path,
+                value=value,
+                allowed=f">= {LEAST:g} in SI",
+                mend="Check the unit",
+            )
 
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
         reason = "is so far from zero that positions have too few digits"
@@ -120,10 +128,17 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:
             allowed = f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI"
-            raise InputError("leaves no travel on one side of the start", path="start", value=start, allowed=allowed)
+            raise InputError(
+                "leaves no travel on one side of the start",
+                path="start",
+                value=start,
+                allowed=allowed,
+            )
     if travel is not None and stroke is not None and travel > stroke:
         allowed = f"up to {with_unit(stroke, unit_of('length', axis.kind))}"
-        raise InputError("is more than the stroke of the axis", path="travel", value=travel, allowed=allowed)
+        raise InputError(
+            "is more than the stroke of the axis", path="travel", value=travel, allowed=allowed
+        )
     if travel is None:
         travel = _usable(stroke)
     acceleration = axis.acceleration_limit
@@ -214,7 +229,10 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
             "sigma_2": 0.5 * force / fastest,  # half of the Coulomb friction at the largest speed
         }
         simulated = make_model(find("lugre"), values, kind=kind, validate=True)
-        assumed += (f"Coulomb friction of {with_unit(force, unit_of('force', kind))}", "lugre with the usual proportions")
+        assumed += (
+            f"Coulomb friction of {with_unit(force, unit_of('force', kind))}",
+            "lugre with the usual proportions",
+        )
         if most is None or not distance:  # a guess
             stiffness = 0.0
         stribeck_velocity = None
@@ -266,4 +284,6 @@ def turning_distance(friction: Model) -> float | None:
     velocity = -np.diff(path, prepend=0.0) / dt
     state, memory = settled(friction, float(path[-1]) / dt)
     force = force_along(friction, velocity, dt, state=state, memory=memory)
-    return 0.5 * float(path[np.argmax(np.abs(force - force[0]) >= TURNED * abs(force[-1] - force[0]))])
+    return 0.5 * float(
+        path[np.argmax(np.abs(force - force[0]) >= TURNED * abs(force[-1] - force[0]))]
+    )

@@ -81,7 +81,9 @@ class ExcitationMotion:
     @cached_property
     def begins(self) -> np.ndarray:
         """Start times of the motion of each piece [s], shape (piece,)."""
-        return np.cumsum([piece.rest + piece.duration for piece in self.pieces]) - [piece.duration for piece in self.pieces]
+        return np.cumsum([piece.rest + piece.duration for piece in self.pieces]) - [
+            piece.duration for piece in self.pieces
+        ]
 
     @property
     def duration(self) -> float:
@@ -101,7 +103,9 @@ class ExcitationMotion:
         origin = self.start
         for piece, begin in zip(self.pieces, self.begins, strict=True):
             first, last = np.searchsorted(self.time, (begin, begin + piece.duration))
-            x, velocity[first:last], acceleration[first:last] = piece.sample(self.time[first:last] - begin)
+            x, velocity[first:last], acceleration[first:last] = piece.sample(
+                self.time[first:last] - begin
+            )
             position[first:last] = origin + x
             origin += piece.end
             position[last:] = origin
@@ -128,7 +132,13 @@ def length_of(pieces: Sequence[ExcitationPiece]) -> float:
     return sum(piece.rest + piece.duration for piece in pieces)
 
 
-def in_time(make: Callable[[float], list[ExcitationPiece]], seconds: float, pace: float, low: float, high: float) -> list[ExcitationPiece]:
+def in_time(
+    make: Callable[[float], list[ExcitationPiece]],
+    seconds: float,
+    pace: float,
+    low: float,
+    high: float,
+) -> list[ExcitationPiece]:
     """Return pieces with the pace that gives this duration, limited to `low` to `high`."""
     for _ in range(12):
         pace = min(max(pace * length_of(make(pace)) / seconds, low), high)
@@ -151,7 +161,9 @@ def moves_of(motion: ExcitationMotion) -> tuple[tuple[Move, ...], tuple[str, ...
 
 def _legs(piece: ExcitationPiece, origin: float, dwell: float, sample_time: float) -> list[Move]:
     """Return the legs of a piece, between turning points or rests."""
-    time = np.linspace(0.0, piece.duration, max(int(np.ceil(8 * piece.duration / sample_time)), 2) + 1)
+    time = np.linspace(
+        0.0, piece.duration, max(int(np.ceil(8 * piece.duration / sample_time)), 2) + 1
+    )
     position, velocity, acceleration = piece.sample(time)
     side = np.sign(velocity)
     side[np.abs(velocity) < 1e-6 * np.max(np.abs(velocity))] = 0.0

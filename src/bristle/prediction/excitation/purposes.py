@@ -32,7 +32,11 @@ SPEEDS = 10
 SPREAD = 3.0  # smallest ratio of the largest to the smallest velocity
 
 CHIRP_COUNTS = 2.0  # of the encoder: smallest amplitude
-SIZES = (5, 2.0, 8.0)  # chirps for the stiffness: their number, smallest and usual ratio of the largest amplitude to the smallest
+SIZES = (
+    5,
+    2.0,
+    8.0,
+)  # chirps for the stiffness: their number, smallest and usual ratio of the largest amplitude to the smallest
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
 
 LEGS = 4  # fewest legs of a slide with a sine
@@ -81,7 +85,9 @@ def _no_presliding(limits: MotionLimits) -> str:
 def _conditioning(limits: MotionLimits, purpose: str) -> ExcitationPiece:
     """Return a slide to and fro that erases the memory of the contact."""
     amplitude = SLIDE * limits.reach
-    return _triangle(limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / 1.5)  # it takes 1.5 s
+    return _triangle(
+        limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / 1.5
+    )  # it takes 1.5 s
 
 
 def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
@@ -90,14 +96,23 @@ def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     smallest = max(SMALLEST * limits.reach, LOOP_COUNTS * limits.count, limits.followed)
     # Evenly spaced: most of the time belongs to the large loops, which contain most of the force.
     amplitudes = np.linspace(smallest, largest, 14)
-    slowest = 2.0 * largest / 5.0  # longest leg of 5 s: in longer legs, drift of the axis looks like friction
-    fastest = min(2.0 * smallest / (25.0 * limits.sample_time), limits.fastest)  # samples in the shortest leg
+    slowest = (
+        2.0 * largest / 5.0
+    )  # longest leg of 5 s: in longer legs, drift of the axis looks like friction
+    fastest = min(
+        2.0 * smallest / (25.0 * limits.sample_time), limits.fastest
+    )  # samples in the shortest leg
     cycles = 2
 
     def make(speed: float) -> list[ExcitationPiece]:
         decay = 0.15 ** (1.0 / (2 * DECAYING_CYCLES - 1))
-        loops = _triangle(limits, "presliding", "decaying loops", largest, speed, DECAYING_CYCLES, decay)
-        pairs = [_triangle(limits, "presliding", "triangles", amplitude, speed, cycles) for amplitude in amplitudes]
+        loops = _triangle(
+            limits, "presliding", "decaying loops", largest, speed, DECAYING_CYCLES, decay
+        )
+        pairs = [
+            _triangle(limits, "presliding", "triangles", amplitude, speed, cycles)
+            for amplitude in amplitudes
+        ]
         return [_conditioning(limits, "presliding"), loops, *pairs]
 
     planned = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
@@ -141,7 +156,11 @@ def _break_away(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     def make(speed: float) -> list[ExcitationPiece]:
         return [
             _conditioning(limits, "break-away"),
-            *(_ramp(limits, side, min(rate * speed, most)) for rate in RATES for side in (-1.0, 1.0)),
+            *(
+                _ramp(limits, side, min(rate * speed, most))
+                for rate in RATES
+                for side in (-1.0, 1.0)
+            ),
         ]
 
     pace = turn / (0.2 * seconds)
@@ -151,9 +170,15 @@ def _break_away(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
 def _ramp(limits: MotionLimits, side: float, speed: float) -> ExcitationPiece:
     distance = SLIDING * limits.reach
     reference = s_curve(
-        kind=limits.kind, distance=side * distance, velocity=speed, acceleration=limits.corner(speed, limits.reach), jerk=limits.jerk
+        kind=limits.kind,
+        distance=side * distance,
+        velocity=speed,
+        acceleration=limits.corner(speed, limits.reach),
+        jerk=limits.jerk,
     )
-    return ExcitationPiece("break-away", "break-away ramp", reference, 2.0 * REST, speed, side * distance)
+    return ExcitationPiece(
+        "break-away", "break-away ramp", reference, 2.0 * REST, speed, side * distance
+    )
 
 
 def closing(limits: MotionLimits, pieces: Sequence[ExcitationPiece]) -> list[ExcitationPiece]:
@@ -163,19 +188,34 @@ def closing(limits: MotionLimits, pieces: Sequence[ExcitationPiece]) -> list[Exc
         return []
     speed = min(abs(distance) / RETURN, limits.fastest)
     acceleration = limits.corner(speed, abs(distance))
-    reference = s_curve(kind=limits.kind, distance=distance, velocity=speed, acceleration=acceleration, jerk=limits.jerk)
-    return [ExcitationPiece(pieces[-1].purpose, "return to the start", reference, REST, speed, distance)]
+    reference = s_curve(
+        kind=limits.kind,
+        distance=distance,
+        velocity=speed,
+        acceleration=acceleration,
+        jerk=limits.jerk,
+    )
+    return [
+        ExcitationPiece(pieces[-1].purpose, "return to the start", reference, REST, speed, distance)
+    ]
 
 
 def _unknown(limits: MotionLimits) -> str:
     """Return the limit that a long slide needs and that is unknown, with advice; empty if all are known."""
     limited = (
         (limits.velocity, "velocity", "velocity under [limits]"),
-        (limits.acceleration, "acceleration", "acceleration under [limits], or limit under [effort] and the moving mass"),
+        (
+            limits.acceleration,
+            "acceleration",
+            "acceleration under [limits], or limit under [effort] and the moving mass",
+        ),
         (limits.travel, "travel", "stroke under [limits], or give a travel"),
     )
     unknown = {quantity: remedy for value, quantity, remedy in limited if value is None}
-    return bool(unknown) * f"the {' and '.join(unknown)} limit of the axis is unknown. Write {'; write '.join(unknown.values())}"
+    return (
+        bool(unknown)
+        * f"the {' and '.join(unknown)} limit of the axis is unknown. Write {'; write '.join(unknown.values())}"
+    )
 
 
 def _no_stribeck(limits: MotionLimits) -> str:
@@ -203,7 +243,9 @@ def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
             ideal = speed / (4.0 * rate)
             amplitude = min(max(ideal, least, 2.0 * braking), most)
             shape = (float(amplitude), float(speed), min(max(round(ideal / amplitude), 1), 6))
-            sweeps.append(_triangle(limits, "stribeck", "constant velocity", *shape, leg=float(amplitude)))
+            sweeps.append(
+                _triangle(limits, "stribeck", "constant velocity", *shape, leg=float(amplitude))
+            )
         return sweeps
 
     pace = SPEEDS / seconds
@@ -229,7 +271,9 @@ def _fastest(limits: MotionLimits) -> float:
     a = largest_acceleration(limits)
     room_left = 0.25 * limits.extent
     rise = a / limits.jerk
-    return min(limits.fastest, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))
+    return min(
+        limits.fastest, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise)
+    )
 
 
 def _no_damping(limits: MotionLimits) -> str:
@@ -267,8 +311,12 @@ def _chirp(limits: MotionLimits, purpose: str, seconds: float, amplitude: float)
     high = _highest_frequency(limits)
     duration = max(seconds - REST, 4.0 / low)
     ramp = min(2.0 / low, 0.2 * duration)
-    reference = chirp(kind=limits.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
-    return ExcitationPiece(purpose, "chirp", reference, REST, 2.0 * math.pi * high * amplitude, amplitude)
+    reference = chirp(
+        kind=limits.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp
+    )
+    return ExcitationPiece(
+        purpose, "chirp", reference, REST, 2.0 * math.pi * high * amplitude, amplitude
+    )
 
 
 def _no_stiffness(limits: MotionLimits) -> str:
@@ -290,7 +338,10 @@ def _stiffness(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     count, _, ratio = SIZES
     largest = _chirp_amplitude(limits)
     smallest = max(CHIRP_COUNTS * limits.count, largest / ratio)
-    return [_chirp(limits, "stiffness", seconds / count, float(amplitude)) for amplitude in np.geomspace(smallest, largest, count)]
+    return [
+        _chirp(limits, "stiffness", seconds / count, float(amplitude))
+        for amplitude in np.geomspace(smallest, largest, count)
+    ]
 
 
 def _chirp_amplitude(limits: MotionLimits) -> float:
@@ -306,7 +357,14 @@ def _chirp_amplitude(limits: MotionLimits) -> float:
 def _too_low(limits: MotionLimits) -> str:
     """Return the limits that allow no chirp of two encoder steps, with the values that do."""
     omega = 2.0 * math.pi * _highest_frequency(limits)
-    limited = enumerate((("velocity", limits.velocity), ("acceleration", limits.acceleration), ("jerk", limits.jerk)), 1)
+    limited = enumerate(
+        (
+            ("velocity", limits.velocity),
+            ("acceleration", limits.acceleration),
+            ("jerk", limits.jerk),
+        ),
+        1,
+    )
     # Only a share of a limit is used; its square leaves some spare.
     return " and ".join(
         f"{name} to {limits.in_unit(least / MARGIN**2, f'length/time^{power}')}"
@@ -350,7 +408,11 @@ def _resonance(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
         jerk=limits.jerk,
         leg_count=legs,
     )
-    return [ExcitationPiece("resonance", "swept slide", reference, REST, (1.0 + SHAKEN) * speed, amplitude)]
+    return [
+        ExcitationPiece(
+            "resonance", "swept slide", reference, REST, (1.0 + SHAKEN) * speed, amplitude
+        )
+    ]
 
 
 def _highest_swept(limits: MotionLimits) -> float:
@@ -359,13 +421,34 @@ def _highest_swept(limits: MotionLimits) -> float:
 
 
 PURPOSES: dict[str, Purpose] = {
-    "presliding": Purpose("stiffness and loops before sliding, F_C", 0.55, _no_presliding, _presliding),
-    "break-away": Purpose("break-away force and distance, and their dependence on the rate", 0.12, _no_presliding, _break_away),
-    "damping": Purpose("micro-damping and the resonance on the contact", 0.08, _no_damping, _damping),
-    "stiffness": Purpose("stiffness and damping of the contact without a friction model", 0.25, _no_stiffness, _stiffness, on_request=True),
-    "stribeck": Purpose("friction over velocity, and the moving mass", 0.25, _no_stribeck, _stribeck),
+    "presliding": Purpose(
+        "stiffness and loops before sliding, F_C", 0.55, _no_presliding, _presliding
+    ),
+    "break-away": Purpose(
+        "break-away force and distance, and their dependence on the rate",
+        0.12,
+        _no_presliding,
+        _break_away,
+    ),
+    "damping": Purpose(
+        "micro-damping and the resonance on the contact", 0.08, _no_damping, _damping
+    ),
+    "stiffness": Purpose(
+        "stiffness and damping of the contact without a friction model",
+        0.25,
+        _no_stiffness,
+        _stiffness,
+        on_request=True,
+    ),
+    "stribeck": Purpose(
+        "friction over velocity, and the moving mass", 0.25, _no_stribeck, _stribeck
+    ),
     "resonance": Purpose(
-        "antiresonance and resonance of an elastic coupling, and both masses", 0.25, _no_resonance, _resonance, on_request=True
+        "antiresonance and resonance of an elastic coupling, and both masses",
+        0.25,
+        _no_resonance,
+        _resonance,
+        on_request=True,
     ),
 }
 """Purposes of a motion, by name."""

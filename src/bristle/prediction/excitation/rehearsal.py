@@ -71,13 +71,24 @@ def exceeded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> dict[str, fl
         "effort": (float(np.max(np.abs(log.effort.values))), axis.effort_limit),
         "following error": (following_error_of(log), axis.following_error_limit),
     }
-    ratios = {name: value / limit for name, (value, limit) in demands.items() if limit is not None and value > limit}
+    ratios = {
+        name: value / limit
+        for name, (value, limit) in demands.items()
+        if limit is not None and value > limit
+    }
     if loop:
         return ratios
     return None
 
 
-def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None) -> Rehearsal:
+def rehearse(
+    motion: ExcitationMotion,
+    axis: Axis,
+    prior: Prior,
+    *,
+    draws: int,
+    progress: Progress | None = None,
+) -> Rehearsal:
     """Simulate a motion on the prior with scatter, noise and counts of the encoder, and identify the simulated log."""
     if progress is not None:
         progress(0.1, "simulating the motion")
@@ -88,21 +99,37 @@ def rehearse(motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, 
     if any(component.is_array(parameter) for parameter in component.variables):
         name = "lugre"
     # The scatter of positions in a simulated loop is not needed here: no controller, and no search for a steady state.
-    simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop, controller=None, periodic=False)
+    simulated = replace(
+        axis, delay=0.0, seeks_delay=False, held=loop, controller=None, periodic=False
+    )
     identification = identify(
         log,
         name,
         axis=simulated,
         blocks=0,
         draws=draws,
-        progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),
+        progress=None
+        if progress is None
+        else lambda share, text: progress(0.2 + 0.6 * share, text),
     ).finished
     values = prior.plant.values
     if name.partition("+")[0] == prior.friction.name.partition("+")[0]:
         values = values | prior.friction.values
-    truth = {estimate.name: float(values[estimate.name]) for estimate in identification.best.estimates if estimate.name in values}
+    truth = {
+        estimate.name: float(values[estimate.name])
+        for estimate in identification.best.estimates
+        if estimate.name in values
+    }
     assert log.effort is not None
-    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), lag_of(motion, log), identification, truth, loop)
+    return Rehearsal(
+        log,
+        friction,
+        float(np.max(np.abs(log.effort.values))),
+        lag_of(motion, log),
+        identification,
+        truth,
+        loop,
+    )
 
 
 def lag_of(motion: ExcitationMotion, log: Log) -> float:
@@ -128,7 +155,11 @@ def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, n
     turns = reversals(v)
     factors = 1.0 + SCATTER * np.random.default_rng(2).standard_normal(turns.size + 1)
     disturbance = (factors[numbered(turns, v.size)] - 1.0) * expected
-    noise = NOISE * float(np.sqrt(np.mean(expected**2))) * np.random.default_rng(1).standard_normal(expected.size)
+    noise = (
+        NOISE
+        * float(np.sqrt(np.mean(expected**2)))
+        * np.random.default_rng(1).standard_normal(expected.size)
+    )
     trace = _in_loop(motion, axis, prior, disturbance)
     if trace is not None:
         position = trace.measured
@@ -158,7 +189,9 @@ def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, n
     return log, friction, trace is not None
 
 
-def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np.ndarray) -> Trace | None:
+def _in_loop(
+    motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np.ndarray
+) -> Trace | None:
     """Return the run in the loop of the controller; None without a controller, or if the loop is unstable."""
     # The controller is tuned to the mass of its axis: with a guessed mass, its loop is meaningless.
     if axis.controller is None or not prior.mass_known:
@@ -173,7 +206,9 @@ def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np
         prior.friction,
         controller,
         encoder(kind=axis.kind, resolution=axis.resolution or 0.0),
-        np.stack((motion.position, motion.velocity, motion.acceleration, np.zeros_like(motion.time))),
+        np.stack(
+            (motion.position, motion.velocity, motion.acceleration, np.zeros_like(motion.time))
+        ),
         motion.sample_time,
         steps=8,
         disturbance=disturbance,

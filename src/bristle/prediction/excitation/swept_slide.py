@@ -32,7 +32,9 @@ class Parameters(NamedTuple):
     f_0: Annotated[float, Variable("frequency", "frequency at the beginning of a leg", min=1e-9)]
     f_1: Annotated[float, Variable("frequency", "frequency at the end of a leg", min=1e-9)]
     jerk: Annotated[float, Variable("length/time^3", "largest jerk", min=1e-12)] = math.inf
-    leg_count: Annotated[int, Variable("1", "legs from one turning point to the other", min=1.0, max=1e6)] = 4
+    leg_count: Annotated[
+        int, Variable("1", "legs from one turning point to the other", min=1.0, max=1e6)
+    ] = 4
 
 
 class State(NamedTuple):
@@ -62,7 +64,11 @@ def cruises_of(legs: Legs) -> list[tuple[float, float]]:
     steady = (legs.acceleration[:-1] == 0.0) & (legs.jerk[:-1] == 0.0)
     begins = legs.time[:-1][steady]
     times = np.diff(legs.time)[steady]
-    return [(begin, time) for begin, time in zip(begins.tolist(), times.tolist(), strict=True) if time > 0.75 * np.max(times)]
+    return [
+        (begin, time)
+        for begin, time in zip(begins.tolist(), times.tolist(), strict=True)
+        if time > 0.75 * np.max(times)
+    ]
 
 
 def _sine(t: np.ndarray, time: float, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -77,7 +83,9 @@ def _sine(t: np.ndarray, time: float, p: Parameters) -> tuple[np.ndarray, np.nda
     first = slow + 2.0 * fast
     second = 2.0 * slow + 8.0 * fast
     size_dot = -rate * size * (1.0 + first / u)
-    size_ddot = -rate * (size_dot * (1.0 + first / u) + rate * size * (second / u - 2.0 * (first / u) ** 2))
+    size_ddot = -rate * (
+        size_dot * (1.0 + first / u) + rate * size * (second / u - 2.0 * (first / u) ** 2)
+    )
     up, up_dot, up_ddot = fade(t, FADED * time)
     down, down_dot, down_ddot = fade(time - t, FADED * time)
     w = up * down
@@ -89,7 +97,11 @@ def _sine(t: np.ndarray, time: float, p: Parameters) -> tuple[np.ndarray, np.nda
     phase = (omega - 2.0 * np.pi * p.f_0) / rate
     s = np.sin(phase)
     s_dot = omega * np.cos(phase)
-    return a * s, a_dot * s + a * s_dot, a_ddot * s + 2.0 * a_dot * s_dot + a * (rate * s_dot - omega**2 * s)
+    return (
+        a * s,
+        a_dot * s + a * s_dot,
+        a_ddot * s + 2.0 * a_dot * s_dot + a * (rate * s_dot - omega**2 * s),
+    )
 
 
 def duration(p: Parameters) -> float:
@@ -104,5 +116,12 @@ swept_slide = Passing(
     State=State,
     sample=sample,
     duration=duration,
-    example={"amplitude": 0.05, "velocity": 0.02, "acceleration": 2.0, "shaking": 0.01, "f_0": 3.0, "f_1": 200.0},
+    example={
+        "amplitude": 0.05,
+        "velocity": 0.02,
+        "acceleration": 2.0,
+        "shaking": 0.01,
+        "f_0": 3.0,
+        "f_1": 200.0,
+    },
 )

@@ -10,7 +10,11 @@ from bristle.report.figures import loading  # first of all: imports matplotlib
 
 from bristle.core.loading import loaded_from
 from bristle.report.figures.files import figure_file, inline_svg
-from bristle.report.figures.first_screen import friction_after_reversals, friction_over_velocity, gain_at_reversal
+from bristle.report.figures.first_screen import (
+    friction_after_reversals,
+    friction_over_velocity,
+    gain_at_reversal,
+)
 from bristle.report.figures.following_error import following_error
 from bristle.report.figures.numbers import as_csv, numbers_of
 from bristle.report.figures.own import load_figure_file

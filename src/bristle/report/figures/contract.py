@@ -48,8 +48,15 @@ def _log(kind: Kind, seed: int, off: float) -> Any:
     t, noise = STEP * np.arange(SAMPLES), np.random.default_rng(seed).normal(size=(2, SAMPLES))
     reference = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(12.0 * t)
     velocity = np.gradient(reference, t)
-    effort = 12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity + 0.2 * noise[0]
-    columns = {"time": t, "reference": reference, "position": reference - off * np.sign(velocity) + 1e-6 * noise[1], "effort": effort}
+    effort = (
+        12.0 * np.gradient(velocity, t) + 5.0 * np.sign(velocity) + 80.0 * velocity + 0.2 * noise[0]
+    )
+    columns = {
+        "time": t,
+        "reference": reference,
+        "position": reference - off * np.sign(velocity) + 1e-6 * noise[1],
+        "effort": effort,
+    }
     return Log.from_columns(columns, kind=kind)
 
 
@@ -62,7 +69,12 @@ def _experiment(kind: Kind) -> Any:
         "name": "example",
         "plant": {"model": "inertia", "M": 12.0},
         "friction": friction,
-        "controller": {"model": "cascade", "k_p": 40.0, "k_v": 2000.0, "feedforward": {"friction": friction}},
+        "controller": {
+            "model": "cascade",
+            "k_p": 40.0,
+            "k_v": 2000.0,
+            "feedforward": {"friction": friction},
+        },
         "sensor": {"resolution": 1e-6},
         "reference": {"model": "sine", "amplitude": 0.01, "frequency": 2.0},
         "run": {"duration": 1.25, "sample_time": STEP, "settle": 0.25},
@@ -77,7 +89,11 @@ def _study(kind: Kind) -> Any:
     columns = {
         "run": {"role": "run", "unit": ""},
         "friction.F_C": {"role": "drawn", "unit": force},
-        "following_error.rms": {"role": "metric", "unit": length, "description": "following error, root mean square"},
+        "following_error.rms": {
+            "role": "metric",
+            "unit": length,
+            "description": "following error, root mean square",
+        },
         "status": {"role": "run", "unit": ""},
         "reason": {"role": "run", "unit": ""},
     }
@@ -95,18 +111,28 @@ def _study(kind: Kind) -> Any:
     }
     level = np.random.default_rng(1).normal(5.0, 0.5, DRAWS)
     numbers = {"run": np.arange(DRAWS), "friction.F_C": level, "following_error.rms": 1e-6 * level}
-    return part("runs")(described, numbers | {"status": np.full(DRAWS, "ok"), "reason": np.full(DRAWS, "")})
+    return part("runs")(
+        described, numbers | {"status": np.full(DRAWS, "ok"), "reason": np.full(DRAWS, "")}
+    )
 
 
 EXAMPLES: dict[str, Callable[[Kind], Any]] = {
-    "identification": lambda kind: identify(_example(kind, "log"), "viscous,coulomb_viscous", draws=0),
+    "identification": lambda kind: identify(
+        _example(kind, "log"), "viscous,coulomb_viscous", draws=0
+    ),
     "log": lambda kind: _log(kind, 1, 0.0),
     "simulation": lambda kind: interpreted()(simulate)(_experiment(kind)),
     "prediction": lambda kind: predict(
-        _example(kind, "identification").best.plant, _example(kind, "identification").best.friction, _example(kind, "log"), None, "inverse"
+        _example(kind, "identification").best.plant,
+        _example(kind, "identification").best.friction,
+        _example(kind, "log"),
+        None,
+        "inverse",
     ),
     "design": lambda kind: interpreted()(part("design"))(_experiment(kind)),
-    "comparison": lambda kind: compare([(_log(kind, 1, 2e-5), None)], [(_log(kind, 2, 1e-5), None)]),
+    "comparison": lambda kind: compare(
+        [(_log(kind, 1, 2e-5), None)], [(_log(kind, 2, 1e-5), None)]
+    ),
     "study": _study,
 }
 
@@ -181,7 +207,9 @@ def shows_numbers(trial: _Trial) -> Fact:
     }
     for kind, count in counts.items():
         if count < 2:
-            raise UnmetError(f"the drawing is empty ({kind} axis)", "Plot into the axes of the returned figure")
+            raise UnmetError(
+                f"the drawing is empty ({kind} axis)", "Plot into the axes of the returned figure"
+            )
     return Fact(f"{sum(counts.values())} points")
 
 
@@ -189,7 +217,9 @@ def labelled_axes(trial: _Trial) -> Fact:
     """Label each axis with its quantity and its unit, which depends on the kind of axis."""
     from bristle.report.figures.legibility import unlabelled_axes
 
-    trial.refuse(unlabelled_axes, "Use scale.label(word) of bristle.report.figures.style: Position [mm]")
+    trial.refuse(
+        unlabelled_axes, "Use scale.label(word) of bristle.report.figures.style: Position [mm]"
+    )
     return Fact()
 
 
@@ -197,7 +227,9 @@ def legible_texts(trial: _Trial) -> Fact:
     """Let no texts overlap or leave the figure."""
     from bristle.report.figures.legibility import illegible_texts
 
-    trial.refuse(illegible_texts, "Give style.panels more height or a wider margin, or shorten the text")
+    trial.refuse(
+        illegible_texts, "Give style.panels more height or a wider margin, or shorten the text"
+    )
     return Fact()
 
 
@@ -205,9 +237,14 @@ def same_figure_twice(trial: _Trial) -> Fact:
     """Draw the same figure again, to the byte."""
     from bristle.report.figures import inline_svg
 
-    first, again = (inline_svg(drawing, "trial", "") for drawing in (trial.drawn[KINDS[0]], trial.draw(KINDS[0])))
+    first, again = (
+        inline_svg(drawing, "trial", "")
+        for drawing in (trial.drawn[KINDS[0]], trial.draw(KINDS[0]))
+    )
     if first != again:
-        raise UnmetError("the second drawing differs", "Draw no random number, no date, and no unordered set")
+        raise UnmetError(
+            "the second drawing differs", "Draw no random number, no date, and no unordered set"
+        )
     return Fact(f"{len(first)} bytes")
 
 
@@ -215,7 +252,9 @@ def saved_in_each_form(trial: _Trial) -> Fact:
     """Can be saved in every format for publication."""
     from bristle.report.figures import figure_file
 
-    sizes = {form: len(figure_file(trial.drawn[KINDS[0]], form, trial.figure.title)) for form in FORMS}
+    sizes = {
+        form: len(figure_file(trial.drawn[KINDS[0]], form, trial.figure.title)) for form in FORMS
+    }
     return Fact(", ".join(f"{form} {size} bytes" for form, size in sizes.items()))
 
 
@@ -224,12 +263,17 @@ def nothing_left_open(trial: _Trial) -> Fact:
     from bristle.report.figures import style
 
     before = _open_figures()
-    style.styled(trial.figure.draw)(*copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0], trial.takes))))
+    style.styled(trial.figure.draw)(
+        *copy.deepcopy(trial.figure.arguments(example_facts(KINDS[0], trial.takes)))
+    )
     left = _open_figures() - before
     if left:
         for number in left:
             sys.modules["matplotlib.pyplot"].close(number)
-        raise UnmetError("pyplot keeps the figure", "Make it with bristle.report.figures.style.panels, not with pyplot")
+        raise UnmetError(
+            "pyplot keeps the figure",
+            "Make it with bristle.report.figures.style.panels, not with pyplot",
+        )
     return Fact()
 
 
@@ -239,4 +283,12 @@ def _open_figures() -> set[int]:
 
 
 FORM = (described_figure, draws_each_kind)
-FIGURE_CHECKS = (*FORM, shows_numbers, labelled_axes, legible_texts, same_figure_twice, saved_in_each_form, nothing_left_open)
+FIGURE_CHECKS = (
+    *FORM,
+    shows_numbers,
+    labelled_axes,
+    legible_texts,
+    same_figure_twice,
+    saved_in_each_form,
+    nothing_left_open,
+)

@@ -33,7 +33,9 @@ CUT = "…"
 # marks that reverse the text after them.
 _UNFIT = re.compile(
     "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufdd0-\ufdef\u202a-\u202e\u2066-\u2069"
-    + "".join(f"{chr(plane + 0xFFFE)}{chr(plane + 0xFFFF)}" for plane in range(0, 0x110000, 0x10000))
+    + "".join(
+        f"{chr(plane + 0xFFFE)}{chr(plane + 0xFFFF)}" for plane in range(0, 0x110000, 0x10000)
+    )
     + "]"
 )
 # Hebrew, Arabic and similar scripts: text after their last letter would be read to the left of them.
@@ -67,7 +69,9 @@ def one_line(text: str) -> str:
 def width(text: str, size: float) -> float:
     """Return the width of a line of text [inch], with letters of `size` points."""
     font = FontProperties(fname=REGULAR, size=size)
-    return TextToPath().get_text_width_height_descent(_drawable(text), font, False)[0] / 72.0  # points in an inch
+    return (
+        TextToPath().get_text_width_height_descent(_drawable(text), font, False)[0] / 72.0
+    )  # points in an inch
 
 
 def _drawable(text: str) -> str:
@@ -76,7 +80,9 @@ def _drawable(text: str) -> str:
     if text.isascii() or has.issuperset(text):
         return text
     return "".join(
-        letter if letter in has else WIDE for letter in text if letter in has or unicodedata.category(letter) not in {"Mn", "Me", "Cf"}
+        letter if letter in has else WIDE
+        for letter in text
+        if letter in has or unicodedata.category(letter) not in {"Mn", "Me", "Cf"}
     )
 
 
@@ -87,10 +93,14 @@ def _letters() -> frozenset[str]:
 
 def shortened(name: str, available: float, size: float = LETTERS) -> str:
     """Return a name as one line; a long name loses its middle, because names differ at their beginnings and ends."""
-    text = one_line(name[:LONGEST_READ] + name[-LONGEST_READ:] if len(name) > 2 * LONGEST_READ else name)
+    text = one_line(
+        name[:LONGEST_READ] + name[-LONGEST_READ:] if len(name) > 2 * LONGEST_READ else name
+    )
     if width(text, size) <= available:
         return text
-    wider = bisect_right(range(2, len(text)), available, key=lambda count: width(_without_middle(text, count), size))
+    wider = bisect_right(
+        range(2, len(text)), available, key=lambda count: width(_without_middle(text, count), size)
+    )
     return _without_middle(text, 1 + wider)
 
 
@@ -159,7 +169,11 @@ LOOK: dict[str, Any] = {
 
 # The backend opens windows, which these figures never do; reading the setting would look up a backend.
 BACKEND = ("backend", "backend_fallback")
-OWN: Any = {key: value for key, value in dict(matplotlib.rcParamsDefault.copy()).items() if key not in BACKEND} | LOOK
+OWN: Any = {
+    key: value
+    for key, value in dict(matplotlib.rcParamsDefault.copy()).items()
+    if key not in BACKEND
+} | LOOK
 
 
 class _Turn:
@@ -173,7 +187,11 @@ class _Turn:
 _turn = _Turn()
 if hasattr(os, "register_at_fork"):
     # A child forked while another thread draws would keep these settings for ever.
-    os.register_at_fork(before=_turn.lock.acquire, after_in_parent=_turn.lock.release, after_in_child=_turn.lock.release)
+    os.register_at_fork(
+        before=_turn.lock.acquire,
+        after_in_parent=_turn.lock.release,
+        after_in_child=_turn.lock.release,
+    )
 
 
 @contextmanager
@@ -186,7 +204,9 @@ def own_settings() -> Iterator[None]:
                 yield
             else:
                 with matplotlib.rc_context(OWN), warnings.catch_warnings():
-                    warnings.filterwarnings("ignore", "Glyph .* missing from")  # a page is read with the fonts of its reader
+                    warnings.filterwarnings(
+                        "ignore", "Glyph .* missing from"
+                    )  # a page is read with the fonts of its reader
                     yield
         finally:
             _turn.depth -= 1

@@ -56,9 +56,13 @@ def figure_file(figure: Figure, form: str, title: str) -> bytes:
     if not isinstance(title, str):
         raise InputError("must be text", path="title", value=title)
     if form not in DATELESS:
-        raise InputError("is not a valid choice", path="form", value=form, allowed=", ".join(DATELESS))
+        raise InputError(
+            "is not a valid choice", path="form", value=form, allowed=", ".join(DATELESS)
+        )
     out = io.BytesIO()
-    metadata = DATELESS[form] | ({} if form == "png" else {"Title": printable(" ".join(title.split()))})
+    metadata = DATELESS[form] | (
+        {} if form == "png" else {"Title": printable(" ".join(title.split()))}
+    )
     with own_settings(), matplotlib.rc_context(TEXT), _one_remark_on_letters():
         dpi = min(DPI, math.sqrt(MOST_PIXELS / math.prod(figure.get_size_inches())))
         figure.savefig(out, format=form, dpi=dpi, facecolor="white", metadata=metadata)
@@ -75,7 +79,9 @@ def _one_remark_on_letters() -> Iterator[None]:
     lacking = [text for text in distinct if "missing from" in text]
     for text, warning in distinct.items():
         if text not in lacking:
-            warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+            warnings.warn_explicit(
+                warning.message, warning.category, warning.filename, warning.lineno
+            )
     if lacking:
         warnings.warn(
             "letters of a name are not in the fonts of the figures and appear as boxes in pdf and png; use svg",
@@ -104,13 +110,21 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     out = io.StringIO()
     # Text stays text: searchable, copyable and readable by a screen reader.
     with own_settings(), matplotlib.rc_context({"svg.fonttype": "none"}), _named(figure):
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure.savefig(
+            out,
+            format="svg",
+            metadata={"Date": None, "Creator": None, "Format": None, "Type": None},
+        )
     text = re.search(r"<svg\b.*</svg>", printable(out.getvalue()), flags=re.DOTALL)[0]  # type: ignore[index]
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, count=1, flags=re.DOTALL)
     # Before 3.10 matplotlib names the clip of a panel that is not a rectangle by its address in memory.
     for number, identifier in enumerate(re.findall(r'<clipPath id="([^"]*)">\s*<path', text), 1):
         text = text.replace(identifier, f"clip-{number}")
-    used = {reference for tag in _TAG.findall(text) for reference in re.findall(r'(?:xlink:href="#|url\(#)([^")]+)', tag)}
+    used = {
+        reference
+        for tag in _TAG.findall(text)
+        for reference in re.findall(r'(?:xlink:href="#|url\(#)([^")]+)', tag)
+    }
     text = _TAG.sub(lambda tag: _with_own_ids(_rounded(tag[0]), name, used), text)
     box = re.search(r'viewBox="([^"]*)"', text)[1]  # type: ignore[index]
     label = escape(printable(" ".join(description.split())))
@@ -130,7 +144,11 @@ def notebook_svg(figure: Figure, description: str) -> str:
 def _named(figure: Figure) -> Iterator[None]:
     """Give panels and their lines identifiers for a script."""
     named = [(axes, f"panel-{place}") for place, axes in enumerate(figure.axes)]
-    named += [(line, f"curve-{number}") for axes in figure.axes for number, line in enumerate(axes.get_lines())]
+    named += [
+        (line, f"curve-{number}")
+        for axes in figure.axes
+        for number, line in enumerate(axes.get_lines())
+    ]
     before = [artist.get_gid() for artist, _ in named]
     for artist, name in named:
         artist.set_gid(name)

@@ -53,11 +53,15 @@ class _Loop(NamedTuple):
         "An error that grows with the speed comes from lag of the position loop, or from viscous friction without feedforward. "
         "Below, the effort."
     ),
-    draw=lambda draw, simulation, focus, following: draw(simulation, focus, None if following is None else following.error),
+    draw=lambda draw, simulation, focus, following: draw(
+        simulation, focus, None if following is None else following.error
+    ),
     may_take=("following",),
     applies=lambda simulation, focus, following: has_completed(simulation),
 )
-def following_error(result: SimulationResult, focus: Sequence[str] = (), measured: np.ndarray | None = None) -> Figure:
+def following_error(
+    result: SimulationResult, focus: Sequence[str] = (), measured: np.ndarray | None = None
+) -> Figure:
     """Return the following error of each variant, whole, close up and as a distribution, and the effort.
 
     Parameters
@@ -91,16 +95,28 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     spread = grid[-3][1]
     kind, reference = result.experiment.kind, simulated[0].reference
     curve = reference, {"color": style.INK, "linewidth": 1.0}, "_"
-    style.over_time(motion, simulated[0].time, curve, scale=style.scale_for("length", kind, reference), word=style.position_word(kind))
+    style.over_time(
+        motion,
+        simulated[0].time,
+        curve,
+        scale=style.scale_for("length", kind, reference),
+        word=style.position_word(kind),
+    )
     motion.set_title("reference")
     force, word = style.effort_scale(kind, *(loop.effort for loop in simulated))
     for loop in simulated:
-        style.over_time(effort, loop.time, (loop.effort, loop.look, f"_{loop.name}"), scale=force, word=word)
+        style.over_time(
+            effort, loop.time, (loop.effort, loop.look, f"_{loop.name}"), scale=force, word=word
+        )
     for axes in all_:
         _draw_errors(axes, loops, kind)
     scale = _draw_errors(full, near, kind)
     times = at_worst_reversal(near[0])
-    _draw_errors(close, [part for part in (loop.between(times[0], times[-1]) for loop in near) if part.time.size], kind)
+    _draw_errors(
+        close,
+        [part for part in (loop.between(times[0], times[-1]) for loop in near) if part.time.size],
+        kind,
+    )
     style.mark_window(full, times * style.time_scale(near[0].time).factor)
     close.set_title("close up, at a reversal of the reference")
     # The share of samples in bins common to all.
@@ -108,7 +124,13 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
     low, high = float(errors.min()), float(errors.max())
     edges = np.linspace(low, high if high > low else low + 1.0, 80 + 1)
     for loop in near:
-        spread.stairs(style.shares(loop.error * scale.factor, edges), edges, orientation="horizontal", label=f"_{loop.name}", **loop.look)
+        spread.stairs(
+            style.shares(loop.error * scale.factor, edges),
+            edges,
+            orientation="horizontal",
+            label=f"_{loop.name}",
+            **loop.look,
+        )
     # A loop rests or slides most of the time: only a logarithmic scale shows its rare large errors too.
     spread.set(xscale="log", xlim=(SHARES[0], SHARES[-1]), xlabel="Share [%]", ylim=full.get_ylim())
     spread.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
@@ -122,13 +144,17 @@ def following_error(result: SimulationResult, focus: Sequence[str] = (), measure
 
 def _difference(result: SimulationResult) -> str:
     at_load = any(variant.at_load for variant in result.variants.values())
-    return "Desired minus true position of the load" if at_load else "Reference minus encoder reading"
+    return (
+        "Desired minus true position of the load" if at_load else "Reference minus encoder reading"
+    )
 
 
 def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
     scale = style.scale_for("length", kind, *(loop.error for loop in loops), MICROMETRE)
     for loop in loops:
-        style.over_time(axes, loop.time, (loop.error, loop.look, loop.name), scale=scale, word=loop.word)
+        style.over_time(
+            axes, loop.time, (loop.error, loop.look, loop.name), scale=scale, word=loop.word
+        )
     return scale
 
 
@@ -136,7 +162,9 @@ def at_worst_reversal(loop: _Loop) -> np.ndarray:
     """Return the times around a reversal of the reference, that with the widest swing of the error."""
     # If the reference never reverses, around the largest error.
     at = worst_reversal(loop.reference, loop.error)
-    return loop.time[style.window(loop.time, loop.error, 0.05) if at is None else at]  # without a reversal
+    return loop.time[
+        style.window(loop.time, loop.error, 0.05) if at is None else at
+    ]  # without a reversal
 
 
 def has_completed(result: SimulationResult) -> bool:
@@ -148,19 +176,39 @@ def loops_of(result: SimulationResult, measured: np.ndarray | None) -> list[_Loo
     """Return the variants that did not diverge, after their settling time; before them the measured following error."""
     loops: list[_Loop] = []
     for number, variant in enumerate(result.experiment.variants, 0 if measured is None else 1):
-        outcome, part = result.variants[variant.name], slice(round(variant.run.settle / variant.run.sample_time), None)
+        outcome, part = (
+            result.variants[variant.name],
+            slice(round(variant.run.settle / variant.run.sample_time), None),
+        )
         if outcome.status is Status.NOT_FINITE or not outcome.time[part].size:
             continue
         look = style.LINES[number % len(style.LINES)]
         if measured is not None and not loops:
             own = (outcome.time[part], outcome.reference[part], measured[: outcome.time.size][part])
-            loops.append(_Loop("measured", style.MEASURED, *own, np.zeros_like(own[2]), outcome.error_word, is_measured=True))
-        time, reference, error, effort = (signal[part] for signal in (outcome.time, outcome.reference, outcome.error, outcome.effort))
+            loops.append(
+                _Loop(
+                    "measured",
+                    style.MEASURED,
+                    *own,
+                    np.zeros_like(own[2]),
+                    outcome.error_word,
+                    is_measured=True,
+                )
+            )
+        time, reference, error, effort = (
+            signal[part]
+            for signal in (outcome.time, outcome.reference, outcome.error, outcome.effort)
+        )
         loops.append(_Loop(variant.name, look, time, reference, error, effort, outcome.error_word))
     return loops
 
 
-QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "force", "effort": "force"}
+QUANTITIES = {
+    "position": "length",
+    "velocity": "length/time",
+    "friction": "force",
+    "effort": "force",
+}
 
 
 @shown(
@@ -172,12 +220,21 @@ QUANTITIES = {"position": "length", "velocity": "length/time", "friction": "forc
 )
 def open_loop(result: SimulationResult) -> Figure:
     """Return position, velocity, friction and effort of each variant over time, one panel each."""
-    variants = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    variants = [
+        variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE
+    ]
     kind = result.experiment.kind
     force = style.effort_word(kind)
-    words = (style.position_word(kind), "Velocity", f"Friction {force.lower()}", f"{force} of the drive")
+    words = (
+        style.position_word(kind),
+        "Velocity",
+        f"Friction {force.lower()}",
+        f"{force} of the drive",
+    )
     names = shortened_apart([label(variant.name) for variant in variants], 1.2)
-    figure, rows = style.panels(4.4, rows=2, columns=2, across=1.7 * style.WIDTH, right=style.room_for(names), top=0.12)
+    figure, rows = style.panels(
+        4.4, rows=2, columns=2, across=1.7 * style.WIDTH, right=style.room_for(names), top=0.12
+    )
     for axes, word, (name, quantity) in zip(chain(*rows), words, QUANTITIES.items(), strict=True):
         scale = style.scale_for(quantity, kind, *(getattr(variant, name) for variant in variants))
         for number, variant in enumerate(variants):

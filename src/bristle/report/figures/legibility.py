@@ -34,14 +34,24 @@ def texts_of(figure: Figure) -> list[tuple[Any, Any]]:
     with own_settings():
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
-        texts: list[Any] = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
+        texts: list[Any] = [
+            *figure.texts,
+            *(text for legend in figure.legends for text in legend.get_texts()),
+        ]
         for axes in figure.axes:
-            texts += [*axes.texts, *(getattr(axes, name) for name in ("title", "_left_title", "_right_title"))]
+            texts += [
+                *axes.texts,
+                *(getattr(axes, name) for name in ("title", "_left_title", "_right_title")),
+            ]
             legend = axes.get_legend()
             texts += [] if legend is None else legend.get_texts()
             for axis in (axes.xaxis, axes.yaxis):
                 low, high = sorted(axis.get_view_interval())
-                ticks = [tick for tick in axis.get_major_ticks() if low - 1e-9 <= tick.get_loc() <= high + 1e-9]
+                ticks = [
+                    tick
+                    for tick in axis.get_major_ticks()
+                    if low - 1e-9 <= tick.get_loc() <= high + 1e-9
+                ]
                 texts += [axis.label, *(tick.label1 for tick in ticks if tick.label1.get_visible())]
         visible = [text for text in texts if text.get_text() and text.get_visible()]
         return [(text, text.get_window_extent(canvas.get_renderer())) for text in visible]
@@ -52,7 +62,10 @@ def illegible_texts(figure: Figure) -> list[str]:
     texts, page = texts_of(figure), figure.bbox
     faults = []
     for (first, box), (second, beside) in itertools.combinations(texts, 2):
-        wide, tall = min(box.x1, beside.x1) - max(box.x0, beside.x0), min(box.y1, beside.y1) - max(box.y0, beside.y0)
+        wide, tall = (
+            min(box.x1, beside.x1) - max(box.x0, beside.x0),
+            min(box.y1, beside.y1) - max(box.y0, beside.y0),
+        )
         # Boxes of parallel slanted texts overlap though their letters do not.
         slanted = first.get_rotation() == second.get_rotation() == 45.0
         if not slanted and wide > OVERLAP and tall > OVERLAP:

@@ -29,7 +29,9 @@ def _load() -> None:
         raise
     except Exception as error:  # errors from a settings file have no common type
         mend = "Correct the file matplotlibrc, or the variables MATPLOTLIBRC, MPLBACKEND and LC_ALL of the environment"
-        raise InputError(f"cannot be imported with the settings of this machine: {error}", path=NAME, mend=mend) from error
+        raise InputError(
+            f"cannot be imported with the settings of this machine: {error}", path=NAME, mend=mend
+        ) from error
     finally:
         log.setLevel(level)
 

@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 
 
 @shown(
-    "motion", "motion", "Position over time, for each purpose", lambda planned: "Each panel has its own scale." * (len(_parts(planned)) > 1)
+    "motion",
+    "motion",
+    "Position over time, for each purpose",
+    lambda planned: "Each panel has its own scale." * (len(_parts(planned)) > 1),
 )
 def motion(planned: ExcitationMotion) -> Figure:
     """Return position over time, a panel for each purpose."""
@@ -26,19 +29,36 @@ def motion(planned: ExcitationMotion) -> Figure:
     figure, panels = style.grid_of(len(parts), gap=0.72)
     for axes, (purpose, part) in zip(panels, parts.items(), strict=True):
         position = planned.position[part] - planned.start
-        scale, word = style.scale_for("length", planned.kind, position), style.position_word(planned.kind)
-        style.over_time(axes, planned.time[part], (position, style.PREDICTED, ""), scale=scale, word=word)
+        scale, word = (
+            style.scale_for("length", planned.kind, position),
+            style.position_word(planned.kind),
+        )
+        style.over_time(
+            axes, planned.time[part], (position, style.PREDICTED, ""), scale=scale, word=word
+        )
         axes.set_title(purpose)
     return figure
 
 
-@shown("expected", ("motion", "expected"), "Expected friction over position and over speed", "Expected friction.")
+@shown(
+    "expected",
+    ("motion", "expected"),
+    "Expected friction over position and over speed",
+    "Expected friction.",
+)
 def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     """Return the loops of friction over position in pre-sliding, and friction over the speed of steady slides."""
     parts = _parts(planned)
     force, word = style.effort_scale(planned.kind, friction)
     effort = force.label(f"Friction {word.lower()}")
-    slow = next((parts[name] for name in ("presliding", "break-away", "damping", "stiffness", "resonance") if name in parts), None)
+    slow = next(
+        (
+            parts[name]
+            for name in ("presliding", "break-away", "damping", "stiffness", "resonance")
+            if name in parts
+        ),
+        None,
+    )
     fast = parts.get("stribeck")
     count = (slow is not None) + (fast is not None)
     figure, grid = style.panels(LOW * count - 0.3, rows=count, across=SIDE, top=0.12)
@@ -46,12 +66,20 @@ def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     if slow is not None:
         axes, position = row.pop(0), planned.position[slow] - planned.start
         scale = style.scale_for("length", planned.kind, position)
-        axes.plot(position[::4] * scale.factor, friction[slow][::4] * force.factor, **style.PREDICTED)
+        axes.plot(
+            position[::4] * scale.factor, friction[slow][::4] * force.factor, **style.PREDICTED
+        )
         axes.set(xlabel=scale.label(style.position_word(planned.kind)), ylabel=effort)
     if fast is not None:
         speed, level = np.abs(_steady(planned, friction, fast)).T
         scale = style.scale_for("length/time", planned.kind, speed)
-        row[0].semilogx(speed * scale.factor, level * force.factor, ".", markersize=3.0, color=style.PREDICTED["color"])
+        row[0].semilogx(
+            speed * scale.factor,
+            level * force.factor,
+            ".",
+            markersize=3.0,
+            color=style.PREDICTED["color"],
+        )
         # Plain numbers: matplotlib writes powers of ten as mathematics, which a page shows as source text.
         row[0].xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
@@ -65,7 +93,9 @@ def _steady(planned: ExcitationMotion, friction: np.ndarray, part: slice) -> np.
     velocity = planned.velocity[part]
     cruise = np.isclose(velocity[1:], velocity[:-1], rtol=1e-9, atol=0.0)
     points = []
-    for moving, group in groupby(range(cruise.size), key=lambda k: bool(cruise[k] and velocity[k] != 0.0)):
+    for moving, group in groupby(
+        range(cruise.size), key=lambda k: bool(cruise[k] and velocity[k] != 0.0)
+    ):
         members = list(group)
         if moving and len(members) > 4:
             late = slice(part.start + members[len(members) // 2], part.start + members[-1])

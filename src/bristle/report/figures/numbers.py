@@ -47,11 +47,15 @@ class Panel(NamedTuple):
 
 def numbers_of(figure: Figure) -> list[Panel]:
     """Return the numbers of each panel of a figure; empty for a diagram, whose positions have no meaning."""
-    panels = [(axes, list(drawn_in(axes))) for axes in figure.axes if axes.get_visible() and axes.axison]
+    panels = [
+        (axes, list(drawn_in(axes))) for axes in figure.axes if axes.get_visible() and axes.axison
+    ]
     result = []
     for axes, drawn in panels:
         if drawn:
-            title = " ".join(filter(None, (axes.get_title(side) for side in ("left", "center", "right"))))
+            title = " ".join(
+                filter(None, (axes.get_title(side) for side in ("left", "center", "right")))
+            )
             x, y = _heads(axes, figure.axes, title)
             named = list(zip(series_names(drawn, y), drawn, strict=True))
             result.append(Panel(title, x, y, named, (names_at(axes.xaxis), names_at(axes.yaxis))))
@@ -74,8 +78,16 @@ def as_csv(panel: Panel) -> str:
         for stroke in graphic.strokes:
             number = strokes[series, graphic.mark] = strokes.get((series, graphic.mark), 0) + 1
             for point in stroke:
-                cells = [panel.title, series, graphic.mark, str(number), *(format(float(number), DIGITS) for number in point)]
-                writer.writerow(cells + [_nearest(float(point[column]), names) for column, names in named])
+                cells = [
+                    panel.title,
+                    series,
+                    graphic.mark,
+                    str(number),
+                    *(format(float(number), DIGITS) for number in point),
+                ]
+                writer.writerow(
+                    cells + [_nearest(float(point[column]), names) for column, names in named]
+                )
     return out.getvalue()
 
 
@@ -128,12 +140,20 @@ def drawn_in(axes: Axes) -> Iterator[Drawn]:
     bars = [container for container in axes.containers if isinstance(container, BarContainer)]
     in_bars = {id(bar) for container in bars for bar in container}
     for artist in (*axes.lines, *axes.collections, *axes.patches):
-        if id(artist) not in in_bars and artist.get_visible() and (drawn := _read(artist, axes)) and any(map(len, drawn.strokes)):
+        if (
+            id(artist) not in in_bars
+            and artist.get_visible()
+            and (drawn := _read(artist, axes))
+            and any(map(len, drawn.strokes))
+        ):
             yield drawn
     for container in bars:
         # The end of each bar, in the middle of its width.
         x, y = (1.0, 0.5) if container.orientation == "horizontal" else (0.5, 1.0)
-        ends = [(bar.get_x() + x * bar.get_width(), bar.get_y() + y * bar.get_height()) for bar in container]
+        ends = [
+            (bar.get_x() + x * bar.get_width(), bar.get_y() + y * bar.get_height())
+            for bar in container
+        ]
         if ends:
             yield Drawn(container, "bars", [np.array(ends)])
 
@@ -145,33 +165,49 @@ def _read(artist: Any, axes: Axes) -> Drawn | None:
     if isinstance(artist, PathCollection):
         placed = _in_units(_floats(artist.get_offsets()), artist.get_offset_transform(), axes)
         return None if placed is None else Drawn(artist, "points", [placed])
-    if isinstance(artist, (FancyArrowPatch, ContourSet, QuadMesh)):  # the heights of contours and cells would be missing
+    if isinstance(
+        artist, (FancyArrowPatch, ContourSet, QuadMesh)
+    ):  # the heights of contours and cells would be missing
         return None
     if artist in axes.collections:
         paths, transform = artist.get_paths(), artist.get_transform()
         mark = "line" if isinstance(artist, LineCollection) else "area"
     else:
-        paths, transform = [artist.get_patch_transform().transform_path(artist.get_path())], Artist.get_transform(artist)
+        paths, transform = (
+            [artist.get_patch_transform().transform_path(artist.get_path())],
+            Artist.get_transform(artist),
+        )
         mark = "steps" if isinstance(artist, StepPatch) else "area"
     strokes = [_in_units(stroke, transform, axes) for path in paths for stroke in _strokes(path)]
     return Drawn(artist, mark, [stroke for stroke in strokes if stroke is not None])
 
 
 def _line(line: Any, axes: Axes) -> Drawn | None:
-    points = np.column_stack([_floats(line.get_xdata(orig=False)), _floats(line.get_ydata(orig=False))])
-    joined, style = line.get_linestyle() not in ("None", "", " ") and len(points) > 1, line.get_drawstyle()
+    points = np.column_stack(
+        [_floats(line.get_xdata(orig=False)), _floats(line.get_ydata(orig=False))]
+    )
+    joined, style = (
+        line.get_linestyle() not in ("None", "", " ") and len(points) > 1,
+        line.get_drawstyle(),
+    )
     mark = "points" if not joined else "line" if style == "default" else style
     placed = _in_units(points, line.get_transform(), axes)
     if placed is None:
         return None
-    return Drawn(line, mark, _without_gaps(placed) if joined else [placed[np.isfinite(placed).all(axis=1)]])
+    return Drawn(
+        line, mark, _without_gaps(placed) if joined else [placed[np.isfinite(placed).all(axis=1)]]
+    )
 
 
 def _strokes(path: Path) -> list[np.ndarray]:
     """Return the corners of each stroke of a path; a closed stroke ends where it begins."""
     polyline_path = Path(path.vertices, path.codes)
     polyline_path.should_simplify = False
-    return [part for polyline in polyline_path.to_polygons(closed_only=False) for part in _without_gaps(np.asarray(polyline))]
+    return [
+        part
+        for polyline in polyline_path.to_polygons(closed_only=False)
+        for part in _without_gaps(np.asarray(polyline))
+    ]
 
 
 def _without_gaps(points: np.ndarray) -> list[np.ndarray]:
@@ -198,7 +234,10 @@ def _floats(values: Any) -> np.ndarray:
 def series_names(drawn: Sequence[Drawn], y: str) -> list[str]:
     """Return the name of each series of a panel: its label, else the axis of the only line or points, else its mark."""
     # Legends omit a label that begins with an underscore.
-    labels = [re.sub(r"^_(child\d+$|nolegend_$)?", "", str(graphic.artist.get_label())) for graphic in drawn]
+    labels = [
+        re.sub(r"^_(child\d+$|nolegend_$)?", "", str(graphic.artist.get_label()))
+        for graphic in drawn
+    ]
     unnamed = [graphic.mark for graphic, label in zip(drawn, labels, strict=True) if not label]
     counts: dict[str, int] = {}
     for index, graphic in enumerate(drawn):
@@ -208,5 +247,7 @@ def series_names(drawn: Sequence[Drawn], y: str) -> list[str]:
             counts[graphic.mark] = counts.get(graphic.mark, 0) + 1
             labels[index] = f"{graphic.mark} {counts[graphic.mark]}"
         else:
-            labels[index] = y.partition(" [")[0] if graphic.mark in ("line", "points") else graphic.mark
+            labels[index] = (
+                y.partition(" [")[0] if graphic.mark in ("line", "points") else graphic.mark
+            )
     return labels

@@ -35,7 +35,11 @@ def _has_no_gain(facts: Facts) -> bool:
 
 def _is_presliding(facts: Facts) -> bool:
     """Return whether a log without a gain is about pre-sliding: then force over displacement is its large picture."""
-    if facts["gain_pair"] is not None or _is_elastic(facts) or not Place("front", "first_screen.reversals").figure.applies_to(facts):
+    if (
+        facts["gain_pair"] is not None
+        or _is_elastic(facts)
+        or not Place("front", "first_screen.reversals").figure.applies_to(facts)
+    ):
         return False
     from bristle.report.figures.first_screen import is_presliding
 
@@ -64,7 +68,9 @@ class Place(NamedTuple):
         module = self.name.partition(".")[0]
         import_module(OF_APPS.get(module, f"bristle.report.figures.{module}"))
         figure = FIGURES[self.name]
-        return replace(figure, draw=partial(figure.draw, **self.options)) if self.options else figure
+        return (
+            replace(figure, draw=partial(figure.draw, **self.options)) if self.options else figure
+        )
 
     def is_taken(self, facts: Facts) -> bool:
         """Return whether the figure appears on a report with these facts."""
@@ -78,19 +84,41 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("front", "two_masses.response"),
         Place("front", "first_screen.gain", lambda facts: not _is_elastic(facts)),
         Place("front", "first_screen.reversals", _is_presliding, {"large": True}),
-        Place("front", "first_screen.effort", lambda facts: _has_no_gain(facts) and _has_curve(facts) and not _is_presliding(facts)),
-        Place("front", "fit.prediction", lambda facts: _has_no_gain(facts) and not _has_curve(facts)),
+        Place(
+            "front",
+            "first_screen.effort",
+            lambda facts: _has_no_gain(facts) and _has_curve(facts) and not _is_presliding(facts),
+        ),
+        Place(
+            "front", "fit.prediction", lambda facts: _has_no_gain(facts) and not _has_curve(facts)
+        ),
         Place("beside", "two_masses.frictions"),
         Place("beside", "two_masses.lost_motion"),
         Place("beside", "first_screen.effort", _is_presliding, {"small": True}),
-        Place("beside", "first_screen.velocity", lambda facts: bool(facts["curve"]) and _is_alone(facts) and not _is_presliding(facts)),
-        Place("beside", "first_screen.reversals", lambda facts: _is_alone(facts) and not _is_presliding(facts)),
+        Place(
+            "beside",
+            "first_screen.velocity",
+            lambda facts: bool(facts["curve"]) and _is_alone(facts) and not _is_presliding(facts),
+        ),
+        Place(
+            "beside",
+            "first_screen.reversals",
+            lambda facts: _is_alone(facts) and not _is_presliding(facts),
+        ),
         Place("following", "first_screen.gain", _is_elastic),
         Place("following", "following_error.following"),
-        Place("position", "fit.prediction", lambda facts: _has_curve(facts) and facts["fit"].position_rmse is not None),
+        Place(
+            "position",
+            "fit.prediction",
+            lambda facts: _has_curve(facts) and facts["fit"].position_rmse is not None,
+        ),
         Place("fit", "fit.time"),
         Place("fit", "fit.residuals"),
-        Place("fit", "fit.prediction", lambda facts: _has_curve(facts) and facts["fit"].position_rmse is None),
+        Place(
+            "fit",
+            "fit.prediction",
+            lambda facts: _has_curve(facts) and facts["fit"].position_rmse is None,
+        ),
         Place("fit", "fit.error"),
         Place("log", "recorded.passages"),
         Place("log", "recorded.loops"),
@@ -103,7 +131,11 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("beside", "bars.variants"),
         Place("variants", "following_error.following"),
     ),
-    "log": (Place("front", "recorded.passages"), Place("beside", "recorded.loops"), Place("beside", "recorded.velocities")),
+    "log": (
+        Place("front", "recorded.passages"),
+        Place("beside", "recorded.loops"),
+        Place("beside", "recorded.velocities"),
+    ),
     "design": (
         Place("front", "loop_design.loops"),
         Place("beside", "bars.causes"),
@@ -117,7 +149,11 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("courses", "comparison.comparison"),
     ),
     "excitation": (Place("front", "motion.motion"), Place("beside", "motion.expected")),
-    "study": (Place("front", "many_runs.distribution"), Place("beside", "bars.influence"), Place("spread", "many_runs.spread")),
+    "study": (
+        Place("front", "many_runs.distribution"),
+        Place("beside", "bars.influence"),
+        Place("spread", "many_runs.spread"),
+    ),
     "fleet": (
         Place("front", "joints.joints"),
         Place("front", "many_runs.parameter", lambda facts: facts["joints"] is None),

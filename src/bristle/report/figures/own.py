@@ -41,8 +41,15 @@ def load_figure_file(path: Readable) -> ReportFigure:
         If the file cannot be read or run, defines no figure, or its figure lacks a name, inputs or texts.
     """
     content = code_at(path)
-    figure, source = declared_in(content, "FIGURE", ReportFigure, title="figure", mend=MEND), str(content.source)
-    if not isinstance(figure.name, str) or not NAME.fullmatch(figure.name) or figure.name in names_on_reports():
+    figure, source = (
+        declared_in(content, "FIGURE", ReportFigure, title="figure", mend=MEND),
+        str(content.source),
+    )
+    if (
+        not isinstance(figure.name, str)
+        or not NAME.fullmatch(figure.name)
+        or figure.name in names_on_reports()
+    ):
         raise InputError(
             "has a figure with an invalid name",
             path=source,
@@ -54,7 +61,9 @@ def load_figure_file(path: Readable) -> ReportFigure:
         if not isinstance(text, str) or not text.strip():
             raise InputError(f"its figure has no {part}", path=source, mend=f'Write {part}="..."')
     if not callable(figure.draw):
-        raise InputError("its figure has no function `draw`", path=source, value=figure.draw, mend=MEND)
+        raise InputError(
+            "its figure has no function `draw`", path=source, value=figure.draw, mend=MEND
+        )
     unknown = [str(name) for name in figure.needs if name not in RESULTS]
     if unknown or not figure.needs:
         raise InputError(
@@ -67,11 +76,15 @@ def load_figure_file(path: Readable) -> ReportFigure:
     return figure
 
 
-def refuse_unfit(figure: ReportFigure, command: str, figures: Sequence[ReportFigure], path: str) -> None:
+def refuse_unfit(
+    figure: ReportFigure, command: str, figures: Sequence[ReportFigure], path: str
+) -> None:
     """Refuse a figure that a report can never have."""
     strange = [name for name in figure.needs if name not in FACTS[command]]
     if strange:
-        able = [f"bristle {name}" for name, facts in FACTS.items() if set(figure.needs) <= set(facts)]
+        able = [
+            f"bristle {name}" for name, facts in FACTS.items() if set(figure.needs) <= set(facts)
+        ]
         raise InputError(
             f"its figure takes results that the report of {command} lacks",
             path=path,
@@ -80,12 +93,22 @@ def refuse_unfit(figure: ReportFigure, command: str, figures: Sequence[ReportFig
             mend=f"Use the figure with {' or '.join(able)}" if able else "",
         )
     if [candidate.name for candidate in figures].count(figure.name) > 1:
-        raise InputError("another figure has the same name", path=path, value=figure.name, mend="Write another name")
+        raise InputError(
+            "another figure has the same name",
+            path=path,
+            value=figure.name,
+            mend="Write another name",
+        )
 
 
-def figures_named(figures: Sequence[ReportFigure | str | os.PathLike[str]], command: str) -> tuple[ReportFigure, ...]:
+def figures_named(
+    figures: Sequence[ReportFigure | str | os.PathLike[str]], command: str
+) -> tuple[ReportFigure, ...]:
     """Return figures for the report of a command; for files, the figures that they define."""
-    loaded = [figure if isinstance(figure, ReportFigure) else load_figure_file(figure) for figure in figures]
+    loaded = [
+        figure if isinstance(figure, ReportFigure) else load_figure_file(figure)
+        for figure in figures
+    ]
     for figure in loaded:
         refuse_unfit(figure, command, loaded, figure.name)
     return tuple(loaded)

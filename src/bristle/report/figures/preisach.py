@@ -54,29 +54,63 @@ def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
 
 
 @style.styled
-def preisach_stages(operator: Model, saturated: float, turns: Sequence[float], arm: float = 1.0, effort: Kind | None = None) -> Figure:
+def preisach_stages(
+    operator: Model,
+    saturated: float,
+    turns: Sequence[float],
+    arm: float = 1.0,
+    effort: Kind | None = None,
+) -> Figure:
     """Return the planes at the turns of a history that begins in saturation, and the force along it."""
     path = [saturated, *turns]
     u = _way(path)
     f = arm * response(operator, u, history=[saturated])
     units = loop_units([(u, f)], operator.kind, effort)
-    figure, (above, (below,)) = style.panels(5.3, rows=2, columns=len(turns), heights=(1.0, 1.45), undivided=(1,), between=0.22, gap=0.7)
+    figure, (above, (below,)) = style.panels(
+        5.3, rows=2, columns=len(turns), heights=(1.0, 1.45), undivided=(1,), between=0.22, gap=0.7
+    )
     for index, axes in enumerate(above):
         past = path[: index + 2]
-        _draw_memory(axes, operator, [0.0, *past], 1.1 * max(map(abs, path)), units.length, "S⁺: relays up", "----")
+        _draw_memory(
+            axes,
+            operator,
+            [0.0, *past],
+            1.1 * max(map(abs, path)),
+            units.length,
+            "S⁺: relays up",
+            "----",
+        )
         _hatch(axes, past, units.length)
         axes.set_title(f"({LETTERS[index]})", loc="left")
     style.share_y(above, above[0].get_ylabel())
     for axes in above[1:]:
         axes.set_ylabel("")
     handles = above[0].get_legend_handles_labels()
-    figure.legend(*handles, loc="upper right", ncols=4, frameon=False, handlelength=1.2, columnspacing=1.4, borderaxespad=0.1)
+    figure.legend(
+        *handles,
+        loc="upper right",
+        ncols=4,
+        frameon=False,
+        handlelength=1.2,
+        columnspacing=1.4,
+        borderaxespad=0.1,
+    )
     units.plot(below, u, f, **style.PREDICTED)
     for index, (start, turn) in enumerate(pairwise(path)):
-        at = (u[(index + 1) * SAMPLES - 1] * units.length.factor, f[(index + 1) * SAMPLES - 1] * units.force.factor)
+        at = (
+            u[(index + 1) * SAMPLES - 1] * units.length.factor,
+            f[(index + 1) * SAMPLES - 1] * units.force.factor,
+        )
         below.plot(*at, "o", color=NOW, markersize=style.SMALL)
         side, align = (1, "left") if turn >= start else (-1, "right")
-        below.annotate(f"({LETTERS[index]})", at, xytext=(6 * side, 1), textcoords="offset points", color=style.INK, ha=align)
+        below.annotate(
+            f"({LETTERS[index]})",
+            at,
+            xytext=(6 * side, 1),
+            textcoords="offset points",
+            color=style.INK,
+            ha=align,
+        )
     below.margins(x=0.05, y=0.1)
     below.set(xlabel=units.x, ylabel=units.y)
     return figure
@@ -101,16 +135,34 @@ def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
 
 
 def _draw_memory(
-    axes: Axes, operator: Model, turns: Sequence[float], extent: float, length: Scale, name: str = "relays up", hatch: str | None = None
+    axes: Axes,
+    operator: Model,
+    turns: Sequence[float],
+    extent: float,
+    length: Scale,
+    name: str = "relays up",
+    hatch: str | None = None,
 ) -> None:
     """Draw the plane up to a threshold of `extent` [m or rad], with the staircase of a history."""
     state, memory = after(operator, turns)
     edge = extent * length.factor
-    line = np.vstack(([-edge, edge], staircase(memory[: state.depth].tolist(), state.z) * length.factor))
+    line = np.vstack(
+        ([-edge, edge], staircase(memory[: state.depth].tolist(), state.z) * length.factor)
+    )
     up = np.vstack((line, [-edge, -edge]))
-    axes.fill(up[:, 0], up[:, 1], facecolor=LIGHT["shade"], edgecolor=LIGHT["ghost"], hatch=hatch, linewidth=0, label=name)
+    axes.fill(
+        up[:, 0],
+        up[:, 1],
+        facecolor=LIGHT["shade"],
+        edgecolor=LIGHT["ghost"],
+        hatch=hatch,
+        linewidth=0,
+        label=name,
+    )
     axes.plot([-edge, edge], [-edge, edge], **style.AID)
-    axes.plot(line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory")
+    axes.plot(
+        line[:, 0], line[:, 1], color=style.PREDICTED["color"], linewidth=style.WIDE, label="memory"
+    )
     axes.plot(*line[-1], "o", color=NOW, markersize=style.SMALL, label="input now")
     axes.set(xlim=(-edge, edge), ylim=(-edge, edge))
     axes.set_aspect("equal", adjustable="box")
@@ -126,7 +178,8 @@ def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
     minima, maxima = list(path[::2]), list(path[1::2])
     ends = minima[1:] if len(minima) > len(maxima) else [*minima[1:], maxima[-1]]
     return [
-        np.array([(left, left), (left, top), (right, top), (right, right)]) for left, right, top in zip(minima, ends, maxima, strict=False)
+        np.array([(left, left), (left, top), (right, top), (right, right)])
+        for left, right, top in zip(minima, ends, maxima, strict=False)
     ]
 
 
@@ -136,7 +189,24 @@ def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
     for index, corners in enumerate(trapezoids(path)):
         scaled, hatch = corners * length.factor, HATCHES[index % len(HATCHES)]
         name = "_trapezoid" if index else "trapezoids Qₖ"
-        axes.fill(scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor=LIGHT["fifth"], hatch=hatch, linewidth=0.8, label=name)
+        axes.fill(
+            scaled[:, 0],
+            scaled[:, 1],
+            facecolor="none",
+            edgecolor=LIGHT["fifth"],
+            hatch=hatch,
+            linewidth=0.8,
+            label=name,
+        )
         (left, _), (_, top), (right, _), _ = scaled
         x = left + 0.42 * (right - left)  # the middle of a trapezoid over a slanted base
-        axes.text(x, 0.5 * (top + x), f"Q{INDICES[index]}", ha="center", va="center", fontsize=8.0, color=style.INK, bbox=box)
+        axes.text(
+            x,
+            0.5 * (top + x),
+            f"Q{INDICES[index]}",
+            ha="center",
+            va="center",
+            fontsize=8.0,
+            color=style.INK,
+            bbox=box,
+        )

@@ -30,26 +30,52 @@ SLOPE = 5e-3  # [s] of a position from which a velocity is derived
 @shown(
     "passages",
     ("log", "passages"),
-    lambda log, passages: f"Position{'' if log.effort is None else ' and effort'} over time, with the kind of motion shaded",
+    lambda log, passages: (
+        f"Position{'' if log.effort is None else ' and effort'} over time, with the kind of motion shaded"
+    ),
     "Shaded: the kind of motion.",
 )
 def passages(log: Log, segments: Sequence[Passage]) -> Figure:
     """Return position over time with its passages shaded, and effort over time."""
-    figure, rows = style.panels(2.4 if log.effort is None else TALL, rows=1 if log.effort is None else 2)
+    figure, rows = style.panels(
+        2.4 if log.effort is None else TALL, rows=1 if log.effort is None else 2
+    )
     axes, time, position = rows[0][0], log.time.values, log.position.values
-    span, scale, word = style.time_scale(time), style.scale_for("length", log.kind, position), style.position_word(log.kind)
+    span, scale, word = (
+        style.time_scale(time),
+        style.scale_for("length", log.kind, position),
+        style.position_word(log.kind),
+    )
     names = {kind: kind.replace("_", " ") for kind in SHADES}
     for segment in segments:
         if segment.kind in SHADES:
             shade, alpha, hatch = SHADES[segment.kind]
-            look = {"facecolor": LIGHT[shade], "alpha": alpha, "hatch": hatch, "edgecolor": LIGHT["ground"], "linewidth": 0, "zorder": 0}
-            axes.axvspan(segment.begin * span.factor, segment.end * span.factor, label=names[segment.kind], **look)
+            look = {
+                "facecolor": LIGHT[shade],
+                "alpha": alpha,
+                "hatch": hatch,
+                "edgecolor": LIGHT["ground"],
+                "linewidth": 0,
+                "zorder": 0,
+            }
+            axes.axvspan(
+                segment.begin * span.factor,
+                segment.end * span.factor,
+                label=names[segment.kind],
+                **look,
+            )
             names[segment.kind] = f"_{names[segment.kind].lstrip('_')}"
     style.over_time(axes, time, (position, style.PREDICTED, ""), scale=scale, word=word)
     style.legend(axes, columns=len(SHADES))
     if log.effort is not None:
         force, word = style.effort_scale(log.kind, log.effort.values)
-        style.over_time(rows[1][0], time, (log.effort.values, style.MEASURED | {"linewidth": 1.0}, ""), scale=force, word=word)
+        style.over_time(
+            rows[1][0],
+            time,
+            (log.effort.values, style.MEASURED | {"linewidth": 1.0}, ""),
+            scale=force,
+            word=word,
+        )
     return figure
 
 
@@ -58,16 +84,23 @@ def passages(log: Log, segments: Sequence[Passage]) -> Figure:
     ("log", "passages"),
     "Effort over position of pre-sliding loops and break-aways",
     "Pre-sliding loops and break-aways, each from its start.",
-    applies=lambda log, passages: log.effort is not None and any(passage.kind in LOOPS for passage in passages),
+    applies=lambda log, passages: (
+        log.effort is not None and any(passage.kind in LOOPS for passage in passages)
+    ),
 )
 def loops_of_log(log: Log, segments: Sequence[Passage]) -> Figure:
     """Return effort over position of pre-sliding loops and break-aways, each from its start."""
     assert log.effort is not None
     figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
     loops, effort = [segment for segment in segments if segment.kind in LOOPS], log.effort.values
-    positions = [log.position.values[loop.samples] - log.position.values[loop.samples][0] for loop in loops]
+    positions = [
+        log.position.values[loop.samples] - log.position.values[loop.samples][0] for loop in loops
+    ]
     efforts = [effort[loop.samples] for loop in loops]
-    length, (force, word) = style.scale_for("length", log.kind, *positions), style.effort_scale(log.kind, *efforts)
+    length, (force, word) = (
+        style.scale_for("length", log.kind, *positions),
+        style.effort_scale(log.kind, *efforts),
+    )
     step = max(sum(loop.size for loop in positions) // 20_000, 1)
     for x, u in zip(positions, efforts, strict=True):
         axes.plot(x[::step] * length.factor, u[::step] * force.factor, **style.REST)
@@ -75,16 +108,36 @@ def loops_of_log(log: Log, segments: Sequence[Passage]) -> Figure:
     return figure
 
 
-@shown("velocities", "log", "Measured effort over velocity", "Effort over velocity.", applies=lambda log: log.effort is not None)
+@shown(
+    "velocities",
+    "log",
+    "Measured effort over velocity",
+    "Effort over velocity.",
+    applies=lambda log: log.effort is not None,
+)
 def effort_over_velocity(log: Log) -> Figure:
     """Return effort over velocity of each sample, or of some of many."""
     assert log.effort is not None
     figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
-    velocity = np.gradient(log.position.values, log.time.values) if log.velocity is None else log.velocity.values
-    speed, (force, word) = style.scale_for("length/time", log.kind, velocity), style.effort_scale(log.kind, log.effort.values)
+    velocity = (
+        np.gradient(log.position.values, log.time.values)
+        if log.velocity is None
+        else log.velocity.values
+    )
+    speed, (force, word) = (
+        style.scale_for("length/time", log.kind, velocity),
+        style.effort_scale(log.kind, log.effort.values),
+    )
     drawn = style.spread(velocity, log.effort.values)
     points = velocity[drawn] * speed.factor, log.effort.values[drawn] * force.factor
-    axes.plot(*points, linestyle="none", marker="o", markersize=1.6, color=style.MEASURED["color"], label="measured")
+    axes.plot(
+        *points,
+        linestyle="none",
+        marker="o",
+        markersize=1.6,
+        color=style.MEASURED["color"],
+        label="measured",
+    )
     axes.set(xlabel=speed.label("Velocity"), ylabel=force.label(word))
     return figure
 
@@ -93,14 +146,29 @@ def effort_over_velocity(log: Log) -> Figure:
 def log_over_time(log: Log) -> Figure:
     """Return position, velocity and effort of a log over time, a panel each; the slope of the position for a missing velocity."""
     if not hasattr(log, "sample_time"):
-        raise InputError("must be a log", path="log", value=log, mend="Read it first: br.read_log(...)")
-    time, position, reach = log.time.values, log.position.values, max(round(SLOPE / log.sample_time), 1)
+        raise InputError(
+            "must be a log", path="log", value=log, mend="Read it first: br.read_log(...)"
+        )
+    time, position, reach = (
+        log.time.values,
+        log.position.values,
+        max(round(SLOPE / log.sample_time), 1),
+    )
     span, slope = time[reach:] - time[:-reach], position[reach:] - position[:-reach]
-    velocity = np.where(span < 1.5 * reach * log.sample_time, slope / span, np.nan)  # not across a gap
-    signals = [(time, position, "length", style.position_word(log.kind)), (time[reach:] - 0.5 * span, velocity, "length/time", "Velocity")]
+    velocity = np.where(
+        span < 1.5 * reach * log.sample_time, slope / span, np.nan
+    )  # not across a gap
+    signals = [
+        (time, position, "length", style.position_word(log.kind)),
+        (time[reach:] - 0.5 * span, velocity, "length/time", "Velocity"),
+    ]
     if log.velocity is not None:
         signals[1] = time, log.velocity.values, "length/time", "Velocity"
-    signals += [] if log.effort is None else [(time, log.effort.values, "force", style.effort_word(log.kind))]
+    signals += (
+        []
+        if log.effort is None
+        else [(time, log.effort.values, "force", style.effort_word(log.kind))]
+    )
     figure, rows = style.panels(0.3 + style.ROW * len(signals), rows=len(signals))
     for (axes,), (instants, values, quantity, word) in zip(rows, signals, strict=True):
         scale = style.scale_for(quantity, log.kind, values)
@@ -116,14 +184,26 @@ def log_over_time(log: Log) -> Figure:
     lambda recorded, outputs: "Some of the curves." * (len(recorded.curves) > 24),
     draw=lambda draw, recorded, outputs: draw(recorded.curves, outputs, recorded.kind),
 )
-def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
+def recorded_curves(
+    curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind
+) -> Figure:
     """Return output over input, recorded and predicted."""
     figure, ((axes,),) = style.panels(TALL, right=style.room_for(["predicted"]), top=0.12)
     length = style.scale_for("length", kind, *(u for u, _ in curves))
     scale, word = style.effort_scale(kind, *(f for _, f in curves))
     for number, (u, f, f_predicted) in enumerate(_thinned(curves, predicted)):
-        axes.plot(u * length.factor, f * scale.factor, label="_recorded" if number else "recorded", **style.MEASURED)
-        axes.plot(u * length.factor, f_predicted * scale.factor, label="_predicted" if number else "predicted", **style.PREDICTED)
+        axes.plot(
+            u * length.factor,
+            f * scale.factor,
+            label="_recorded" if number else "recorded",
+            **style.MEASURED,
+        )
+        axes.plot(
+            u * length.factor,
+            f_predicted * scale.factor,
+            label="_predicted" if number else "predicted",
+            **style.PREDICTED,
+        )
     axes.set(xlabel=length.label(style.position_word(kind)), ylabel=scale.label(word))
     style.label_lines(axes)
     return figure
@@ -136,7 +216,9 @@ def recorded_curves(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: 
     "Recorded minus predicted.",
     draw=lambda draw, recorded, outputs: draw(recorded.curves, outputs, recorded.kind),
 )
-def curve_errors(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind) -> Figure:
+def curve_errors(
+    curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind
+) -> Figure:
     """Return recorded minus predicted output over input."""
     figure, ((axes,),) = style.panels(LOW, across=SIDE, top=0.12)
     chosen = _thinned(curves, predicted)
@@ -145,11 +227,17 @@ def curve_errors(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Seq
         style.effort_scale(kind, *(f - g for _, f, g in chosen)),
     )
     for u, f, f_predicted in chosen:
-        axes.plot(u * length.factor, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.8)
+        axes.plot(
+            u * length.factor, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.8
+        )
     axes.set(xlabel=length.label(style.position_word(kind)), ylabel=rest.label(f"{word} error"))
     return figure
 
 
-def _thinned(curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray]) -> list[tuple[np.ndarray, ...]]:
+def _thinned(
+    curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray]
+) -> list[tuple[np.ndarray, ...]]:
     """Return input, recorded and predicted output of at most 24 curves."""
-    return [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][:: -(-len(curves) // 24)]
+    return [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][
+        :: -(-len(curves) // 24)
+    ]

@@ -73,7 +73,9 @@ class ReportFigure:
 
     def applies_to(self, facts: Facts) -> bool:
         """Return whether a report with these results has the figure."""
-        return not self.missing(facts) and (self.applies is None or self.applies(*self.arguments(facts)))
+        return not self.missing(facts) and (
+            self.applies is None or self.applies(*self.arguments(facts))
+        )
 
 
 FIGURES: dict[str, ReportFigure] = {}  # the figures of reports, by module and file name
@@ -95,7 +97,13 @@ def shown(
         drawn, key = styled(function), f"{function.__module__.rpartition('.')[2]}.{name}"
         given = drawn if draw is None else partial(draw, drawn)
         FIGURES[key] = ReportFigure(
-            name=name, takes=takes, draw=given, caption=caption, alternative=alternative, may_take=may_take, applies=applies
+            name=name,
+            takes=takes,
+            draw=given,
+            caption=caption,
+            alternative=alternative,
+            may_take=may_take,
+            applies=applies,
         )
         return drawn
 

@@ -27,24 +27,46 @@ class LoopUnits(NamedTuple):
     x: str
     y: str
 
-    def plot(self, axes: Axes, x: np.ndarray | float, force: np.ndarray | float, *mark: str, **look: Any) -> None:
+    def plot(
+        self, axes: Axes, x: np.ndarray | float, force: np.ndarray | float, *mark: str, **look: Any
+    ) -> None:
         """Draw force over position, given in SI, in these units."""
-        axes.plot(np.multiply(x, self.length.factor), np.multiply(force, self.force.factor), *mark, **look)
+        axes.plot(
+            np.multiply(x, self.length.factor), np.multiply(force, self.force.factor), *mark, **look
+        )
 
-    def height(self, curves: Collection[tuple[np.ndarray, np.ndarray]], margin: float = MARGIN) -> tuple[float, float]:
+    def height(
+        self, curves: Collection[tuple[np.ndarray, np.ndarray]], margin: float = MARGIN
+    ) -> tuple[float, float]:
         """Return the range of forces of the curves, with a margin, in these units."""
-        low, high = (edge(float(edge(force)) for _, force in curves) * self.force.factor for edge in (min, max))
+        low, high = (
+            edge(float(edge(force)) for _, force in curves) * self.force.factor
+            for edge in (min, max)
+        )
         return low - margin * (high - low), high + margin * (high - low)
 
 
-def loop_units(curves: Collection[tuple[np.ndarray, np.ndarray]], kind: Kind, effort: Kind | None = None) -> LoopUnits:
+def loop_units(
+    curves: Collection[tuple[np.ndarray, np.ndarray]], kind: Kind, effort: Kind | None = None
+) -> LoopUnits:
     """Return the units for curves of (x, force); `effort` selects forces of another kind of axis."""
     length = style.scale_for("length", kind, *(x for x, _ in curves))
     force, word = style.effort_scale(effort or kind, *(force for _, force in curves))
-    return LoopUnits(length, force, length.label(style.position_word(kind)), force.label(f"Friction {word.lower()}"))
+    return LoopUnits(
+        length,
+        force,
+        length.label(style.position_word(kind)),
+        force.label(f"Friction {word.lower()}"),
+    )
 
 
-def plot_parts(axes: Axes, units: LoopUnits, trace: tuple[np.ndarray, np.ndarray], turn: int, names: tuple[str, str]) -> None:
+def plot_parts(
+    axes: Axes,
+    units: LoopUnits,
+    trace: tuple[np.ndarray, np.ndarray],
+    turn: int,
+    names: tuple[str, str],
+) -> None:
     """Draw the part before a sample wide and light, and the part after it narrow and dark."""
     x, force = trace
     units.plot(axes, x[: turn + 1], force[: turn + 1], label=names[0], **style.MEASURED)
@@ -54,16 +76,32 @@ def plot_parts(axes: Axes, units: LoopUnits, trace: tuple[np.ndarray, np.ndarray
 def _refuse_unlike(traces: Traces, name: str, numbers: Mapping[str, float]) -> None:
     """Refuse traces that are no curves, and numbers that are not those of the traces."""
     if not traces:
-        raise InputError("is empty", path="traces", mend="Give a pair of positions and forces for each model")
+        raise InputError(
+            "is empty", path="traces", mend="Give a pair of positions and forces for each model"
+        )
     for model, (x, force) in traces.items():
         if len(x) != len(force):
-            raise InputError("needs a force for each position", path=f"traces.{model}", value=f"{len(x)} positions, {len(force)} forces")
+            raise InputError(
+                "needs a force for each position",
+                path=f"traces.{model}",
+                value=f"{len(x)} positions, {len(force)} forces",
+            )
     if numbers.keys() != traces.keys():
-        raise InputError("has other names than traces", path=name, value=", ".join(numbers), allowed=", ".join(traces))
+        raise InputError(
+            "has other names than traces",
+            path=name,
+            value=", ".join(numbers),
+            allowed=", ".join(traces),
+        )
 
 
 def _panels(
-    traces: Traces, titles: Mapping[str, str], kind: Kind, effort: Kind | None = None, beneath: Traces | None = None, **layout: Any
+    traces: Traces,
+    titles: Mapping[str, str],
+    kind: Kind,
+    effort: Kind | None = None,
+    beneath: Traces | None = None,
+    **layout: Any,
 ) -> tuple[Figure, dict[str, Axes], LoopUnits]:
     """Return a figure with a titled panel for each trace, the panels by name, and the units."""
     curves = [*traces.values(), *(beneath or {}).values()]
@@ -80,12 +118,16 @@ def _panels(
 def loops_of(friction: Model, distance: float) -> Figure:
     """Return force over position along nested reversals within a pre-sliding distance [m or rad], and along long slides."""
     speed = next((value for name, value in friction.values.items() if name.startswith("v_S")), None)
-    paths: dict[str, tuple[list[float], float, float]] = {"pre-sliding": (NESTED, distance, distance)} if distance > 0.0 else {}
+    paths: dict[str, tuple[list[float], float, float]] = (
+        {"pre-sliding": (NESTED, distance, distance)} if distance > 0.0 else {}
+    )
     if speed is not None or not paths:
         paths["sliding"] = ([0.0, 1.0, -1.0, 1.0], 50.0 * distance or 0.01, 3.0 * (speed or 0.03))
     traces, ease = {}, 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 400))
     for name, (turns, amplitude, fastest) in paths.items():
-        x = amplitude * np.concatenate([start + (end - start) * ease for start, end in pairwise(turns)])
+        x = amplitude * np.concatenate(
+            [start + (end - start) * ease for start, end in pairwise(turns)]
+        )
         traces[name] = x, response(friction, x, dt=float(np.max(np.abs(np.diff(x)))) / fastest)
     return minor_loops(traces, friction.kind)
 
@@ -123,11 +165,20 @@ def drift(traces: Traces, per_cycle: Mapping[str, float], kind: Kind = "translat
     _refuse_unlike(traces, "per_cycle", per_cycle)
     widest = max(float(np.ptp(x)) for x, _ in traces.values())
     unit = unit_of("length", kind)
-    titles = {name: f"{name}: {with_unit(step, unit) if abs(step) > 1e-6 * widest else 'no drift'}" for name, step in per_cycle.items()}
+    titles = {
+        name: f"{name}: {with_unit(step, unit) if abs(step) > 1e-6 * widest else 'no drift'}"
+        for name, step in per_cycle.items()
+    }
     figure, panels, units = _panels(traces, titles, kind)
     for name, axes in panels.items():
         force = traces[name][1]
-        plot_parts(axes, units, traces[name], int(np.argmax(force >= (1.0 - 1e-9) * np.max(force))), ("first loading", "cycles"))
+        plot_parts(
+            axes,
+            units,
+            traces[name],
+            int(np.argmax(force >= (1.0 - 1e-9) * np.max(force))),
+            ("first loading", "cycles"),
+        )
         axes.set_xlim(*(share * widest * units.length.factor for share in (-0.03, 1.03)))
     return figure
 
@@ -146,14 +197,28 @@ def closure(traces: Traces, missing: Mapping[str, float], kind: Kind = "translat
         The kind of axis.
     """
     _refuse_unlike(traces, "missing", missing)
-    percents = {name: f"{number(100.0 * share, resolution=1.0)} %" if abs(share) >= 5e-5 else "closes" for name, share in missing.items()}
-    figure, panels, units = _panels(traces, {name: f"{name}: {percent}" for name, percent in percents.items()}, kind)
+    percents = {
+        name: f"{number(100.0 * share, resolution=1.0)} %" if abs(share) >= 5e-5 else "closes"
+        for name, share in missing.items()
+    }
+    figure, panels, units = _panels(
+        traces, {name: f"{name}: {percent}" for name, percent in percents.items()}, kind
+    )
     for name, axes in panels.items():
         x, force = traces[name]
         turn = int(np.argmax(np.abs(x)))
         plot_parts(axes, units, traces[name], turn, ("loading", "back and again"))
         for at, marker, word in ((turn, "o", "left"), (-1, "x", "returned")):
-            units.plot(axes, x[at], force[at], marker, label=word, markersize=style.SMALL, color=style.INK, fillstyle="none")
+            units.plot(
+                axes,
+                x[at],
+                force[at],
+                marker,
+                label=word,
+                markersize=style.SMALL,
+                color=style.INK,
+                fillstyle="none",
+            )
     return figure
 
 
@@ -169,7 +234,9 @@ def marked_path(
     names: tuple[str, str] = ("there", "back and on"),
 ) -> Figure:
     """Return force over position with the turning points marked, a panel for each model."""
-    figure, panels, units = _panels(traces, titles, kind, effort, beneath, columns=min(2, len(traces)), top=0.56)
+    figure, panels, units = _panels(
+        traces, titles, kind, effort, beneath, columns=min(2, len(traces)), top=0.56
+    )
     for name, axes in panels.items():
         x, force = traces[name]
         if beneath:
@@ -179,7 +246,9 @@ def marked_path(
             plot_parts(axes, units, traces[name], int(turns[name][1]), names)
         samples = np.asarray(turns[name])
         marked = x[samples] * units.length.factor, force[samples] * units.force.factor
-        axes.plot(*marked, "o", color=style.INK, fillstyle="none", markersize=style.SMALL, label="_turns")
+        axes.plot(
+            *marked, "o", color=style.INK, fillstyle="none", markersize=style.SMALL, label="_turns"
+        )
         axes.margins(x=0.08)
         axes.set_ylim(*units.height([*traces.values(), *(beneath or {}).values()], 2.0 * MARGIN))
         _write_letters(axes, *marked, letters)
@@ -193,12 +262,22 @@ def _write_letters(axes: Axes, x: np.ndarray, force: np.ndarray, letters: str) -
     low, high = axes.get_ylim()
     written: list[tuple[str, float]] = []
     for position, height, letter in zip(x, force, letters, strict=True):
-        apart = min((abs(at - height) / (high - low) for earlier, at in written if earlier == letter), default=1.0)
+        apart = min(
+            (abs(at - height) / (high - low) for earlier, at in written if earlier == letter),
+            default=1.0,
+        )
         if letter.strip() and apart > LETTER / 3.0:
             left = position < middle
             shift = (-5 if left else 5, -9 if left or apart < LETTER else 2)
             align = "right" if left else "left"
-            axes.annotate(letter, (position, height), xytext=shift, textcoords="offset points", ha=align, color=style.INK)
+            axes.annotate(
+                letter,
+                (position, height),
+                xytext=shift,
+                textcoords="offset points",
+                ha=align,
+                color=style.INK,
+            )
             written.append((letter, height))
 
 
@@ -206,12 +285,20 @@ Loops = Sequence[tuple[np.ndarray, np.ndarray]]
 
 
 @style.styled
-def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "translational", effort: Kind | None = None) -> Figure:
+def loop_family(
+    panels: Mapping[str, Mapping[str, Loops]],
+    kind: Kind = "translational",
+    effort: Kind | None = None,
+) -> Figure:
     """Return force over position with several loops in each panel."""
-    curves = [curve for families in panels.values() for loops in families.values() for curve in loops]
+    curves = [
+        curve for families in panels.values() for loops in families.values() for curve in loops
+    ]
     names = max(panels.values(), key=len)
     units, named = loop_units(curves, kind, effort), len(names) > 1
-    figure, (row,) = style.panels(3.5, columns=len(panels), between=0.45, names=names if named else (), over_titles=named)
+    figure, (row,) = style.panels(
+        3.5, columns=len(panels), between=0.45, names=names if named else (), over_titles=named
+    )
     for axes, (title, families) in zip(row, panels.items(), strict=True):
         looks = (style.MEASURED, style.PREDICTED)[-len(families) :]
         for look, (name, loops) in zip(looks, families.items(), strict=False):
@@ -227,7 +314,11 @@ def loop_family(panels: Mapping[str, Mapping[str, Loops]], kind: Kind = "transla
 
 @style.styled
 def break_away(
-    traces: Traces, reached: Mapping[str, float], published: float, kind: Kind = "translational", effort: Kind | None = None
+    traces: Traces,
+    reached: Mapping[str, float],
+    published: float,
+    kind: Kind = "translational",
+    effort: Kind | None = None,
 ) -> Figure:
     """Return force over position, marked where each contact has nearly reached its largest force."""
     units = loop_units(traces.values(), kind, effort)
@@ -237,7 +328,9 @@ def break_away(
         units.plot(axes, x, force, label=label(name), **look | {"marker": ""})
         if np.isfinite(at := reached[name]):
             mark = {"marker": look["marker"], "color": look["color"], "markersize": style.SMALL}
-            units.plot(axes, at, float(np.interp(at, x, force)), label=f"_{label(name)}, reached", **mark)
+            units.plot(
+                axes, at, float(np.interp(at, x, force)), label=f"_{label(name)}, reached", **mark
+            )
     axes.set(ylim=(0.0, None), xlabel=units.x, ylabel=units.y)
     style.legend(axes)
     return figure
@@ -256,7 +349,10 @@ def ripple(
 ) -> Figure:
     """Return the driving force over time, and below it friction over position for each contact, from the first cycle of the ripple on."""
     curves = list(traces.values())
-    units, word = loop_units([(x, driving) for x, _ in curves], kind, effort), style.effort_word(effort or kind)
+    units, word = (
+        loop_units([(x, driving) for x, _ in curves], kind, effort),
+        style.effort_word(effort or kind),
+    )
     count = len(traces) + (close_up is not None)
     columns, rows = min(count, 2), -(-count // 2)
     figure, ((above,), *grid) = style.panels(
@@ -276,12 +372,16 @@ def ripple(
     above.plot(time * span.factor, driving * units.force.factor, color=style.INK)
     above.set(xlabel=span.label("Time"), ylabel=units.force.label(f"Driving {word.lower()}"))
     under = units.x.replace(" [", ", from the first cycle on [")
-    under = under if width(under, LETTERS) <= style.WIDTH * below[0].get_position().width else units.x
+    under = (
+        under if width(under, LETTERS) <= style.WIDTH * below[0].get_position().width else units.x
+    )
     if close_up is not None:
         # On top of each other, minus one straight line, with their names in room above them.
         beside, (heading, compared) = below.pop(1), close_up
         line = np.polynomial.Polynomial.fit(*next(iter(compared.values())), 1)
-        for look, (name, (x, force)) in zip((style.MEASURED, style.PREDICTED), compared.items(), strict=False):
+        for look, (name, (x, force)) in zip(
+            (style.MEASURED, style.PREDICTED), compared.items(), strict=False
+        ):
             units.plot(beside, x, force - line(x), label=label(name), **look)
         low, high = beside.get_ylim()
         beside.set_ylim(low, high + 0.45 * (high - low))

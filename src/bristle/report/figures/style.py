@@ -19,13 +19,26 @@ from matplotlib.ticker import FuncFormatter
 
 from bristle.core import Kind, Scale, scale_of, unit_of
 from bristle.core.palette import LIGHT
-from bristle.report.figures.drawing import AT_TICKS, GREY, INK, LETTERS, WIDTH, label, own_settings, shortened, shortened_apart, width
+from bristle.report.figures.drawing import (
+    AT_TICKS,
+    GREY,
+    INK,
+    LETTERS,
+    WIDTH,
+    label,
+    own_settings,
+    shortened,
+    shortened_apart,
+    width,
+)
 from bristle.report.figures.files import Drawing
 
 
 def effort_word(kind: Kind) -> str:
     """Return the word for effort on this kind of axis."""
-    return {"rotational": "Torque", "magnetic": "Moment", "piezo": "Displacement"}.get(kind, "Force")
+    return {"rotational": "Torque", "magnetic": "Moment", "piezo": "Displacement"}.get(
+        kind, "Force"
+    )
 
 
 def position_word(kind: Kind) -> str:
@@ -35,7 +48,10 @@ def position_word(kind: Kind) -> str:
 
 def largest(*signals: np.ndarray) -> float:
     """Return the largest finite absolute value among signals; 0 without values."""
-    tops = [np.max(np.abs(signal[np.isfinite(signal)]), initial=0.0) for signal in map(np.asarray, signals)]
+    tops = [
+        np.max(np.abs(signal[np.isfinite(signal)]), initial=0.0)
+        for signal in map(np.asarray, signals)
+    ]
     return float(max(tops, default=0.0))
 
 
@@ -91,7 +107,9 @@ def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarr
     for part in parts:
         # A long stretch takes its share of the width, or a few short stretches would make it coarse.
         # Two columns at least for each stretch.
-        samples = envelope(y[part], max(columns * (part.stop - part.start) // total, 2)) + part.start
+        samples = (
+            envelope(y[part], max(columns * (part.stop - part.start) // total, 2)) + part.start
+        )
         kept_x += [x[samples], [np.nan]]
         kept_y += [y[samples], [np.nan]]
     if not parts:
@@ -103,7 +121,10 @@ def spread(x: np.ndarray, y: np.ndarray, cells: tuple[int, int] = (240, 120)) ->
     """Return the points of a cloud to draw: one for each occupied cell of a grid, and the extremes."""
     if x.size == 0:
         return np.arange(0)
-    across, up = (np.minimum(((v - v.min()) / (np.ptp(v) or 1.0) * n).astype(int), n - 1) for v, n in zip((x, y), cells, strict=True))
+    across, up = (
+        np.minimum(((v - v.min()) / (np.ptp(v) or 1.0) * n).astype(int), n - 1)
+        for v, n in zip((x, y), cells, strict=True)
+    )
     _, first = np.unique(across * cells[1] + up, return_index=True)
     extremes = [x.argmin(), x.argmax(), y.argmin(), y.argmax()]
     return np.unique(np.concatenate([first, extremes]))
@@ -125,7 +146,9 @@ LINES: tuple[Look, ...] = (
     {"color": LIGHT["fourth"], "linewidth": 1.1, "linestyle": ":"},
     {"color": LIGHT["fifth"], "linewidth": 1.1, "linestyle": "-."},
 )
-SERIES: tuple[Look, ...] = tuple(look | {"marker": marker} for look, marker in zip(LINES, "os^Dv", strict=True))
+SERIES: tuple[Look, ...] = tuple(
+    look | {"marker": marker} for look, marker in zip(LINES, "os^Dv", strict=True)
+)
 REST: Look = PREDICTED | {"linewidth": 0.7}
 AID: Look = {"color": GREY, "linewidth": 0.8, "label": "_aid"}
 DASHED: Look = {"color": INK, "linewidth": 1.0, "linestyle": "--"}
@@ -140,7 +163,10 @@ LINE = 0.18  # inches: of a legend
 HANDLE, BEHIND_HANDLE, BETWEEN = 2.2, 0.8, 1.4  # of a legend [em]
 PAD = 0.1  # around a legend [em]
 EM = LETTERS / 72.0  # inches
-EDGE, PIXELS = 0.1, 1.03  # inches left free at the edges of a figure; times as wide are letters fitted to pixels
+EDGE, PIXELS = (
+    0.1,
+    1.03,
+)  # inches left free at the edges of a figure; times as wide are letters fitted to pixels
 AVAILABLE = (WIDTH - 2.0 * EDGE) / PIXELS
 
 
@@ -198,7 +224,9 @@ def panels(
         top=1 - top / height,
     )
     shares = [[slice(None)] if row in undivided else range(columns) for row in range(rows)]
-    return figure, [[figure.add_subplot(grid[row, share]) for share in shares[row]] for row in range(rows)]
+    return figure, [
+        [figure.add_subplot(grid[row, share]) for share in shares[row]] for row in range(rows)
+    ]
 
 
 def grid_of(count: int, columns: int = 2, **layout: Any) -> tuple[Figure, list[Axes]]:
@@ -213,11 +241,17 @@ def grid_of(count: int, columns: int = 2, **layout: Any) -> tuple[Figure, list[A
 
 
 def named_rows(
-    names: Sequence[str], row_height: float = NAME, longest: float = LONGEST, columns: int = 1, **layout: Any
+    names: Sequence[str],
+    row_height: float = NAME,
+    longest: float = LONGEST,
+    columns: int = 1,
+    **layout: Any,
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with a row for each name, from the top down, in each of its panels."""
     texts = shortened_apart(names, longest, AT_TICKS)
-    widest = max((max(0.085 * len(text), width(text, AT_TICKS)) for text in texts), default=0.0)  # assumes wide letters
+    widest = max(
+        (max(0.085 * len(text), width(text, AT_TICKS)) for text in texts), default=0.0
+    )  # assumes wide letters
     left = max(0.45 + min(widest, longest), 1.0)
     figure, (row,) = panels(0.9 + row_height * len(texts), columns=columns, left=left, **layout)
     for axes in row:
@@ -249,7 +283,9 @@ def title(axes: Axes, text: str, name: str | None = None, beside: float = 0.0) -
     axes.set_title(shortened(name, available) + behind)
 
 
-def over_time(axes: Axes, time: np.ndarray, *signals: tuple[np.ndarray, Look, str], scale: Scale, word: str) -> None:
+def over_time(
+    axes: Axes, time: np.ndarray, *signals: tuple[np.ndarray, Look, str], scale: Scale, word: str
+) -> None:
     """Draw signals over time, each with its look and its name, as short lines that look the same; label both axes."""
     span = time_scale(time)
     for signal, look, name in signals:
@@ -292,7 +328,9 @@ def label_lines(axes: Axes) -> None:
         x, y = (np.asarray(values, dtype=float) for values in curve.get_data())
         x = np.where(np.isfinite(y) & (x <= axes.get_xlim()[1]), x, -np.inf)
         if x.size and np.isfinite(x.max()) and not str(curve.get_label()).startswith("_"):
-            ends.append(((y[x.argmax()] - low) / (high - low), str(curve.get_label()), curve.get_color()))
+            ends.append(
+                ((y[x.argmax()] - low) / (high - low), str(curve.get_label()), curve.get_color())
+            )
     ends.sort(key=lambda end: end[0])
     tall = 1.3 * EM / axes.get_window_extent().height * axes.figure.dpi
     places = np.array([min(max(end[0], 0.5 * tall), 1.0 - 0.5 * tall) for end in ends])
@@ -304,8 +342,12 @@ def label_lines(axes: Axes) -> None:
                 places[below + 1] += up
                 places[below] -= lack - up
     for place, (_, name, colour) in zip(places, ends, strict=True):
-        colour = DOUBTFUL if colour == MEASURED["color"] else colour  # ochre letters are too pale to read
-        axes.text(1.01, place, name, color=colour, transform=axes.transAxes, verticalalignment="center")
+        colour = (
+            DOUBTFUL if colour == MEASURED["color"] else colour
+        )  # ochre letters are too pale to read
+        axes.text(
+            1.01, place, name, color=colour, transform=axes.transAxes, verticalalignment="center"
+        )
 
 
 def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE) -> None:
@@ -337,7 +379,9 @@ def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE) -> None:
         "columnspacing": BETWEEN,
     }
     if isinstance(axes.figure, Drawing) and axes.figure.has_room_above:
-        axes.figure.legend(handles, labels, loc="upper left", bbox_to_anchor=(begin / WIDTH, 1.0), **look)
+        axes.figure.legend(
+            handles, labels, loc="upper left", bbox_to_anchor=(begin / WIDTH, 1.0), **look
+        )
     else:
         inside = (begin - left) / (WIDTH * axes.get_position().width)
         axes.legend(handles, labels, loc="lower left", bbox_to_anchor=(inside, 1.0), **look)
@@ -347,7 +391,15 @@ def legend_in_corner(figure: Figure, axes: Axes) -> float:
     """Put the legend of a panel, in one line, into the upper left corner; return its height [inch]."""
     handles, labels = axes.get_legend_handles_labels()
     columns = len(labels)
-    figure.legend(handles, labels, loc="upper left", ncols=columns, frameon=False, handlelength=HANDLE, columnspacing=BETWEEN)
+    figure.legend(
+        handles,
+        labels,
+        loc="upper left",
+        ncols=columns,
+        frameon=False,
+        handlelength=HANDLE,
+        columnspacing=BETWEEN,
+    )
     end = 0.9 * EM + sum(_tops(labels, columns)) + _beside_names(columns, HANDLE)
     return max(end + BETWEEN * EM - WIDTH * axes.get_position().x0, 0.0)
 
@@ -368,7 +420,9 @@ def _beside_names(columns: int, handle: float) -> float:
 
 def _tops(labels: Sequence[str], columns: int) -> list[float]:
     """Return the width of the widest name of each column [inch], in order of width."""
-    return sorted(max(width(str(name), LETTERS) for name in part) for part in np.array_split(labels, columns))
+    return sorted(
+        max(width(str(name), LETTERS) for name in part) for part in np.array_split(labels, columns)
+    )
 
 
 def window(time: np.ndarray, error: np.ndarray, share: float = 0.03) -> slice:

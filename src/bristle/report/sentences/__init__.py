@@ -9,4 +9,12 @@ from bristle.report.sentences.sentence import Sentence
 __all__ = ["SENTENCES", "Sentence"]
 
 # The sentence of each code.
-SENTENCES: dict[str, Sentence] = {**CHECKS, **PARAMETERS, **FITS, **STRUCTURE, **PREDICTIONS, **LOOPS, **COMPARISONS}
+SENTENCES: dict[str, Sentence] = {
+    **CHECKS,
+    **PARAMETERS,
+    **FITS,
+    **STRUCTURE,
+    **PREDICTIONS,
+    **LOOPS,
+    **COMPARISONS,
+}

@@ -6,7 +6,9 @@ from typing import Any
 from bristle.core import with_unit
 from bristle.report.sentences.sentence import Sentence, says, where
 
-_SPEEDS = "move at several constant speeds, from a tenth of the working speed up to the working speed"
+_SPEEDS = (
+    "move at several constant speeds, from a tenth of the working speed up to the working speed"
+)
 
 
 def _named(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
@@ -23,7 +25,12 @@ def _resampled(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     own, even, effort, behind, period = texts
     if "column" in numbers:
         return own
-    return even + effort * ("effort_error" in numbers) + behind + period * ("sample_time_stated" not in numbers)
+    return (
+        even
+        + effort * ("effort_error" in numbers)
+        + behind
+        + period * ("sample_time_stated" not in numbers)
+    )
 
 
 def _with_names(first: str, names: str, means: str, advice: str) -> Sentence:
@@ -150,7 +157,9 @@ CHECKS: dict[str, Sentence] = {
         ),
         "the channel of the effort saturates, or the drive saturates and the log contains the commanded effort",
         "widen the range of the sensor, record the acting effort, or lower the acceleration",
-        choose=lambda texts, numbers: _named((texts[0 if numbers["percent"] > 0.0 else 2], texts[1]), numbers),
+        choose=lambda texts, numbers: _named(
+            (texts[0 if numbers["percent"] > 0.0 else 2], texts[1]), numbers
+        ),
     ),
     "scale_steps": _with_names(
         "at t = {time:.4g} s the scale of the effort changes by {percent:+.2g} %: inertia and friction change alike. The torque constant, "
@@ -208,17 +217,22 @@ CHECKS: dict[str, Sentence] = {
         ),
         "the axis moves in one direction only",
         "move in both directions",
-        choose=lambda texts, numbers: _named((texts[0 if numbers["percent"] >= 0.05 else 2], texts[1]), numbers),
+        choose=lambda texts, numbers: _named(
+            (texts[0 if numbers["percent"] >= 0.05 else 2], texts[1]), numbers
+        ),
     ),
     "one_speed": Sentence(
         (
-            "all constant-velocity motion is at one speed, {slowest:length/time} to {fastest:length/time}. M" + _SPEEDS[1:],
+            "all constant-velocity motion is at one speed, {slowest:length/time} to {fastest:length/time}. M"
+            + _SPEEDS[1:],
             ". Do not trust the intervals of {names:list}: these parameters are confounded",
             "all constant-velocity motion is at one speed, {slowest:length/time}. M" + _SPEEDS[1:],
         ),
         "all constant-velocity motion is at one speed",
         _SPEEDS,
-        choose=lambda texts, numbers: _named((texts[2 if _same_speed(numbers) else 0], texts[1]), numbers),
+        choose=lambda texts, numbers: _named(
+            (texts[2 if _same_speed(numbers) else 0], texts[1]), numbers
+        ),
     ),
 }
 
@@ -267,10 +281,15 @@ COMPARISONS: dict[str, Sentence] = {
         "record after the axis has warmed up",
     ),
     "friction_not_told": Sentence(
-        ("bristle does not compare friction: no speed occurs often enough in both directions of both logs", "{why}"),
+        (
+            "bristle does not compare friction: no speed occurs often enough in both directions of both logs",
+            "{why}",
+        ),
         "a log does not show its friction, so bristle does not compare friction",
         "record a longer motion to and fro, with more than ten samples for each period of the cut-off frequency",
-        choose=lambda texts, numbers: f"bristle does not compare friction: {texts[1]}" if numbers["why"] else texts[0],
+        choose=lambda texts, numbers: (
+            f"bristle does not compare friction: {texts[1]}" if numbers["why"] else texts[0]
+        ),
     ),
     "sample_times_differ": says(
         "the logs have different sample times: bristle compares them at the longest, one sample about every {longest:time}",

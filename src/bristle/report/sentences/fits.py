@@ -40,8 +40,14 @@ _REMOVED = (
 def _lines(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     """Return the text about proposed lines: taken, rejected, or without a fit."""
     *names, taken, rejected, unfitted = texts
-    named = " and ".join(name for name, key in zip(names, ("offset", "gravity", "harmonics", "spring"), strict=True) if key in numbers)
-    return (taken if numbers["taken"] else rejected if numbers["percent"] < float("inf") else unfitted).replace("LINES", named)
+    named = " and ".join(
+        name
+        for name, key in zip(names, ("offset", "gravity", "harmonics", "spring"), strict=True)
+        if key in numbers
+    )
+    return (
+        taken if numbers["taken"] else rejected if numbers["percent"] < float("inf") else unfitted
+    ).replace("LINES", named)
 
 
 FITS: dict[str, Sentence] = {
@@ -190,7 +196,8 @@ FITS: dict[str, Sentence] = {
     ),
     "delay_rough": Sentence(
         (
-            "the effort lags the position by roughly {delay:time} ({samples:.1f} samples; 95 % interval ±{half_width:time})" + _REMOVED,
+            "the effort lags the position by roughly {delay:time} ({samples:.1f} samples; 95 % interval ±{half_width:time})"
+            + _REMOVED,
             "the effort leads the position by roughly {delay!m:time} ({samples!m:.1f} samples; 95 % interval ±{half_width:time})"
             + _REMOVED,
         ),
@@ -219,7 +226,9 @@ FITS: dict[str, Sentence] = {
         ),
         "a channel was filtered, a command was recorded, or part of the mass is coupled elastically",
         "switch off the filter in the drive and record again, record the acting effort, or look for a resonance",
-        choose=lambda texts, numbers: texts[("effort", "position", "command").index(numbers["channel"])],
+        choose=lambda texts, numbers: texts[
+            ("effort", "position", "command").index(numbers["channel"])
+        ],
         also=("channel", "half_width"),
     ),
     "stages_differ": says(
@@ -250,15 +259,24 @@ FITS: dict[str, Sentence] = {
     ),
     "intervals": Sentence(
         (
-            _INTERVALS.format(causes="noise of {noise:force}, encoder steps of {resolution:length},", left="{unexplained:force}"),
-            _INTERVALS.format(causes="encoder steps of {resolution:length} in the loop", left="{unexplained:force}"),
+            _INTERVALS.format(
+                causes="noise of {noise:force}, encoder steps of {resolution:length},",
+                left="{unexplained:force}",
+            ),
+            _INTERVALS.format(
+                causes="encoder steps of {resolution:length} in the loop",
+                left="{unexplained:force}",
+            ),
         ),
         "the 95 % intervals come from simulated logs",
         "nothing",
         choose=lambda texts, numbers: texts[int("loop" in numbers)],
     ),
     "intervals_motion": says(
-        _INTERVALS.format(causes="encoder steps of {resolution:length} after the motion", left="{unexplained:length}"),
+        _INTERVALS.format(
+            causes="encoder steps of {resolution:length} after the motion",
+            left="{unexplained:length}",
+        ),
         "the 95 % intervals of a fit to the position come from simulated logs",
     ),
 }
@@ -303,7 +321,13 @@ PREDICTIONS: dict[str, Sentence] = {
         "the simulation starts from a deflected contact, from rest, or from a periodic motion",
         "nothing",
         choose=lambda texts, numbers: texts[
-            1 if numbers.get("periods") == 1 else 2 if "periods" in numbers else 0 if "percents" in numbers else 3
+            1
+            if numbers.get("periods") == 1
+            else 2
+            if "periods" in numbers
+            else 0
+            if "percents" in numbers
+            else 3
         ],
     ),
 }

@@ -14,7 +14,10 @@ CAUSES = {
     "gains": "gains too high for the sample time",
     "none": "unknown, because no smaller gain stabilises the loop",
 }
-MENDS = {"raise_gains": "Raise the gains, or add friction feedforward", "feed_desired": "Base the feedforward on the desired motion"}
+MENDS = {
+    "raise_gains": "Raise the gains, or add friction feedforward",
+    "feed_desired": "Base the feedforward on the desired motion",
+}
 SUSPECTS = {
     "k_p": "a position gain of {factor:3 digits} times the value in the axis file",
     "k_ff": "k_ff = {factor:3 digits}, the share of the reference velocity that the drive feeds forward",
@@ -47,7 +50,9 @@ def _mend(numbers: Mapping[str, Any]) -> str:
         return MENDS[numbers["mend"]]
     ways = []
     if "longest_delay" in numbers:
-        ways.append(f"with {'at most ' if numbers['longest_delay'] else ''}{{longest_delay:samples}} of delay")
+        ways.append(
+            f"with {'at most ' if numbers['longest_delay'] else ''}{{longest_delay:samples}} of delay"
+        )
     if "largest_gain_percent" in numbers:
         ways.append("with its gains lowered to {largest_gain_percent:2 digits} % or less")
     return f"The loop is stable {' or '.join(ways)}" if ways else "Check the signs of the gains"
@@ -55,17 +60,24 @@ def _mend(numbers: Mapping[str, Any]) -> str:
 
 def _contradicts(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     errors = texts[0] if "simulated" in numbers else texts[1]
-    ways = [SUSPECTS[name].replace("{factor", f"{{factors[{place}]") for place, name in enumerate(numbers["suspects"])]
+    ways = [
+        SUSPECTS[name].replace("{factor", f"{{factors[{place}]")
+        for place, name in enumerate(numbers["suspects"])
+    ]
     return errors + (texts[2] + " or ".join(ways) if ways else texts[3])
 
 
 LOOPS: dict[str, Sentence] = {
-    "loop_stable": says("the sampled loop is stable: its largest pole is at {radius:4 digits}", "the loop is stable"),
+    "loop_stable": says(
+        "the sampled loop is stable: its largest pole is at {radius:4 digits}", "the loop is stable"
+    ),
     "loop_diverges": Sentence(
         ("unstable, not simulated: the sampled loop has a pole at {radius:4 digits}",),
         "the loop is unstable, so bristle does not simulate it. `why` states the cause",
         "lower the delay or the gains as suggested",
-        choose=lambda texts, numbers: f"{texts[0]}. Cause: {CAUSES[numbers['why']]}. {_mend(numbers)}",
+        choose=lambda texts, numbers: (
+            f"{texts[0]}. Cause: {CAUSES[numbers['why']]}. {_mend(numbers)}"
+        ),
         also=REASONS,
     ),
     "loop_oscillates": Sentence(

@@ -6,7 +6,9 @@ from typing import Any
 from bristle.core import with_unit
 from bristle.report.sentences.sentence import Sentence, cause, held, says, where
 
-_SPEEDS = "move at several constant speeds, from a tenth of the working speed up to the working speed"
+_SPEEDS = (
+    "move at several constant speeds, from a tenth of the working speed up to the working speed"
+)
 _FINER = "record the position more finely, or leave the stiffness of the contact out of the model"
 
 
@@ -35,9 +37,15 @@ PARAMETERS: dict[str, Sentence] = {
         "accelerate harder, or give the mass or inertia in the axis file",
         "the acceleration never exceeds {acceleration:length/time^2}. Give the mass or inertia in the axis file",
     ),
-    "few_speeds": cause("the log has a single speed", _SPEEDS, "the axis moves at one speed only, {speed:length/time}"),
+    "few_speeds": cause(
+        "the log has a single speed",
+        _SPEEDS,
+        "the axis moves at one speed only, {speed:length/time}",
+    ),
     "low_speed": cause(
-        "the speeds are too low to show friction that rises with speed", _SPEEDS, "the log never exceeds {speed:length/time}"
+        "the speeds are too low to show friction that rises with speed",
+        _SPEEDS,
+        "the log never exceeds {speed:length/time}",
     ),
     "no_fall": cause(
         "the log does not show friction that falls with speed",
@@ -106,7 +114,9 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     # A parameter at the end of its range.
     "edge_no_fall": Sentence(
-        ("in this log friction does not fall with speed. The best value is the smallest allowed value, {value:unit}",),
+        (
+            "in this log friction does not fall with speed. The best value is the smallest allowed value, {value:unit}",
+        ),
         "the break-away force is no larger than sliding friction",
         "use a model without the Stribeck effect",
         "edge",
@@ -131,18 +141,28 @@ PARAMETERS: dict[str, Sentence] = {
         "edge",
     ),
     "edge_of_search": Sentence(
-        ("the search ended at the {edge} value that this log could show, {value:unit}, because {cause}",),
+        (
+            "the search ended at the {edge} value that this log could show, {value:unit}, because {cause}",
+        ),
         "the best value is outside the range that the log can show",
         "see `cause`, a code of this table",
         "edge",
     ),
     # A parameter that is held constant.
     "held_known": held("given as known", "the user gave the value, so bristle did not fit it"),
-    "held_taken": held("proposed by a first pass of this log", "bristle took the value from a first pass of the log"),
-    "held_default": held(
-        "the default value of a shape parameter", "bristle fits a shape parameter only on request", "identify the parameter with --free"
+    "held_taken": held(
+        "proposed by a first pass of this log",
+        "bristle took the value from a first pass of the log",
     ),
-    "held_plant_damping": held("confounded with the damping c of the plant", "the damping of the plant already includes viscous friction"),
+    "held_default": held(
+        "the default value of a shape parameter",
+        "bristle fits a shape parameter only on request",
+        "identify the parameter with --free",
+    ),
+    "held_plant_damping": held(
+        "confounded with the damping c of the plant",
+        "the damping of the plant already includes viscous friction",
+    ),
     "held_levels": held(
         "confounded with the difference between {levels[0]} and {levels[1]}",
         "the offset is confounded with friction that differs by direction",
@@ -164,8 +184,14 @@ PARAMETERS: dict[str, Sentence] = {
         "at a single speed, viscous friction is confounded with Coulomb friction",
         _SPEEDS,
     ),
-    "held_middle": held("the middle of the position range of the log", "bristle chose the origin of the position in a slot"),
-    "held_half_range": held("half of the position range of the log", "bristle chose the length by which a slot divides the position"),
+    "held_middle": held(
+        "the middle of the position range of the log",
+        "bristle chose the origin of the position in a slot",
+    ),
+    "held_half_range": held(
+        "half of the position range of the log",
+        "bristle chose the length by which a slot divides the position",
+    ),
     "held_pitch": held(
         "the lead of the axis file, or the period in the residual of a simple friction model",
         "bristle took the pitch of the screw from the axis file or from the residual",
@@ -216,7 +242,9 @@ def _like_a_spring(sentence: Sentence) -> Sentence:
     def choose(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
         return texts[-1] if "alike" in numbers else sentence.choose(texts[:-1], numbers)
 
-    return sentence._replace(texts=(*sentence.texts, text), choose=choose, also=(*sentence.also, "alike"))
+    return sentence._replace(
+        texts=(*sentence.texts, text), choose=choose, also=(*sentence.also, "alike")
+    )
 
 
 STRUCTURE: dict[str, Sentence] = {
@@ -231,7 +259,9 @@ STRUCTURE: dict[str, Sentence] = {
         ),
         "the model lacks forces",
         "try the suggested model. Until then, treat parameters and intervals as effective",
-        choose=lambda texts, numbers: texts[2 if numbers["small"] else 0] + (texts[1] if numbers["names"] else ""),
+        choose=lambda texts, numbers: (
+            texts[2 if numbers["small"] else 0] + (texts[1] if numbers["names"] else "")
+        ),
         also=("causes", "small"),
     ),
     "like_a_spring": Sentence(
@@ -248,7 +278,9 @@ STRUCTURE: dict[str, Sentence] = {
         'write `spring = "cubic"` or `gravity = "link"` under `[plant]` of the axis file. If the line is there, record strokes of several '
         "lengths, from several places",
         choose=lambda texts, numbers: (
-            texts[0] + texts[1 + ("translational", "rotational", "motion").index(numbers["next"])] + (texts[-1] if numbers["names"] else "")
+            texts[0]
+            + texts[1 + ("translational", "rotational", "motion").index(numbers["next"])]
+            + (texts[-1] if numbers["names"] else "")
         ),
         also=("next",),
     ),
@@ -261,7 +293,9 @@ STRUCTURE: dict[str, Sentence] = {
         ),
         "the curve of friction over speed differs from that of the model",
         "try the suggested model",
-        choose=lambda texts, numbers: texts[3 if numbers["compared"] else ("", "lugre", "stribeck_free").index(numbers["model"])],
+        choose=lambda texts, numbers: texts[
+            3 if numbers["compared"] else ("", "lugre", "stribeck_free").index(numbers["model"])
+        ],
         also=("share_percent",),
     ),
     "missing_direction": _missing(
@@ -305,8 +339,10 @@ STRUCTURE: dict[str, Sentence] = {
         (
             _RIPPLE + ". Cogging or a screw is the likely cause",
             ". This model already has a ripple of one period: look for a second period in motor, screw and belt",
-            _RIPPLE + ". It changes its sign with the motion, like friction that varies with the turns of a screw",
-            _RIPPLE + ". It is the same in both directions, like cogging. Next: write `[[cogging]]` with "
+            _RIPPLE
+            + ". It changes its sign with the motion, like friction that varies with the turns of a screw",
+            _RIPPLE
+            + ". It is the same in both directions, like cogging. Next: write `[[cogging]]` with "
             '`turn = "{turner}"` and `harmonics = [{harmonics:whole numbers}]` into the axis file',
             ', and `lead = "{travel:lead}"` under `[transmission]`',
             ", or try `{model}`",

@@ -25,15 +25,21 @@ class Sentence(NamedTuple):
 
 def where(*names: str) -> Choice:
     """Return a choice by the first of these numbers that is present and not empty, with the last text as default."""
-    return lambda texts, numbers: texts[next((n for n, name in enumerate(names) if numbers.get(name) not in (None, "", ())), -1)]
+    return lambda texts, numbers: texts[
+        next((n for n, name in enumerate(names) if numbers.get(name) not in (None, "", ())), -1)
+    ]
 
 
 def _unsure(choose: Choice) -> Any:
     """Return a choice that appends the standard error if it is known."""
-    return lambda texts, numbers: choose(texts[:-1], numbers) + (texts[-1] if "std_percent" in numbers else "")
+    return lambda texts, numbers: (
+        choose(texts[:-1], numbers) + (texts[-1] if "std_percent" in numbers else "")
+    )
 
 
-def cause(means: str, advice: str, *texts: str, choose: Choice = lambda texts, numbers: texts[0]) -> Sentence:
+def cause(
+    means: str, advice: str, *texts: str, choose: Choice = lambda texts, numbers: texts[0]
+) -> Sentence:
     """Return a reason why a parameter is not identifiable."""
     return Sentence((*texts, UNSURE), means, advice, "parameter", _unsure(choose))
 

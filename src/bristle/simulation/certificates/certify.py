@@ -28,7 +28,12 @@ from bristle.core.variable import Variable, unit_of, variables_of
 from bristle.engine import force_along
 from bristle.engine.contact import Contact
 from bristle.models.friction import unvaried
-from bristle.simulation.certificates.certificate import Certificate, OperatorParameters, as_friction, not_applicable
+from bristle.simulation.certificates.certificate import (
+    Certificate,
+    OperatorParameters,
+    as_friction,
+    not_applicable,
+)
 from bristle.simulation.certificates.passive import passive
 from bristle.simulation.certificates.quasi_static import CREEP, Holding, Path, holding_of
 
@@ -54,9 +59,14 @@ class Loop(NamedTuple):
 def fattest_loop(model: Model) -> Loop:
     """Return the symmetric loop with the largest share of work lost or gained; it determines the scale and the sense."""
     phase = np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)
-    shares = [(reach, _share_kept(model, reach * np.sin(phase), reach / CREEP)) for reach in REACHES.tolist()]
+    shares = [
+        (reach, _share_kept(model, reach * np.sin(phase), reach / CREEP))
+        for reach in REACHES.tolist()
+    ]
     reach, share = max(shares, key=lambda loop: abs(loop[1]))
-    return Loop(reach, share, isinstance(model.parameters, OperatorParameters) and share < -ROUNDING)
+    return Loop(
+        reach, share, isinstance(model.parameters, OperatorParameters) and share < -ROUNDING
+    )
 
 
 def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:
@@ -74,7 +84,9 @@ def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:
     return Certificate(True, least, "1", 0.0, passed, advice)
 
 
-def _share_of_random_cycle(model: Model, generator: np.random.Generator, scale: float, sense: float) -> float:
+def _share_of_random_cycle(
+    model: Model, generator: np.random.Generator, scale: float, sense: float
+) -> float:
     """Return the share of work kept over a closed path of three harmonics, 0.1 to 100 times as wide."""
     orders = generator.choice(np.arange(1, 9), 3, replace=False)
     heights = generator.normal(size=3) / orders
@@ -115,7 +127,10 @@ MISSING = 1e-3  # of break-away: a loop that misses more is not closed
 def well_posed(model: Model, holding: Holding) -> Certificate:
     """Return whether the deflection is bounded in sliding, and its bound [m, rad, or N, N*m for a force]."""
     if isinstance(model.parameters, OperatorParameters):
-        return not_applicable("1", "The user gives the input of an operator, so there is no deflection that could grow")
+        return not_applicable(
+            "1",
+            "The user gives the input of an operator, so there is no deflection that could grow",
+        )
     # Read the deflection z if there is one, else the first state, else the force.
     states = variables_of(model.component.State)
     name = "z" if "z" in states else next(iter(states), "")
@@ -132,7 +147,10 @@ def well_posed(model: Model, holding: Holding) -> Certificate:
         return not_applicable(unit, "The model has no deflection that could grow")
     bound = _bound(model, read, holding)
     # F_S, the larger one if it differs by direction.
-    static_force = max((value for name, value in model.values.items() if name in ("F_S", "F_S_pos", "F_S_neg")), default=None)
+    static_force = max(
+        (value for name, value in model.values.items() if name in ("F_S", "F_S_pos", "F_S_neg")),
+        default=None,
+    )
     saturation = model.values.get("f_p")
     if saturation is None or static_force is None:
         advice = "The deflection grows as long as the body slides: add a saturation"
@@ -169,13 +187,20 @@ def _bound(model: Model, read: Callable[[Contact, float], float], holding: Holdi
     return largest
 
 
-def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is_magnet: bool) -> Certificate:
+def drift(
+    model: Model, holding: Holding, ripple: tuple[float, float] | None, is_magnet: bool
+) -> Certificate:
     """Return the displacement per settled cycle [m or rad] under a force between two levels [N or N*m]."""
     unit = unit_of("length", model.kind)
     if is_magnet:
-        return not_applicable(unit, "Its loops run in the opposite sense, like those of a magnet: it cannot rest under a force")
+        return not_applicable(
+            unit,
+            "Its loops run in the opposite sense, like those of a magnet: it cannot rest under a force",
+        )
     if not holding.breaks_away:
-        return not_applicable(unit, "It has no break-away force: any force moves it, or it is a spring without limit")
+        return not_applicable(
+            unit, "It has no break-away force: any force moves it, or it is a spring without limit"
+        )
     low, high = ripple or tuple(map(holding.level, (0.3, 0.6)))
     if not holding.backward < low < high < holding.forward:
         raise InputError(
@@ -209,7 +234,9 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
 def closure(model: Model, holding: Holding, loop: tuple[float, float] | None) -> Certificate:
     """Return the force error at the return to `x1` over ``0 -> x1 -> x2 -> x1``, as a fraction of break-away."""
     if not holding.has_presliding:
-        return not_applicable("1", "Its force does not build up over a distance: there is no minor loop")
+        return not_applicable(
+            "1", "Its force does not build up over a distance: there is no minor loop"
+        )
     x1, x2 = loop or default_loop(model, holding)
     if not (math.isfinite(x1) and math.isfinite(x2) and x1 != 0.0 and x2 / x1 < 1.0):
         raise InputError(
@@ -282,14 +309,19 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     force = Variable("force", "force of the ripple")
     length = Variable("length", "reversal position of the loop")
     if isinstance(model.component, HysteresisOperator):
-        force, length = (Variable(name, name) for name in (model.component.output, model.component.input))
+        force, length = (
+            Variable(name, name) for name in (model.component.output, model.component.input)
+        )
         model = as_friction(model)
     else:
         model = unvaried(model)
     pairs: dict[str, Any] = {"force_ripple": None, "loop": None}
     for path, raw, variable in (("force_ripple", force_ripple, force), ("loop", loop, length)):
         if raw:
-            pairs[path] = tuple(quantity(value, variable, model.kind, path=f"{path}[{i}]") for i, value in enumerate(raw))
+            pairs[path] = tuple(
+                quantity(value, variable, model.kind, path=f"{path}[{i}]")
+                for i, value in enumerate(raw)
+            )
     holding = holding_of(model)
     fattest = fattest_loop(model)
     return {

@@ -44,7 +44,11 @@ from bristle.models.friction.slip_law import slip
 from bristle.models.friction.slots import Slotted
 from bristle.models.friction.variation import Varied
 from bristle.models.hysteresis import prandtl_ishlinskii, preisach, stop
-from bristle.simulation.certificates.certificate import Certificate, OperatorParameters, not_applicable
+from bristle.simulation.certificates.certificate import (
+    Certificate,
+    OperatorParameters,
+    not_applicable,
+)
 
 DECADES = (-6.0, 12.0)  # of the speed, over the Stribeck velocity
 
@@ -61,18 +65,23 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     """Return the viscous coefficient [N*s/m or N*m*s/rad], with the least value for passivity as its limit."""
     unit = unit_of("force*time/length", model.kind)
     if is_magnet:
-        return not_applicable(unit, "Its loops run in the opposite sense, like those of a magnet: it is not friction")
+        return not_applicable(
+            unit, "Its loops run in the opposite sense, like those of a magnet: it is not friction"
+        )
     sides = [damping_of(p) for p in _in_each_direction(model)]
     dampings = [side for side in sides if side is not None]
     if len(dampings) < len(sides):
-        return not_applicable(unit, "No condition is known for this model: see dissipation for a numerical search")
+        return not_applicable(
+            unit, "No condition is known for this model: see dissipation for a numerical search"
+        )
     worst = min(dampings, key=lambda damping: damping.present - damping.needed)
     passed = worst.present >= worst.needed * (1.0 - 1e-9)
     if not math.isfinite(worst.needed):
         advice = f"{worst.because}: no viscous coefficient can compensate this"
     elif not passed:
         advice = (
-            f"Bristles charged at rest and released at speed return energy: raise sigma_2 to at least {with_unit(worst.needed, unit, 4)}"
+            "Bristles charged at rest and released at speed return energy: "
+            f"raise sigma_2 to at least {with_unit(worst.needed, unit, 4)}"
         )
     elif worst.needed > 0.0:
         advice = f"sigma_2 exceeds the least value for passivity by {with_unit(worst.present - worst.needed, unit)}"
@@ -94,7 +103,11 @@ def _in_each_direction(model: Model) -> list:
 
 
 def needed_damping(
-    F_S: float, v_S: float, G: Callable[[float], float], sigma_1: Callable[[float], float], slip: Callable[[float, float], float]
+    F_S: float,
+    v_S: float,
+    G: Callable[[float], float],
+    sigma_1: Callable[[float], float],
+    slip: Callable[[float, float], float],
 ) -> float:
     r"""Return the least viscous coefficient [N*s/m or N*m*s/rad] at which no power is returned.
 
@@ -129,13 +142,21 @@ def needed_damping(
     return max(0.0, *(_summit(needed, start, steps, F_S) for start in starts))
 
 
-def _summit(height: Callable[[float, float], float], start: tuple[float, float], steps: tuple[float, float], F_S: float) -> float:
+def _summit(
+    height: Callable[[float, float], float],
+    start: tuple[float, float],
+    steps: tuple[float, float],
+    F_S: float,
+) -> float:
     """Return the largest value around a point, by refined grids."""
     x, q = start
     dx, dq = steps
     for _ in range(20):
         nodes = [
-            (min(max(x + i * dx / 4.0, DECADES[0]), DECADES[1]), min(max(q + j * dq / 4.0, -F_S), F_S))
+            (
+                min(max(x + i * dx / 4.0, DECADES[0]), DECADES[1]),
+                min(max(q + j * dq / 4.0, -F_S), F_S),
+            )
             for i in range(-4, 5)
             for j in range(-4, 5)
         ]
@@ -152,7 +173,9 @@ def damping_of(p: Any) -> Damping | None:
 
 
 def _of_bristles(p: Any, phi: Callable[[float, float], float]) -> Damping:
-    needed = needed_damping(p.F_S, p.v_S, lambda v: stribeck_force(v, p), lambda v: micro_damping(v, p), phi)
+    needed = needed_damping(
+        p.F_S, p.v_S, lambda v: stribeck_force(v, p), lambda v: micro_damping(v, p), phi
+    )
     return Damping(p.sigma_2, needed)
 
 
@@ -164,7 +187,11 @@ def _by_slip_law(p: Any) -> Damping:
 def _of_elastoplastic(p: Any) -> Damping | None:
     # The threshold of slip does not matter: below sliding bristles return no energy, and beyond it they slip as LuGre's.
     constant = p._asdict() | {"v_d": math.inf}
-    return damping_of(friction.lugre.Parameters(**{name: constant[name] for name in friction.lugre.Parameters._fields}))
+    return damping_of(
+        friction.lugre.Parameters(
+            **{name: constant[name] for name in friction.lugre.Parameters._fields}
+        )
+    )
 
 
 CHARGED = "Short strokes charge the bristles, and a long stroke then returns more energy"
@@ -189,4 +216,6 @@ CONDITIONS: dict[Any, Callable[[Any], Damping | None]] = {
 """Known conditions, by the class of the parameters."""
 for component, condition in CONDITIONS.items():
     damping_of.register(component.Parameters, condition)
-damping_of.register(OverStops, lambda p: None if damping_of(p.operator) is None else _by_slip_law(p.own))
+damping_of.register(
+    OverStops, lambda p: None if damping_of(p.operator) is None else _by_slip_law(p.own)
+)

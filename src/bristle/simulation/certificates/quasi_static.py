@@ -147,7 +147,9 @@ class Path:
                 below, forces = self._below(before, target, steps)
                 self._contact = below
                 self._note(start, forces)
-                self._contact = _stopped_at(below, target, side, (steps + 1 - forces.size) * self._step)
+                self._contact = _stopped_at(
+                    below, target, side, (steps + 1 - forces.size) * self._step
+                )
                 self._note(self.x, np.empty(0))
                 return True
             self._note(start, force)
@@ -174,14 +176,18 @@ def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -
         return side * (ahead.force(side * 0.0) - target)
 
     if excess(0.0) < 0.0 < excess(farthest):
-        solution = root_scalar(excess, bracket=(0.0, farthest), method="brentq", xtol=1e-15 * farthest)
+        solution = root_scalar(
+            excess, bracket=(0.0, farthest), method="brentq", xtol=1e-15 * farthest
+        )
         contact.move(side * solution.root, CREEP)
     elif excess(0.0) < 0.0:
         contact.move(side * farthest, CREEP)
     return contact
 
 
-def traced(model: Model, lead: Callable[[Path, float], Any], ends: list[float]) -> tuple[np.ndarray, np.ndarray]:
+def traced(
+    model: Model, lead: Callable[[Path, float], Any], ends: list[float]
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the path of a virgin contact that moves slowly from force to force, or from position to position.
 
     Parameters

@@ -61,7 +61,9 @@ def beginning_of(log: Log, first: int, resolution: float | None) -> Beginning:
     if np.ptp(position) <= 1.5 * (resolution or 0.0):
         return Beginning(x)
     t = dt * (np.arange(position.size) + low - first)
-    *_, half_acceleration, velocity, _ = (float(coefficient) for coefficient in np.polyfit(t, position - x, 3))
+    *_, half_acceleration, velocity, _ = (
+        float(coefficient) for coefficient in np.polyfit(t, position - x, 3)
+    )
     return Beginning(x, velocity, 2.0 * half_acceleration, moves=True)
 
 
@@ -89,10 +91,18 @@ class ClosedLoop:
         """Return the loop at another position of the axis [m or rad], with other steps of its encoder."""
         desired = self.desired.copy()
         desired[0] += distance
-        return replace(self, desired=desired, beginning=replace(self.beginning, x=self.beginning.x + distance))
+        return replace(
+            self, desired=desired, beginning=replace(self.beginning, x=self.beginning.x + distance)
+        )
 
     def run(
-        self, plant: Model, friction: Model, sensor: Model | None = None, *, lag: float | None = None, disturbance: np.ndarray | None = None
+        self,
+        plant: Model,
+        friction: Model,
+        sensor: Model | None = None,
+        *,
+        lag: float | None = None,
+        disturbance: np.ndarray | None = None,
     ) -> LoopTrace:
         """Run the loop, by default with its encoder and the lag of its drive."""
         if sensor is None:
@@ -122,7 +132,9 @@ class ClosedLoop:
         start = self.beginning.state(friction)
         component = friction.component
         p = friction.parameters
-        return pack(start.get("state", component.initial_state(p))), start.get("memory", component.new_memory(p))
+        return pack(start.get("state", component.initial_state(p))), start.get(
+            "memory", component.new_memory(p)
+        )
 
     def with_derivatives(
         self, plant: Sensitive, friction: Sensitive, lag: float | None, lag_tangents: np.ndarray
@@ -132,8 +144,18 @@ class ClosedLoop:
             lag = self.lag
         start = self.beginning
         motion = start.x, start.v, start.acceleration
-        law_state = begun(self.controller, Reference(*self.desired[:, 0]), *motion, self.resumed_effort, self.sample_time)
-        start_of_contact = {name: part for name, part in start.state(friction.model).items() if name in ("state", "memory")}
+        law_state = begun(
+            self.controller,
+            Reference(*self.desired[:, 0]),
+            *motion,
+            self.resumed_effort,
+            self.sample_time,
+        )
+        start_of_contact = {
+            name: part
+            for name, part in start.state(friction.model).items()
+            if name in ("state", "memory")
+        }
         return closed_loop_with_derivatives(
             plant,
             friction._replace(**start_of_contact),
@@ -153,7 +175,9 @@ class ClosedLoop:
         )
 
 
-def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning) -> float | None:
+def resumed_effort_at(
+    controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning
+) -> float | None:
     """Return the effort of a controller at a sample of a log, including its integral, without known inputs added behind it."""
     # It is the mean difference of the recorded effort and that of the law along the log with an empty integral.
     if log.effort is None:
@@ -166,10 +190,14 @@ def resumed_effort_at(controller: Model, desired: np.ndarray, log: Log, first: i
     if component.resume is not None:
         law = component.resume(law, Reference(*desired[:, 0]), beginning.x, NOT_KNOWN, dt, p)
     efforts = []
-    for sample, measured in zip(desired[:, :START_SAMPLES].T.tolist(), log.position.values[part].tolist(), strict=False):
+    for sample, measured in zip(
+        desired[:, :START_SAMPLES].T.tolist(), log.position.values[part].tolist(), strict=False
+    ):
         effort, law = component.step(law, Reference(*sample), measured, dt, p)
         efforts.append(effort)
-    return efforts[0] + float(np.mean(log.effort.values[part] - log.injected_effort[part] - np.array(efforts)))
+    return efforts[0] + float(
+        np.mean(log.effort.values[part] - log.injected_effort[part] - np.array(efforts))
+    )
 
 
 def desired_of(reference: np.ndarray, dt: float) -> np.ndarray:
@@ -179,7 +207,11 @@ def desired_of(reference: np.ndarray, dt: float) -> np.ndarray:
 
 
 def closed_loop_of(
-    log: Log, axis: Axis, part: slice, purpose: str = "to predict the closed loop", instead: str = "use --mode inverse"
+    log: Log,
+    axis: Axis,
+    part: slice,
+    purpose: str = "to predict the closed loop",
+    instead: str = "use --mode inverse",
 ) -> ClosedLoop:
     """Return the closed loop of a stretch of a log."""
     if not isinstance(axis.controller, Model):
@@ -267,11 +299,17 @@ class Stretch:
 
     def run(self, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
         """Return the simulation with a mechanism, and a force against the effort [N or N*m], shape (sample,)."""
-        beside = effort_of_columns(plant, [column.values[self.samples] for column in self.log.regressors])
+        beside = effort_of_columns(
+            plant, [column.values[self.samples] for column in self.log.regressors]
+        )
         if beside is not None:
             unseen = unseen + beside
         if self.loop == "closed-loop":
-            return Course.of(closed_loop_of(self.log, self.axis, self.samples).run(plant, friction, disturbance=unseen))
+            return Course.of(
+                closed_loop_of(self.log, self.axis, self.samples).run(
+                    plant, friction, disturbance=unseen
+                )
+            )
         assert self.log.effort is not None
         command = self.log.effort.values[self.samples]
         if self.axis.at_rest:
@@ -283,6 +321,17 @@ class Stretch:
         dt = self.log.sample_time
         steps = substeps_for(self.log.sample_time)
         if self.axis.hold != "band_limited":
-            return Course.of(run_open_loop(plant, friction, effort, dt, steps=steps, hold=self.axis.hold or "zero", **start))
-        trace = run_open_loop(plant, friction, finer(effort, steps, periodic=False), dt / steps, hold="linear", **start)
+            return Course.of(
+                run_open_loop(
+                    plant, friction, effort, dt, steps=steps, hold=self.axis.hold or "zero", **start
+                )
+            )
+        trace = run_open_loop(
+            plant,
+            friction,
+            finer(effort, steps, periodic=False),
+            dt / steps,
+            hold="linear",
+            **start,
+        )
         return Course(trace.position[::steps], effort, trace.status)

@@ -38,9 +38,15 @@ class OpenLoop:
         """Initial condition of the motion, as a diagnostic."""
         if not self.periodic:
             return Diagnostic("start_of_contact", severity="note")
-        return Diagnostic("start_of_contact", severity="note", numbers={"periods": self.count * self.steps / self.effort.size})
+        return Diagnostic(
+            "start_of_contact",
+            severity="note",
+            numbers={"periods": self.count * self.steps / self.effort.size},
+        )
 
-    def position(self, plant: Model, friction: Model, unseen: np.ndarray | None = None) -> tuple[np.ndarray, Status]:
+    def position(
+        self, plant: Model, friction: Model, unseen: np.ndarray | None = None
+    ) -> tuple[np.ndarray, Status]:
         """Return the position at each sample of the record [m or rad], NaN after divergence."""
         effort = self.effort
         ended = list[Status]()
@@ -48,18 +54,28 @@ class OpenLoop:
             effort = effort - np.repeat(unseen, self.steps)[: effort.size]
 
         def run(effort: np.ndarray) -> np.ndarray:
-            trace = run_open_loop(plant, friction, effort, self.sample_time / self.steps, hold=self.hold)
+            trace = run_open_loop(
+                plant, friction, effort, self.sample_time / self.steps, hold=self.hold
+            )
             ended.append(trace.status)
-            return np.concatenate([trace.position, np.full(effort.size - trace.position.size, np.nan)])[:: self.steps, None]
+            return np.concatenate(
+                [trace.position, np.full(effort.size - trace.position.size, np.nan)]
+            )[:: self.steps, None]
 
         return self._settled(run, effort)[:, 0], ended[-1]
 
-    def with_derivatives(self, plant: Sensitive, friction: Sensitive) -> tuple[np.ndarray, np.ndarray]:
+    def with_derivatives(
+        self, plant: Sensitive, friction: Sensitive
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the position and its derivatives, shape (sample, direction)."""
 
         def run(effort: np.ndarray) -> np.ndarray:
             step = self.sample_time / self.steps
-            return np.column_stack(open_loop_with_derivatives(plant, friction, effort, held(effort, self.hold), step, self.steps))
+            return np.column_stack(
+                open_loop_with_derivatives(
+                    plant, friction, effort, held(effort, self.hold), step, self.steps
+                )
+            )
 
         rows = self._settled(run, self.effort)
         return rows[:, 0], rows[:, 1:]
@@ -86,11 +102,17 @@ class OpenLoop:
 def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
     """Return the open loop of a stretch of a log that begins at rest or is periodic."""
     if log.effort is None:
-        raise InputError("has no effort to apply", path="log", mend="Name the column of the effort in the axis file")
+        raise InputError(
+            "has no effort to apply",
+            path="log",
+            mend="Name the column of the effort in the axis file",
+        )
     effort = log.effort.values[part]
     position = log.position.values[part]
     period = None if axis.periodic is False else period_of(effort)
-    if period is None and (axis.periodic or (axis.periodic is None and closes(effort) and closes(position))):
+    if period is None and (
+        axis.periodic or (axis.periodic is None and closes(effort) and closes(position))
+    ):
         period = effort.size
     period_of_effort = effort
     if period is not None:
@@ -102,7 +124,9 @@ def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLo
         hold = "linear"
         after = effort[0] if period is not None else period_of_effort[-1]
         at = np.arange(period_of_effort.size * steps) / steps
-        fine = np.interp(at, np.arange(period_of_effort.size + 1), np.append(period_of_effort, after))
+        fine = np.interp(
+            at, np.arange(period_of_effort.size + 1), np.append(period_of_effort, after)
+        )
     else:
         hold = "zero"
         fine = np.repeat(period_of_effort, steps)
@@ -119,12 +143,16 @@ def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
 
     if periodic:
         return np.asarray(resample(effort, effort.size * steps))
-    beyond = min(effort.size - 1, 4096)  # samples of extrapolation at the ends before the interpolation
+    beyond = min(
+        effort.size - 1, 4096
+    )  # samples of extrapolation at the ends before the interpolation
     before = 2.0 * effort[0] - effort[beyond:0:-1]
     after = 2.0 * effort[-1] - effort[-2 : -2 - beyond : -1]
     fade = 0.5 * (1.0 - np.cos(np.pi * np.arange(1, beyond + 1) / (beyond + 1)))
     faded = np.concatenate([fade * before, effort, fade[::-1] * after])
-    return np.asarray(resample(faded, faded.size * steps))[beyond * steps : (beyond + effort.size) * steps]
+    return np.asarray(resample(faded, faded.size * steps))[
+        beyond * steps : (beyond + effort.size) * steps
+    ]
 
 
 def period_of(effort: np.ndarray) -> int | None:
@@ -157,5 +185,8 @@ def closes(signal: np.ndarray) -> bool:
     weights = unbounded(learnt[:, :-1], learnt[:, -1], rcond=1e-12)
     seam = np.concatenate([signal[-ORDER:], signal[:ORDER]]) - signal.mean()
     across = np.lib.stride_tricks.sliding_window_view(seam, ORDER + 1)
-    inside, across_seam = (float(np.max(np.abs(windows[:, -1] - windows[:, :-1] @ weights))) for windows in (rows, across))
+    inside, across_seam = (
+        float(np.max(np.abs(windows[:, -1] - windows[:, :-1] @ weights)))
+        for windows in (rows, across)
+    )
     return across_seam <= 2.0 * inside

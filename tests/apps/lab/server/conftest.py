@@ -26,7 +26,9 @@ def app(tmp_path, request):
 
 @pytest.fixture
 def client(app):
-    with TestClient(app, base_url=f"http://127.0.0.1:{PORT}", headers={"x-bristle-token": TOKEN}) as client:
+    with TestClient(
+        app, base_url=f"http://127.0.0.1:{PORT}", headers={"x-bristle-token": TOKEN}
+    ) as client:
         yield client
 
 

@@ -53,7 +53,9 @@ class Person:
             assert under, f"{selector} lies under something else"
             self.tab.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
             for kind in ("mousePressed", "mouseReleased"):
-                self.tab.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+                self.tab.call(
+                    "Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1
+                )
             if self.tab.run("window.pressed !== 0"):
                 return
         raise AssertionError(f"{selector} moves away from under the mouse")
@@ -63,9 +65,20 @@ class Person:
         count = self.tab.run("state.files.length + (state.axis.text ? 1 : 0)")
         begun = len(self.tab.events)
         self.clicks("#drop")
-        opened = next((e["params"] for e in self.tab.events[begun:] if e.get("method") == "Page.fileChooserOpened"), None)
+        opened = next(
+            (
+                e["params"]
+                for e in self.tab.events[begun:]
+                if e.get("method") == "Page.fileChooserOpened"
+            ),
+            None,
+        )
         opened = opened or self.tab.wait_for("Page.fileChooserOpened")
-        self.tab.call("DOM.setFileInputFiles", files=[str(file) for file in files], backendNodeId=opened["backendNodeId"])
+        self.tab.call(
+            "DOM.setFileInputFiles",
+            files=[str(file) for file in files],
+            backendNodeId=opened["backendNodeId"],
+        )
         self.waits(f"state.files.length + (state.axis.text ? 1 : 0) > {count}")
 
     def types(self, name, text):
@@ -75,7 +88,9 @@ class Person:
         self.tab.run(f"document.querySelector({json.dumps(field)}).select()")
         self.tab.call("Input.insertText", text=text)
         for kind in ("rawKeyDown", "keyUp"):
-            self.tab.call("Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9)
+            self.tab.call(
+                "Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9
+            )
 
     def selects(self, name, option):
         """Select an option by typing its name."""
@@ -84,16 +99,27 @@ class Person:
         self.tab.run(f"document.querySelector({json.dumps(field)}).focus()")
         for letter in option:
             self.tab.call("Input.dispatchKeyEvent", type="keyDown", key=letter, text=letter)
-        self.tab.call("Input.dispatchKeyEvent", type="keyDown", key="Enter", code="Enter", windowsVirtualKeyCode=13, text="\r")
+        self.tab.call(
+            "Input.dispatchKeyEvent",
+            type="keyDown",
+            key="Enter",
+            code="Enter",
+            windowsVirtualKeyCode=13,
+            text="\r",
+        )
         self.waits(f"document.querySelector({json.dumps(field)}).value === {json.dumps(option)}")
 
     def ticks(self, name, *values):
         """Tick these boxes of a name, and no others."""
-        for value, now in self.tab.run(f"[...document.getElementsByName('{name}')].map((box) => [box.value, box.checked])"):
+        for value, now in self.tab.run(
+            f"[...document.getElementsByName('{name}')].map((box) => [box.value, box.checked])"
+        ):
             if now != (value in values):
                 box = f'input[name="{name}"][value="{value}"]'
                 self.clicks(box)
-                self.waits(f"document.querySelector({json.dumps(box)}).checked === {json.dumps(value in values)}")
+                self.waits(
+                    f"document.querySelector({json.dumps(box)}).checked === {json.dumps(value in values)}"
+                )
 
     def loads(self, selector, name):
         """Click, and return the file that is downloaded."""
@@ -113,7 +139,10 @@ class Person:
         if by_direction:
             self.clicks("#asymmetry")
         self.clicks("#identify")
-        self.waits("state.parts.identified && !state.parts.identified.old && state.job.state === 'done'", seconds)
+        self.waits(
+            "state.parts.identified && !state.parts.identified.old && state.job.state === 'done'",
+            seconds,
+        )
         self.waits("byId('ruling') && !byId('step-6').classList.contains('locked')")
 
 

@@ -40,7 +40,9 @@ def folder(tmp_path_factory):
         run = simulate(read_experiment(folder / "experiment.toml")).variants["none"]
         columns = np.column_stack((run.time, 1e3 * run.measured, 100.0 * run.effort / RATED))
         head = f"Rated force: {RATED:g} N\ntime [s],position [mm],force [%]"
-        np.savetxt(folder / f"{name}.csv", columns, delimiter=",", header=head, comments="", fmt="%.9g")
+        np.savetxt(
+            folder / f"{name}.csv", columns, delimiter=",", header=head, comments="", fmt="%.9g"
+        )
     return folder
 
 
@@ -54,7 +56,9 @@ def written(folder):
     return {file.name: file.read_bytes() for file in folder.iterdir() if file.name != NOTE}
 
 
-def test_a_csv_in_mm_and_percent_by_mouse_alone(server, folder, tmp_path, monkeypatch, capsys, person_at):
+def test_a_csv_in_mm_and_percent_by_mouse_alone(
+    server, folder, tmp_path, monkeypatch, capsys, person_at
+):
     person = person_at(server, width=1366, height=900)
     tab = person.tab
     person.chooses(folder / "log.csv")
@@ -78,21 +82,45 @@ def test_a_csv_in_mm_and_percent_by_mouse_alone(server, folder, tmp_path, monkey
     person.clicks('input[name="target"][value="c"]')
     person.clicks("#export")
     export = archived(person.loads("#download-export", "axis_x_c.zip"))
-    assert {address.split("/")[2] for address in tab.asked_for() if address.startswith("http")} == {f"127.0.0.1:{server.port}"}
+    assert {address.split("/")[2] for address in tab.asked_for() if address.startswith("http")} == {
+        f"127.0.0.1:{server.port}"
+    }
     # The same at a terminal, with the files as they are called there.
     shutil.copy(folder / "log.csv", tmp_path / "log.csv")
     monkeypatch.chdir(tmp_path)
     assert main(["log", "log.csv", "--write", "axis.toml"]) == 0
-    line = ["identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--out", "results"]
+    line = [
+        "identify",
+        "log.csv",
+        "--axis",
+        "axis.toml",
+        "--model",
+        "coulomb_viscous",
+        "--out",
+        "results",
+    ]
     assert main(line) == 0
     assert results == written(tmp_path / "results")
-    line = ["export", "results", "--to", "c", "--out", "axis_x_c", "--name", "axis_x", "--axis", "axis.toml"]
+    line = [
+        "export",
+        "results",
+        "--to",
+        "c",
+        "--out",
+        "axis_x_c",
+        "--name",
+        "axis_x",
+        "--axis",
+        "axis.toml",
+    ]
     assert main(line) == 0
     assert export == written(tmp_path / "axis_x_c")
     capsys.readouterr()
 
 
-def test_from_the_log_of_the_demonstration_to_a_compensated_loop_without_a_text_file(server, tmp_path, person_at):
+def test_from_the_log_of_the_demonstration_to_a_compensated_loop_without_a_text_file(
+    server, tmp_path, person_at
+):
     write_log(tmp_path / "log.csv", 1)
     known = tomllib.loads(AXIS_FILE.read_text(encoding="utf-8"))
     person = person_at(server, width=1366, height=768)
@@ -108,11 +136,15 @@ def test_from_the_log_of_the_demonstration_to_a_compensated_loop_without_a_text_
     person.waits("state.axis.text.includes('resolution') && state.job.state === 'done'")
     assert known["effort"]["held"]
     person.types("effort.hold", "zero")
-    person.waits("state.axis.text.includes('hold') && state.parts.looked.ready && state.job.state === 'done'")
+    person.waits(
+        "state.axis.text.includes('hold') && state.parts.looked.ready && state.job.state === 'done'"
+    )
     person.identifies()
     assert tab.run("state.parts.identified.model") == "lugre+asymmetry"
     assert tab.run("byId('ruling').textContent") == "Usable"
-    assert tab.run("Math.abs(byId('step-5').getBoundingClientRect().top) < 40")  # the page went to the verdict
+    assert tab.run(
+        "Math.abs(byId('step-5').getBoundingClientRect().top) < 40"
+    )  # the page went to the verdict
     person.clicks("#compensate-now")
     person.waits("byId('compensate-failed').textContent.includes('controller is missing')")
     person.selects("controller.model", known["controller"].pop("model"))
@@ -123,7 +155,9 @@ def test_from_the_log_of_the_demonstration_to_a_compensated_loop_without_a_text_
     person.waits("byId('gain')")
     assert not tab.run("state.parts.identified.old")
     # Seven tenths of the friction are fed forward, as by `bristle demo`.
-    assert float(tab.run("byId('gain').textContent").rpartition("×")[2]) == pytest.approx(3.4, abs=0.1)
+    assert float(tab.run("byId('gain').textContent").rpartition("×")[2]) == pytest.approx(
+        3.4, abs=0.1
+    )
     assert "Friction forward, F+" in tab.run("byId('compensate').textContent")
     person.clicks("#compensate .copied button")
     person.waits("document.querySelector('#compensate .copied button').textContent === 'Copied'")
@@ -146,13 +180,17 @@ def test_reload_two_tabs_and_cancel(server, folder, tmp_path, person_at):
     for name, where in (("same", address), ("own", server.address)):
         tab.session = None
         target = tab.call("Target.createTarget", url=where)["targetId"]
-        tab.session = sessions[name] = tab.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        tab.session = sessions[name] = tab.call(
+            "Target.attachToTarget", targetId=target, flatten=True
+        )["sessionId"]
         tab.waits("state !== null")
     assert tab.run("state.files.length") == 0
     assert tab.run("location.href") != address
     tab.session = first
     tab.call("Page.bringToFront")  # the browser slows down a tab that nobody sees
-    person.ticks("model", "coulomb_viscous", "lugre", "elastoplastic", "gms", "leuven", "preisach_lugre")
+    person.ticks(
+        "model", "coulomb_viscous", "lugre", "elastoplastic", "gms", "leuven", "preisach_lugre"
+    )
     person.clicks("#identify")
     person.waits("state.job.task === 'identify' && state.job.state === 'runs'")
     tab.session = sessions["same"]
@@ -193,7 +231,14 @@ def test_a_motion_is_designed_and_a_damaged_log_is_reported(server, tmp_path, pe
     person.clicks("#design")
     person.waits("state.parts.excited && byId('excited').querySelector('iframe')", 300)
     motion = archived(person.loads("#excited .tools button", "motion.zip"))
-    assert {"motion.csv", "moves.csv", "motion.nc", "axis.toml", "report.html", "summary.json"} == set(motion)
+    assert {
+        "motion.csv",
+        "moves.csv",
+        "motion.nc",
+        "axis.toml",
+        "report.html",
+        "summary.json",
+    } == set(motion)
     assert motion["motion.csv"].count(b"\n") > 1000
 
 
@@ -203,12 +248,23 @@ def test_emps_by_mouse_alone(server, tmp_path, monkeypatch, capsys, person_at):
     shutil.copy(EMPS, tmp_path / "axis.toml")
     person = person_at(server)
     person.chooses(tmp_path / "DATA_EMPS.mat", tmp_path / "axis.toml")
-    person.waits("state.files.length && state.axis.text && state.parts.looked && !state.parts.looked.old")
+    person.waits(
+        "state.files.length && state.axis.text && state.parts.looked && !state.parts.looked.old"
+    )
     person.identifies("coulomb_viscous", by_direction=True)
     results = archived(person.loads("#results", "results.zip"))
     monkeypatch.chdir(tmp_path)
     models = "coulomb_viscous,coulomb_viscous+asymmetry"
-    line = ["identify", "DATA_EMPS.mat", "--axis", "axis.toml", "--model", models, "--out", "results"]
+    line = [
+        "identify",
+        "DATA_EMPS.mat",
+        "--axis",
+        "axis.toml",
+        "--model",
+        models,
+        "--out",
+        "results",
+    ]
     assert main(line) == 0
     expected = written(tmp_path / "results")
     assert results == expected
@@ -283,8 +339,12 @@ def test_a_run_in_a_terminal_is_shown_live(machine_server, machine_folder, tmp_p
     person.clicks("#open-run")
     person.waits("state.machine")
     assert tab.run("byId('run-view').hidden")
-    with subprocess.Popen([sys.executable, "-c", code, "tune", "machine.toml", "--out", "tuned", "--move", "--quiet"]) as process:
-        person.waits(f"{STEPS}.some((step) => step.className === 'is-running' && step.textContent.includes('last entry'))")
+    with subprocess.Popen(
+        [sys.executable, "-c", code, "tune", "machine.toml", "--out", "tuned", "--move", "--quiet"]
+    ) as process:
+        person.waits(
+            f"{STEPS}.some((step) => step.className === 'is-running' && step.textContent.includes('last entry'))"
+        )
         person.waits("byId('run-plots').querySelector('canvas')")
         assert process.poll() is None
         person.clicks("#plan")  # the machine is in use

@@ -69,7 +69,11 @@ def test_a_result_is_old_after_a_change_of_its_file(case, role, old):
         left(case, name, name)
     assert not any(case.is_old(name) for name in (*names, "missing"))
     case.changed(role)
-    assert {name for name, part in case.as_data()["parts"].items() if part["old"]} == {name for name in names if case.is_old(name)} == old
+    assert (
+        {name for name, part in case.as_data()["parts"].items() if part["old"]}
+        == {name for name in names if case.is_old(name)}
+        == old
+    )
 
 
 def test_a_new_part_removes_the_files_of_the_previous_part(case):
@@ -120,7 +124,8 @@ def test_an_analysis_is_found_by_its_name_until_it_is_closed(cases):
 
 
 @pytest.mark.parametrize(
-    ("first", "second", "removed"), [(700.0, 800.0, 1), (610.0, 0.0, 0), (590.0, 590.0, None), (900.0, 0.0, 0), (0.0, 900.0, 1)]
+    ("first", "second", "removed"),
+    [(700.0, 800.0, 1), (610.0, 0.0, 0), (590.0, 590.0, None), (900.0, 0.0, 0), (0.0, 900.0, 1)],
 )
 def test_the_longest_unused_analysis_makes_room_after_ten_minutes(cases, first, second, removed):
     both = [cases.new(), cases.new()]
@@ -179,7 +184,9 @@ def test_a_file_has_the_room_that_all_others_leave(cases, sizes, receiving, anno
 @pytest.mark.parametrize(("receiving", "announced"), [(70, 0), (0, 71), (0, 100)])
 def test_a_file_beyond_the_total_size_is_refused_for_the_total(cases, receiving, announced):
     case = with_files(cases, (100, 80), receiving)
-    with pytest.raises(RefusedRequestError, match=r"all files together are too large.*Remove some") as refused:
+    with pytest.raises(
+        RefusedRequestError, match=r"all files together are too large.*Remove some"
+    ) as refused:
         cases.room_for(case, announced)
     assert refused.value.status == 413
 
@@ -267,7 +274,10 @@ def test_a_job_that_cannot_run_gives_a_reason(monkeypatch):
 
     monkeypatch.setattr(job, "_ended_with", breaks)
     assert not asyncio.run(job.run({}))
-    assert (job.state, job.message) == ("failed", "bristle could not run the job: no more processes")
+    assert (job.state, job.message) == (
+        "failed",
+        "bristle could not run the job: no more processes",
+    )
 
 
 def test_a_job_that_has_not_started_or_has_ended_is_not_cancelled():
@@ -326,7 +336,9 @@ class Request:
 
 @pytest.mark.parametrize("size", [None, 5])
 def test_a_body_is_stored_whole_and_its_size_is_returned(tmp_path, size):
-    assert asyncio.run(stored(Request(b"ab", b"", b"cde", size=size), tmp_path / "log", 5, 1.0)) == 5
+    assert (
+        asyncio.run(stored(Request(b"ab", b"", b"cde", size=size), tmp_path / "log", 5, 1.0)) == 5
+    )
     assert (tmp_path / "log").read_bytes() == b"abcde"
     assert asyncio.run(stored(Request(), tmp_path / "empty", 5, 1.0)) == 0
 
@@ -353,7 +365,11 @@ def test_a_file_that_is_there_is_not_written_over(tmp_path):
         asyncio.run(stored(Request(b"ab"), tmp_path / "log", 5, 1.0))
 
 
-@pytest.mark.parametrize("text", [b"[1]", b"{", b"\xff", b"null", b"[" * 99_999], ids=["list", "open", "bytes", "null", "deep"])
+@pytest.mark.parametrize(
+    "text",
+    [b"[1]", b"{", b"\xff", b"null", b"[" * 99_999],
+    ids=["list", "open", "bytes", "null", "deep"],
+)
 def test_a_message_is_a_json_object(text):
     assert asyncio.run(json_of(Request(b'{"task":', b' "look"}'), 100, 1.0)) == {"task": "look"}
     with pytest.raises(RefusedRequestError, match="must be a JSON object") as refused:
@@ -400,19 +416,36 @@ def process(monkeypatch, tmp_path):
         return lambda *arguments: done.append((name, *arguments))
 
     def run(work, **request):
-        known = {"folder": str(tmp_path), "logs": [], "axis_text": "", "axis_label": "a.toml", "options": {}, "size_limit": 9}
+        known = {
+            "folder": str(tmp_path),
+            "logs": [],
+            "axis_text": "",
+            "axis_label": "a.toml",
+            "options": {},
+            "size_limit": 9,
+        }
         request = known | {"results": None, "memory": 2**30, "task": "look"} | request
         monkeypatch.setattr(worker.sys, "stdin", io.StringIO(json.dumps(request) + "\ncancel\n"))
         monkeypatch.setattr(tasks, "TASKS", {"look": work, "tune": work})
         with pytest.raises((SystemExit, ValueError)) as ended:
             worker.main()
-        return getattr(ended.value, "code", None), [json.loads(line) for line in output.seen.splitlines()], done
+        return (
+            getattr(ended.value, "code", None),
+            [json.loads(line) for line in output.seen.splitlines()],
+            done,
+        )
 
     done, output = [], Output()
     copied = {1: output}  # of the standard output alone
     calls = {"dup2": noted("dup2"), "chdir": noted("chdir"), "_exit": worker.sys.exit}
-    monkeypatch.setattr(worker, "os", Some(dup=copied.__getitem__, fdopen=lambda stream, mode, encoding: stream, **calls))
-    monkeypatch.setattr(worker, "Interruption", lambda restores: Some(allowed=f"allowed, restores {restores}"))
+    monkeypatch.setattr(
+        worker,
+        "os",
+        Some(dup=copied.__getitem__, fdopen=lambda stream, mode, encoding: stream, **calls),
+    )
+    monkeypatch.setattr(
+        worker, "Interruption", lambda restores: Some(allowed=f"allowed, restores {restores}")
+    )
     monkeypatch.setattr(signal, "signal", noted("signal"))
     monkeypatch.setattr(resource, "setrlimit", noted("limit"))
     return run
@@ -422,17 +455,36 @@ def process(monkeypatch, tmp_path):
 def test_an_answer_is_facts_for_the_page_and_data_in_the_folder(process, tmp_path, name, restores):
     def task(errand):
         errand.report(0.5, "half of the work")
-        return {"ready": True}, {"numbers": np.arange(3), "size": errand.size_limit, "may": errand.interruptible}
+        return {"ready": True}, {
+            "numbers": np.arange(3),
+            "size": errand.size_limit,
+            "may": errand.interruptible,
+        }
 
     code, events, _ = process(task, size_limit=7, task=name)
-    assert (code, events) == (0, [{"share": 0.5, "text": "half of the work"}, {"facts": {"ready": True}}])
-    assert json.loads((tmp_path / "data.json").read_text()) == {"numbers": [0, 1, 2], "size": 7, "may": f"allowed, restores {restores}"}
+    assert (code, events) == (
+        0,
+        [{"share": 0.5, "text": "half of the work"}, {"facts": {"ready": True}}],
+    )
+    assert json.loads((tmp_path / "data.json").read_text()) == {
+        "numbers": [0, 1, 2],
+        "size": 7,
+        "may": f"allowed, restores {restores}",
+    }
 
 
 def test_a_worker_has_limits_and_a_folder_and_prints_to_the_complaints(process, tmp_path):
     *_, done = process(lambda errand: ({}, {}), memory=5_000)
-    limits = [("limit", resource.RLIMIT_AS, (5_000, 5_000)), ("limit", resource.RLIMIT_CORE, (0, 0))]
-    assert done == [("signal", signal.SIGINT, signal.default_int_handler), ("dup2", 2, 1), *limits, ("chdir", str(tmp_path))]
+    limits = [
+        ("limit", resource.RLIMIT_AS, (5_000, 5_000)),
+        ("limit", resource.RLIMIT_CORE, (0, 0)),
+    ]
+    assert done == [
+        ("signal", signal.SIGINT, signal.default_int_handler),
+        ("dup2", 2, 1),
+        *limits,
+        ("chdir", str(tmp_path)),
+    ]
 
 
 @pytest.mark.parametrize("refusal", [ValueError, OSError])
@@ -449,7 +501,11 @@ def test_a_limit_rejected_by_the_system_is_no_fault(process, monkeypatch, refusa
     [
         (KeyboardInterrupt(), 2, "cancelled before the first result"),
         (MemoryError("x"), 2, "there is not enough memory for this job. Use a shorter log"),
-        (np._core._exceptions._ArrayMemoryError((9,), np.dtype(float)), 2, "there is not enough memory for this job. Use a shorter log"),
+        (
+            np._core._exceptions._ArrayMemoryError((9,), np.dtype(float)),
+            2,
+            "there is not enough memory for this job. Use a shorter log",
+        ),
         (InputError("is wrong", path="log"), 2, "log: is wrong"),
         (ValueError("a bug"), None, "this is a fault of bristle, not yours: ValueError: a bug"),
     ],
@@ -478,12 +534,21 @@ def orders(monkeypatch):
     monkeypatch.setattr(worker, "os", Some(_exit=ended.append))
     thread = Some(start=lambda: ended.append("begun"))
     monkeypatch.setattr(
-        worker, "threading", Some(Thread=lambda target, daemon: thread, Lock=threading.Lock, main_thread=threading.main_thread)
+        worker,
+        "threading",
+        Some(
+            Thread=lambda target, daemon: thread,
+            Lock=threading.Lock,
+            main_thread=threading.main_thread,
+        ),
     )
     return interruption, interrupted, ended
 
 
-@pytest.mark.parametrize(("text", "count"), [("", 0), ("cancel\n", 1), ("  cancel \n", 1), ("cancelled\n", 0), ("cancel\ncancel\n", 1)])
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [("", 0), ("cancel\n", 1), ("  cancel \n", 1), ("cancelled\n", 0), ("cancel\ncancel\n", 1)],
+)
 def test_work_is_interrupted_once_for_a_cancellation(orders, text, count):
     interruption, interrupted, ended = orders
     item = interruption(text)
@@ -513,13 +578,20 @@ def test_no_work_is_interrupted_after_its_end(orders):
 
 @pytest.mark.parametrize(
     ("files", "imports"),
-    [((), False), (("a.py", "b.py"), False), (("a.py", "<frozen importlib._bootstrap>", "b.py"), True), (("<frozen importlib>",), True)],
+    [
+        ((), False),
+        (("a.py", "b.py"), False),
+        (("a.py", "<frozen importlib._bootstrap>", "b.py"), True),
+        (("<frozen importlib>",), True),
+    ],
 )
 def test_an_import_is_detected_anywhere_in_the_stack(monkeypatch, files, imports):
     frame = None
     for file in reversed(files):
         frame = Some(f_code=Some(co_filename=file), f_back=frame)
-    monkeypatch.setattr(worker.sys, "_current_frames", lambda: {threading.main_thread().ident: frame})
+    monkeypatch.setattr(
+        worker.sys, "_current_frames", lambda: {threading.main_thread().ident: frame}
+    )
     assert worker._imports() is imports
 
 

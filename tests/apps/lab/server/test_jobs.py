@@ -85,7 +85,10 @@ def test_a_cancelled_job_keeps_its_best_result(server, client, case, work):
     awaited(lambda: client.get(case).json()["job"]["share"] >= 0.5)
     assert client.post(f"{case}/cancel", json={}).json()["job"]["cancelled"]
     state = settled(client, case)
-    assert (state["job"]["state"], state["parts"]["identified"]["unfinished"]) == ("done", "stopped early")
+    assert (state["job"]["state"], state["parts"]["identified"]["unfinished"]) == (
+        "done",
+        "stopped early",
+    )
 
 
 def test_a_job_ends_at_once_on_request(server, client, case, work):
@@ -109,7 +112,10 @@ def test_after_its_time_a_job_is_asked_to_end_and_then_killed(server, client, ca
 
 @pytest.mark.slow
 def test_the_memory_of_a_job_is_limited(client, case, work):
-    for size, state, words in ((2**31, "failed", "there is not enough memory for this job. Use a shorter log"), (2**28, "done", "")):
+    for size, state, words in (
+        (2**31, "failed", "there is not enough memory for this job. Use a shorter log"),
+        (2**28, "done", ""),
+    ):
         work(f"bytearray({size})\nreturn {{}}, {{}}")
         job = ended(client, case, "look")["job"]
         assert (job["state"], job["message"]) == (state, words)
@@ -117,18 +123,29 @@ def test_the_memory_of_a_job_is_limited(client, case, work):
 
 def test_a_library_with_endless_output_does_no_harm(client, case, work):
     work('print("x" * 200000); sys.stderr.write("y" * 200000 + "\\nthe end\\n"); os._exit(3)')
-    assert ended(client, case, "look")["job"]["message"] == "the process of this job ended with code 3. the end"
+    assert (
+        ended(client, case, "look")["job"]["message"]
+        == "the process of this job ended with code 3. the end"
+    )
 
 
 @pytest.mark.slow
-def test_a_request_waits_for_a_short_job_and_a_current_log_is_not_read_again(server, client, case, work):
+def test_a_request_waits_for_a_short_job_and_a_current_log_is_not_read_again(
+    server, client, case, work
+):
     work("time.sleep(0.5)\nreturn {'axis_text': 'schema = 1', 'ready': True}, {}")
     assert client.post(f"{case}/jobs", json={"task": "look"}).status_code == 202
     answer = client.post(f"{case}/jobs", json={"task": "check"})
-    assert (answer.status_code, list(answer.json()["parts"]), answer.json()["job"]["task"]) == (202, ["looked"], "check")
+    assert (answer.status_code, list(answer.json()["parts"]), answer.json()["job"]["task"]) == (
+        202,
+        ["looked"],
+        "check",
+    )
     answer = client.post(f"{case}/jobs", json={"task": "look"})
     assert (answer.status_code, sorted(answer.json()["parts"])) == (200, ["checked", "looked"])
-    answer = client.post(f"{case}/jobs", json={"task": "look", "options": {"edits": {"kind": "rotational"}}})
+    answer = client.post(
+        f"{case}/jobs", json={"task": "look", "options": {"edits": {"kind": "rotational"}}}
+    )
     assert answer.status_code == 202
     settled(client, case)
 
@@ -152,11 +169,18 @@ print(json.dumps({"facts": {"best": "until then"}}))
 
 @pytest.mark.parametrize(
     ("code", "seconds", "state", "facts"),
-    [(OBEYS, 20.0, "done", {"best": "until then"}), ("import time; time.sleep(30.0)", 0.7, "failed", {})],
+    [
+        (OBEYS, 20.0, "done", {"best": "until then"}),
+        ("import time; time.sleep(30.0)", 0.7, "failed", {}),
+    ],
 )
-def test_a_job_that_takes_too_long_is_asked_to_end_and_killed_if_it_does_not(monkeypatch, code, seconds, state, facts):
+def test_a_job_that_takes_too_long_is_asked_to_end_and_killed_if_it_does_not(
+    monkeypatch, code, seconds, state, facts
+):
     monkeypatch.setattr("bristle.apps.lab.server.cases.CODE", code)
-    job = cases.Job("identify", limits.Limits(job_seconds=seconds, grace_seconds=seconds - 0.2))  # asked after 0.2 s
+    job = cases.Job(
+        "identify", limits.Limits(job_seconds=seconds, grace_seconds=seconds - 0.2)
+    )  # asked after 0.2 s
     asyncio.run(asyncio.wait_for(job.run({}), 25.0))
     assert (job.state, job.facts, job.as_data()["cancelled"]) == (state, facts, True)
 
@@ -197,7 +221,9 @@ def test_a_stopped_run_restores_its_machine(temporary, work, end):
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("closes", "grace"), [(True, 3.0), (False, 3.0), (False, 0.05)])
-def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(temporary, work, closes, grace):
+def test_a_run_restores_its_machine_when_its_analysis_or_its_server_ends(
+    temporary, work, closes, grace
+):
     work(RESTORES)
     with served(replace(LIMITS, grace_seconds=grace)) as server, server.client() as client:
         case = begun(client)
@@ -214,7 +240,9 @@ def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work
     folder.mkdir(parents=True)
 
     async def scenario():
-        running = asyncio.create_task(job.run({"folder": str(folder), "memory": 2**33, "logs": [], "options": {}}))
+        running = asyncio.create_task(
+            job.run({"folder": str(folder), "memory": 2**33, "logs": [], "options": {}})
+        )
         while job.share < 0.5:
             assert job.runs, job.message
             await asyncio.sleep(0.02)
@@ -226,7 +254,9 @@ def test_a_run_restores_its_machine_when_its_server_ends_at_once(temporary, work
 
 
 def test_a_run_stopped_before_its_process_exists_does_not_move(temporary, work):
-    work("return {'was_cancelled': errand.is_cancelled() or time.sleep(0.3) or errand.is_cancelled()}, {}")
+    work(
+        "return {'was_cancelled': errand.is_cancelled() or time.sleep(0.3) or errand.is_cancelled()}, {}"
+    )
     job = cases.Job("tune", LIMITS)
     job.kill()
     request = {"folder": str(temporary), "memory": 2**33, "logs": [], "options": {}}

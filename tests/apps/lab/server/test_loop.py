@@ -29,7 +29,13 @@ AXIS = (
 def undrawn_reports():
     """Reports have no figures: nothing is said of them here."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "picture", lambda name, draw, alternative, caption, **_: page.Picture(name, Markup("<svg></svg>"), caption))
+        patch.setattr(
+            page,
+            "picture",
+            lambda name, draw, alternative, caption, **_: page.Picture(
+                name, Markup("<svg></svg>"), caption
+            ),
+        )
         yield
 
 
@@ -39,10 +45,19 @@ def recorded(tmp_path_factory):
     folder = tmp_path_factory.mktemp("recorded")
     (folder / "experiment.toml").write_text(EXPERIMENT)
     experiment = read_experiment(folder / "experiment.toml")
-    run, variant = simulate(experiment).variants["none"], next(variant for variant in experiment.variants if variant.name == "none")
+    run, variant = (
+        simulate(experiment).variants["none"],
+        next(variant for variant in experiment.variants if variant.name == "none"),
+    )
     columns = np.column_stack((run.time, 1e3 * run.measured, 1e3 * run.reference, 0.1 * run.effort))
-    np.savetxt(folder / "log.csv", columns, delimiter=",", header="time,x,r,u", comments="", fmt="%.9g")
-    law = {f"controller.{name}": value for name, value in variant.controller.values.items() if np.isfinite(value)}
+    np.savetxt(
+        folder / "log.csv", columns, delimiter=",", header="time,x,r,u", comments="", fmt="%.9g"
+    )
+    law = {
+        f"controller.{name}": value
+        for name, value in variant.controller.values.items()
+        if np.isfinite(value)
+    }
     return folder / "log.csv", {"controller.model": variant.controller.name} | law
 
 
@@ -52,7 +67,9 @@ def identified(recorded, tmp_path_factory):
     folder = tmp_path_factory.mktemp("identified")
     log = LabelledLog(recorded[0], "log.csv", "fit")
     options = {"models": "coulomb_viscous", "draws": 0}
-    errand = Errand(folder, (log,), AXIS, "axis.toml", options, 2**24, None, lambda *_: None, nullcontext)
+    errand = Errand(
+        folder, (log,), AXIS, "axis.toml", options, 2**24, None, lambda *_: None, nullcontext
+    )
     _, data = tasks.identify(errand)
     return replace(errand, results=folder / "results", options={}), data
 
@@ -63,7 +80,9 @@ def test_without_a_controller_the_page_says_what_is_missing(identified):
     assert "controller is missing" in data["loop"]["reason"]
     assert "Friction forward, F+" in [row[0] for row in data["loop"]["values"]["rows"]]
     assert data["loop"]["values"]["heads"][1] == "In the drive's units"
-    with pytest.raises(InputError, match=r"cannot be simulated: the controller is missing\. Select it"):
+    with pytest.raises(
+        InputError, match=r"cannot be simulated: the controller is missing\. Select it"
+    ):
         loop.compensate(errand)
 
 
@@ -73,7 +92,9 @@ def compensated(identified, recorded):
     return loop.compensate(replace(identified[0], options={"edits": recorded[1]}))
 
 
-def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(identified, recorded, compensated):
+def test_a_controller_from_fields_shows_the_gain_and_keeps_the_model(
+    identified, recorded, compensated
+):
     (errand, before), (facts, found) = identified, compensated
     data = found["loop"]
     assert read_axis(facts["axis_text"].encode()).controller.name == recorded[1]["controller.model"]
@@ -101,10 +122,18 @@ def archived(folder):
 
 
 @pytest.mark.slow
-def test_the_archive_is_that_of_an_identification_with_this_controller(compensated, identified, tmp_path):
+def test_the_archive_is_that_of_an_identification_with_this_controller(
+    compensated, identified, tmp_path
+):
     facts, data = compensated
     errand, archive = identified[0], archived(identified[0].folder)
-    again = replace(errand, folder=tmp_path, axis_text=facts["axis_text"], options={"models": "coulomb_viscous", "draws": 0}, results=None)
+    again = replace(
+        errand,
+        folder=tmp_path,
+        axis_text=facts["axis_text"],
+        options={"models": "coulomb_viscous", "draws": 0},
+        results=None,
+    )
     assert tasks.identify(again)[1] == data
     assert archived(tmp_path) == archive
 
@@ -121,25 +150,37 @@ def test_a_gain_that_is_missing_is_named(identified):
 def test_a_field_that_changes_the_log_needs_another_identification(identified, recorded):
     errand, _ = identified
     with pytest.raises(InputError, match=r"changes the meaning of the log.*identify again"):
-        loop.compensate(replace(errand, options={"edits": recorded[1] | {"effort.constant": "20 N/A"}}))
+        loop.compensate(
+            replace(errand, options={"edits": recorded[1] | {"effort.constant": "20 N/A"}})
+        )
 
 
 @pytest.mark.slow
 def test_a_field_of_the_loop_needs_no_other_identification(identified, recorded):
     errand, _ = identified
-    loop.compensate(replace(errand, options={"edits": recorded[1] | {"effort.limit": "500 A", "effort.lag": "0.1 ms"}}))
+    loop.compensate(
+        replace(
+            errand,
+            options={"edits": recorded[1] | {"effort.limit": "500 A", "effort.lag": "0.1 ms"}},
+        )
+    )
 
 
 @pytest.mark.parametrize(
     ("following", "words"),
     [
-        (SimpleNamespace(contradiction=Diagnostic("switching_law", "", "note")), "the control law chatters"),
+        (
+            SimpleNamespace(contradiction=Diagnostic("switching_law", "", "note")),
+            "the control law chatters",
+        ),
         (SimpleNamespace(contradiction=None), "the simulated loop is unstable"),
         (None, "the simulated loop is unstable"),
     ],
 )
 def test_an_unknown_gain_has_a_reason(monkeypatch, following, words):
-    monkeypatch.setattr("bristle.report.compensation.gain_of", lambda simulation: SimpleNamespace(steps=()))
+    monkeypatch.setattr(
+        "bristle.report.compensation.gain_of", lambda simulation: SimpleNamespace(steps=())
+    )
     gain, reason = loop._gain(None, following)
     assert (gain, reason[: len(words)]) == (None, words)
 
@@ -155,8 +196,12 @@ def test_a_wrong_gain_is_no_basis_for_a_prediction(identified, recorded):
 
 def test_a_log_without_a_reference_has_no_loop():
     fit = SimpleNamespace(position_rmse=None)
-    assert "Record the desired position" in loop.reason_without_loop(fit, SimpleNamespace(controller=1), SimpleNamespace(reference=None))
-    assert "fitted to the position" in loop.reason_without_loop(SimpleNamespace(position_rmse=1.0), None, None)
+    assert "Record the desired position" in loop.reason_without_loop(
+        fit, SimpleNamespace(controller=1), SimpleNamespace(reference=None)
+    )
+    assert "fitted to the position" in loop.reason_without_loop(
+        SimpleNamespace(position_rmse=1.0), None, None
+    )
 
 
 def test_another_controller_leaves_the_model_valid(tmp_path):
@@ -176,5 +221,7 @@ def test_every_controller_has_fields():
 
 @pytest.mark.parametrize("constant", ["61.2", "61.2 "])
 def test_a_constant_without_a_unit_asks_for_it(constant):
-    with pytest.raises(InputError, match=r"effort\.constant: lacks its unit.*Add the unit: N/A or N\*m/A"):
+    with pytest.raises(
+        InputError, match=r"effort\.constant: lacks its unit.*Add the unit: N/A or N\*m/A"
+    ):
         read_axis(AXIS.replace("10 N/A", constant).encode())

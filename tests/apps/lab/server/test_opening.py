@@ -13,7 +13,11 @@ from tests.apps.lab.server.yard import PORT, TOKEN, lab_process, served
 
 from bristle.apps.lab.server import gate
 
-ELSEWHERE = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "navigate", "sec-fetch-dest": "document"}
+ELSEWHERE = {
+    "sec-fetch-site": "cross-site",
+    "sec-fetch-mode": "navigate",
+    "sec-fetch-dest": "document",
+}
 """What Chromium sends as it is led on by a file."""
 BROWSER = """#!/bin/sh
 printf '%s\\n' "$@" > {told}.new && mv {told}.new {told}
@@ -72,7 +76,9 @@ def test_the_file_is_for_this_user_only_and_leads_to_the_page_with_the_token(ope
     (script,) = re.findall("<script>(.*?)</script>", answer.text)
     assert script == 'location.replace("/" + location.hash)'
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    assert answer.headers["content-security-policy"] == (f"default-src 'none'; script-src 'sha256-{digest}'; frame-ancestors 'none'")
+    assert answer.headers["content-security-policy"] == (
+        f"default-src 'none'; script-src 'sha256-{digest}'; frame-ancestors 'none'"
+    )
 
 
 def test_after_its_use_the_file_is_removed_and_its_ticket_invalid(opening, client):
@@ -85,7 +91,9 @@ def test_after_its_use_the_file_is_removed_and_its_ticket_invalid(opening, clien
     assert client.get(path).status_code == 200
     assert not file.exists()
     assert client.get(path).status_code == 404
-    assert client.get("/").status_code == 403  # it is the entrance that may be come to from elsewhere
+    assert (
+        client.get("/").status_code == 403
+    )  # it is the entrance that may be come to from elsewhere
 
 
 def test_an_existing_link_is_not_written_through(opening, tmp_path):
@@ -96,7 +104,9 @@ def test_an_existing_link_is_not_written_through(opening, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="reads the arguments of processes in /proc")
+@pytest.mark.skipif(
+    not Path("/proc/self/cmdline").exists(), reason="reads the arguments of processes in /proc"
+)
 def test_no_process_has_the_token_in_its_arguments(tmp_path):
     (tmp_path / "temporary").mkdir()
     script, message = tmp_path / "browser", tmp_path / "told"
@@ -104,10 +114,16 @@ def test_no_process_has_the_token_in_its_arguments(tmp_path):
     script.chmod(0o700)
     with lab_process(tmp_path / "temporary", BROWSER=str(script)) as (process, _, token):
         awaited(message.exists, 20.0)
-        arguments = {place.name: read(place / "cmdline") for place in Path("/proc").iterdir() if place.name.isdigit()}
+        arguments = {
+            place.name: read(place / "cmdline")
+            for place in Path("/proc").iterdir()
+            if place.name.isdigit()
+        }
         (values,) = message.read_text().splitlines()
         assert [number for number, text in arguments.items() if token in text] == []
-        assert any(values in text for text in arguments.values())  # that of the browser is among them
+        assert any(
+            values in text for text in arguments.values()
+        )  # that of the browser is among them
         file = Path(values.removeprefix("file://"))
         assert token in file.read_text()
         assert [stat.S_IMODE(each.stat().st_mode) for each in (file, file.parent)] == [0o600, 0o700]

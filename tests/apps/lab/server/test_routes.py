@@ -50,7 +50,11 @@ def test_a_result_is_served_once_it_exists(client, case, opened):
 
 @pytest.mark.parametrize(
     ("name", "file", "label"),
-    [("identified", "results_zip", "results.zip"), ("exported", "export_zip", "export.zip"), ("excited", "motion_zip", "motion.zip")],
+    [
+        ("identified", "results_zip", "results.zip"),
+        ("exported", "export_zip", "export.zip"),
+        ("excited", "motion_zip", "motion.zip"),
+    ],
 )
 def test_an_archive_is_named_after_its_contents(client, case, opened, name, file, label):
     left(opened, name, **{file: "zip"})
@@ -61,16 +65,24 @@ def test_an_archive_is_named_after_its_contents(client, case, opened, name, file
 
 def test_an_export_has_the_name_from_its_job(client, case, opened):
     left(opened, "exported", {"file": "axis_table.zip"}, export_zip="zip")
-    assert 'filename="axis_table.zip"' in client.get(f"{case}/parts/exported/archive").headers["content-disposition"]
+    assert (
+        'filename="axis_table.zip"'
+        in client.get(f"{case}/parts/exported/archive").headers["content-disposition"]
+    )
 
 
 def test_a_part_without_archive_or_report_has_none(client, case, opened):
     left(opened, "looked", data_json="{}")
-    for answer, kind in ((client.get(f"{case}/parts/looked/archive"), "archive"), (client.post(f"{case}/parts/looked/ticket"), "report")):
+    for answer, kind in (
+        (client.get(f"{case}/parts/looked/archive"), "archive"),
+        (client.post(f"{case}/parts/looked/ticket"), "report"),
+    ):
         assert (answer.status_code, answer.json()["message"]) == (404, f"looked: has no {kind}")
 
 
-@pytest.mark.parametrize(("name", "file"), [("identified", "results__report_html"), ("excited", "motion__report_html")])
+@pytest.mark.parametrize(
+    ("name", "file"), [("identified", "results__report_html"), ("excited", "motion__report_html")]
+)
 def test_a_report_is_shown_once(client, case, opened, name, file):
     left(opened, name, **{file: "<p>report</p>"})
     answer = client.post(f"{case}/parts/{name}/ticket")
@@ -119,14 +131,20 @@ def test_an_axis_file_is_the_axis_and_no_log(client, case, opened):
     state = put(client, case, b"\xef\xbb\xbfschema = 1\n", "stage.toml", "axis").json()
     assert (state["axis"], state["files"]) == ({"label": "stage.toml", "text": "schema = 1\n"}, [])
     refused = put(client, case, b"\xff\xfe", "bad.toml", "axis")
-    assert (refused.status_code, refused.json()["message"]) == (400, "bad.toml: is not a text file in UTF-8")
+    assert (refused.status_code, refused.json()["message"]) == (
+        400,
+        "bad.toml: is not a text file in UTF-8",
+    )
     assert list(opened.folder.iterdir()) == []
     assert client.get(case).json()["axis"]["label"] == "stage.toml"
 
 
 def test_an_unknown_role_is_refused(client, case):
     answer = put(client, case, b"x", role="other")
-    assert (answer.status_code, "allowed fit, held_out, axis" in answer.json()["message"]) == (400, True)
+    assert (answer.status_code, "allowed fit, held_out, axis" in answer.json()["message"]) == (
+        400,
+        True,
+    )
 
 
 def test_files_change_their_role_and_are_removed(client, case, opened):
@@ -136,7 +154,10 @@ def test_files_change_their_role_and_are_removed(client, case, opened):
         left(opened, name)
     state = client.post(f"{case}/files/1/role", json={"role": "held_out"}).json()
     assert [file["role"] for file in state["files"]] == ["held_out", "held_out"]
-    assert {name: part["old"] for name, part in state["parts"].items()} == {"looked": True, "predicted": True}
+    assert {name: part["old"] for name, part in state["parts"].items()} == {
+        "looked": True,
+        "predicted": True,
+    }
     for number, role, status in ((1, "axis", 400), (9, "fit", 404)):
         assert client.post(f"{case}/files/{number}/role", json={"role": role}).status_code == status
     place = opened.files[2].place
@@ -154,7 +175,10 @@ def test_a_file_in_transfer_counts_towards_the_limit_no_longer_than_that(client,
 def test_a_second_job_of_an_analysis_is_refused(client, case, opened, app):
     opened.job = running()
     answer = client.post(f"{case}/jobs", json={"task": "look"})
-    assert (answer.status_code, "this analysis has a running job" in answer.json()["message"]) == (409, True)
+    assert (answer.status_code, "this analysis has a running job" in answer.json()["message"]) == (
+        409,
+        True,
+    )
     others = [begun(client), begun(client)]
     app.state.cases[others[0].rpartition("/")[2]].job = running()
     answer = client.post(f"{others[1]}/jobs", json={"task": "look"})
@@ -165,10 +189,17 @@ def test_a_second_job_of_an_analysis_is_refused(client, case, opened, app):
 def test_only_a_job_that_runs_is_cancelled(client, case, opened):
     assert client.post(f"{case}/cancel", json={}).json()["job"] is None
     called = []
-    for state, requested, expected in (("done", {}, []), ("runs", {}, ["cancel"]), ("runs", {"at_once": True}, ["kill"])):
+    for state, requested, expected in (
+        ("done", {}, []),
+        ("runs", {}, ["cancel"]),
+        ("runs", {"at_once": True}, ["kill"]),
+    ):
         called.clear()
         opened.job = running(state)
-        opened.job.cancel, opened.job.kill = (lambda: called.append("cancel")), (lambda: called.append("kill"))
+        opened.job.cancel, opened.job.kill = (
+            (lambda: called.append("cancel")),
+            (lambda: called.append("kill")),
+        )
         client.post(f"{case}/cancel", json=requested)
         assert called == expected
     opened.job = None
@@ -192,15 +223,33 @@ def test_a_job_gets_its_inputs_and_stores_its_result(client, case, opened, monke
     put(client, case, b"2", "b.csv", "held_out")
     put(client, case, b"schema = 1\n", "stage.toml", "axis")
     requested = jobs_that_end(monkeypatch)
-    assert client.post(f"{case}/jobs", json={"task": "identify", "options": {"draws": 3}}).status_code == 202
+    assert (
+        client.post(f"{case}/jobs", json={"task": "identify", "options": {"draws": 3}}).status_code
+        == 202
+    )
     parts = client.get(case).json()["parts"]
-    assert {name: part["word"] for name, part in parts.items()} == {"identified": "identify", "predicted": "predict"}
+    assert {name: part["word"] for name, part in parts.items()} == {
+        "identified": "identify",
+        "predicted": "predict",
+    }
     (first, request), (second, following) = requested
     assert (first, second) == ("identify", "predict")
-    assert [(label, role) for _, label, role in request["logs"]] == [("a.csv", "fit"), ("b.csv", "held_out")]
-    expected = {"axis_text": "schema = 1\n", "axis_label": "stage.toml", "options": {"draws": 3}, "size_limit": 1000, "results": None}
+    assert [(label, role) for _, label, role in request["logs"]] == [
+        ("a.csv", "fit"),
+        ("b.csv", "held_out"),
+    ]
+    expected = {
+        "axis_text": "schema = 1\n",
+        "axis_label": "stage.toml",
+        "options": {"draws": 3},
+        "size_limit": 1000,
+        "results": None,
+    }
     assert request.items() >= (expected | {"memory": LIMITS.job_memory}).items()
-    assert (following["results"], following["options"]) == (str(opened.parts["identified"].folder / "results"), {})
+    assert (following["results"], following["options"]) == (
+        str(opened.parts["identified"].folder / "results"),
+        {},
+    )
     json.dumps(request)
     client.post(f"{case}/jobs", json={"task": "check"})
     assert len(requested) == 3
@@ -218,8 +267,14 @@ def test_an_axis_that_a_job_changes_makes_other_parts_old(client, case, opened, 
     jobs_that_end(monkeypatch, axis_text="schema = 1\nname = 'x'\n", ready=True)
     client.post(f"{case}/jobs", json={"task": "look"})
     state = client.get(case).json()
-    assert (state["axis"]["text"], state["parts"]["looked"]["ready"]) == ("schema = 1\nname = 'x'\n", True)
-    assert {name: part["old"] for name, part in state["parts"].items()} == {"identified": True, "looked": False}
+    assert (state["axis"]["text"], state["parts"]["looked"]["ready"]) == (
+        "schema = 1\nname = 'x'\n",
+        True,
+    )
+    assert {name: part["old"] for name, part in state["parts"].items()} == {
+        "identified": True,
+        "looked": False,
+    }
     left(opened, "identified")
     client.post(f"{case}/jobs", json={"task": "look"})  # the same axis again
     assert not client.get(case).json()["parts"]["identified"]["old"]
@@ -276,14 +331,34 @@ def test_the_number_of_analyses_is_limited(client):
 
 def test_an_invalid_message_is_refused(client):
     jobs = f"{begun(client)}/jobs"
-    bodies = (b"x" * 501, b"[1]", b"{", b'{"task": "rm"}', b'{"task": "look", "options": []}', b"[" * 400)
-    assert [client.post(jobs, content=body).status_code for body in bodies] == [413, 400, 400, 400, 400, 400]
+    bodies = (
+        b"x" * 501,
+        b"[1]",
+        b"{",
+        b'{"task": "rm"}',
+        b'{"task": "look", "options": []}',
+        b"[" * 400,
+    )
+    assert [client.post(jobs, content=body).status_code for body in bodies] == [
+        413,
+        400,
+        400,
+        400,
+        400,
+        400,
+    ]
 
 
 def test_files_do_not_leave_by_another_name(client):
     case = begun(client)
     put(client, case, b"abc")
-    for path in ("parts/../file-1", "parts/looked", "parts/%2e%2e", "parts/looked/archive", "parts/..%2f..%2ffile-1"):
+    for path in (
+        "parts/../file-1",
+        "parts/looked",
+        "parts/%2e%2e",
+        "parts/looked/archive",
+        "parts/..%2f..%2ffile-1",
+    ):
         assert client.get(f"{case}/{path}").status_code == 404
     assert client.get("/shown/..%2f..%2fetc%2fpasswd").status_code == 404
 

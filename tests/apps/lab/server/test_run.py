@@ -27,7 +27,9 @@ def test_only_this_machine_connects_and_a_port_is_used_once():
     with listening_on(0) as listening:
         host, port = listening.getsockname()
         assert host == "127.0.0.1"
-        with pytest.raises(InputError, match=r"--port: cannot be opened: .*bristle takes a free port"):
+        with pytest.raises(
+            InputError, match=r"--port: cannot be opened: .*bristle takes a free port"
+        ):
             listening_on(port)
         with socket.create_connection(("127.0.0.1", port), timeout=5):
             pass
@@ -38,7 +40,10 @@ def test_a_folder_is_private_and_removed_with_its_contents(temporary):
         note = folder / NOTE
         assert (folder.parent, folder.name[: len(PREFIX)]) == (temporary, PREFIX)
         assert [place.stat().st_mode & 0o777 for place in (folder, note)] == [0o700, 0o600]
-        assert note.read_text() == f"bristle lab --serve keeps its logs here: {folder.name} {folder.stat().st_ino}\n"
+        assert (
+            note.read_text()
+            == f"bristle lab --serve keeps its logs here: {folder.name} {folder.stat().st_ino}\n"
+        )
         (folder / "below").mkdir()
         (folder / "below" / "log.csv").write_text("x")
     assert list(temporary.iterdir()) == []
@@ -57,7 +62,11 @@ def test_an_address_is_announced_and_a_browser_opened_with_a_file(temporary, mon
 
     limits = Limits(jobs=1)
     monkeypatch.setattr(run, "server_of", lambda app, bounds: served.append(bounds) or Server())
-    monkeypatch.setattr(run.webbrowser, "open", lambda address: opened.append(Path(address.removeprefix("file://")).read_text()))
+    monkeypatch.setattr(
+        run.webbrowser,
+        "open",
+        lambda address: opened.append(Path(address.removeprefix("file://")).read_text()),
+    )
     monkeypatch.setattr(run, "threading", SimpleNamespace(Thread=thread))
     serve(opens=opens, limits=limits, announce=announced.append)
     (address,) = announced
@@ -73,7 +82,14 @@ def test_a_server_sends_no_server_header_and_trusts_no_proxy():
         raise AssertionError
 
     config = server_of(app, Limits()).config
-    expected = {"server_header": False, "access_log": False, "proxy_headers": False, "ws": "none", "lifespan": "on", "log_config": None}
+    expected = {
+        "server_header": False,
+        "access_log": False,
+        "proxy_headers": False,
+        "ws": "none",
+        "lifespan": "on",
+        "log_config": None,
+    }
     expected |= {"backlog": 128, "timeout_keep_alive": 5, "timeout_graceful_shutdown": 1}
     assert {name: getattr(config, name) for name in expected} == expected
 
@@ -162,7 +178,12 @@ def contents(place):
     """Return all that is in a folder, links as such."""
     if place.is_symlink() or place.is_file():
         return os.readlink(place) if place.is_symlink() else place.read_text()
-    return {each.relative_to(place): each.read_text() if each.is_file() and not each.is_symlink() else None for each in place.rglob("*")}
+    return {
+        each.relative_to(place): each.read_text()
+        if each.is_file() and not each.is_symlink()
+        else None
+        for each in place.rglob("*")
+    }
 
 
 @pytest.fixture
@@ -189,7 +210,10 @@ def test_a_link_to_a_folder_of_a_dead_server_is_not_followed(dead, temporary, tm
     os.rename(dead, tmp_path / "elsewhere")
     dead.symlink_to(tmp_path / "elsewhere", target_is_directory=True)
     with own_folder():
-        assert [dead.is_symlink(), (tmp_path / "elsewhere" / "case" / "file-1").exists()] == [True, True]
+        assert [dead.is_symlink(), (tmp_path / "elsewhere" / "case" / "file-1").exists()] == [
+            True,
+            True,
+        ]
 
 
 @pytest.mark.parametrize(
@@ -245,7 +269,12 @@ MIB, GIB = 2**20, 2**30
     ],
 )
 def test_limits_are_those_of_the_page(row, words, limits):
-    assert dict(re.findall(r"^\| (.+?) \| (.+?) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE))[row] == words
+    assert (
+        dict(re.findall(r"^\| (.+?) \| (.+?) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE))[
+            row
+        ]
+        == words
+    )
     assert {name: getattr(Limits(), name) for name in limits} == limits
 
 

@@ -23,7 +23,9 @@ LIMITS = Limits(silence_seconds=SILENCE, stranger_seconds=SILENCE, file_size=2**
 
 
 def head(server, method, path, *lines):
-    return (HEAD.format(method=method, path=path, port=server.port, token=TOKEN) + "".join(lines)).encode()
+    return (
+        HEAD.format(method=method, path=path, port=server.port, token=TOKEN) + "".join(lines)
+    ).encode()
 
 
 def closed_after(connection):
@@ -61,7 +63,9 @@ def test_a_silent_connection_is_closed(server):
 def test_a_stalled_body_is_cut_off(server):
     with server.client() as client:
         case = begun(client)
-    with server.raw(head(server, "PUT", f"{case}/files", "content-length: 1000\r\n\r\n"), b"abc") as connection:
+    with server.raw(
+        head(server, "PUT", f"{case}/files", "content-length: 1000\r\n\r\n"), b"abc"
+    ) as connection:
         seconds, text = closed_after(connection)
     assert text.startswith(b"HTTP/1.1 408")
     assert seconds < 10 * SILENCE
@@ -96,7 +100,9 @@ UNREAD = "GET / HTTP/1.1\r\nhost: 127.0.0.1:{port}\r\n\r\n"
 @pytest.fixture
 def patient():
     """A server that drops no connection for its silence, however busy the machine is."""
-    with served(Limits(strangers=4, stranger_seconds=600.0, silence_seconds=600.0), keep_alive=600) as patient:
+    with served(
+        Limits(strangers=4, stranger_seconds=600.0, silence_seconds=600.0), keep_alive=600
+    ) as patient:
         yield patient
 
 

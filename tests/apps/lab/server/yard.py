@@ -37,7 +37,9 @@ class Served:
         return f"{self.base}/#{TOKEN}"
 
     def client(self):
-        return httpx.Client(base_url=self.base, headers={"x-bristle-token": TOKEN}, timeout=60, trust_env=False)
+        return httpx.Client(
+            base_url=self.base, headers={"x-bristle-token": TOKEN}, timeout=60, trust_env=False
+        )
 
     def raw(self, *pieces):
         """Return a connection on which these pieces were sent."""
@@ -102,7 +104,11 @@ def lab_process(folder, *options, **environment):
         base, _, token = process.stdout.readline().strip().partition("/#")
         assert token, process.stderr.read()
         with httpx.Client(
-            base_url=base, headers={"x-bristle-token": token}, timeout=60, trust_env=False, transport=httpx.HTTPTransport(retries=5)
+            base_url=base,
+            headers={"x-bristle-token": token},
+            timeout=60,
+            trust_env=False,
+            transport=httpx.HTTPTransport(retries=5),
         ) as client:
             yield process, client, token
     finally:

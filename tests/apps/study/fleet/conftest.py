@@ -7,7 +7,10 @@ from bristle.core.axis import Axis, Column
 
 OPTIONS = {"draws": 0, "blocks": 2}
 AXIS = Axis(
-    columns={name: Column(name, "", unit) for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"), ("temperature", "K"))},
+    columns={
+        name: Column(name, "", unit)
+        for name, unit in (("time", "s"), ("position", "m"), ("effort", "N"), ("temperature", "K"))
+    },
     mass=12.0,
 )
 
@@ -19,9 +22,18 @@ def write_log(path, level=5.0, viscous=80.0, temperature=293.0, seed=0, rows=300
     position = 0.02 * np.sin(3.0 * t) + 0.01 * np.sin(11.0 * t)
     velocity = 0.06 * np.cos(3.0 * t) + 0.11 * np.cos(11.0 * t)
     noise = np.random.default_rng(seed).normal(0.0, 0.05, rows)
-    effort = 12.0 * np.gradient(velocity, t) + level * np.sign(velocity) + viscous * velocity + noise
+    effort = (
+        12.0 * np.gradient(velocity, t) + level * np.sign(velocity) + viscous * velocity + noise
+    )
     table = np.column_stack((t, position, effort, np.full(rows, temperature)))
-    np.savetxt(path, table, fmt="%.9g", delimiter=",", header="time,position,effort,temperature", comments="")
+    np.savetxt(
+        path,
+        table,
+        fmt="%.9g",
+        delimiter=",",
+        header="time,position,effort,temperature",
+        comments="",
+    )
     return path
 
 

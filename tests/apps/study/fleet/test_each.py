@@ -23,7 +23,10 @@ pytestmark = pytest.mark.usefixtures("undrawn")
 
 def each(logs, out, **options):
     return br.apps.study.fleet.identify_each(
-        [logs] if not isinstance(logs, list) else logs, out, axis=AXIS, **OPTIONS | {"workers": 1} | options
+        [logs] if not isinstance(logs, list) else logs,
+        out,
+        axis=AXIS,
+        **OPTIONS | {"workers": 1} | options,
     )
 
 
@@ -36,13 +39,17 @@ def test_every_log_is_a_row_and_a_failed_log_has_its_reason(logs, tmp_path):
     assert data["status"].values.tolist() == ["ok", "ok", "refused"]
     assert "press_2026-03-03T06-30.csv" in data["reason"].values[2]
     assert np.datetime_as_string(data["time_of_log"].values[1], "m") == "2026-03-02T06:30"
-    alone = br.identify(logs / "press_2026-03-02T06-30.csv", "coulomb_viscous", axis=AXIS, **OPTIONS)
+    alone = br.identify(
+        logs / "press_2026-03-02T06-30.csv", "coulomb_viscous", axis=AXIS, **OPTIONS
+    )
     level = alone.parameters["F_C"]
     assert float(data["friction.F_C"][1]) == level.value == pytest.approx(5.5, rel=0.02)
     half = 0.5 * float(data["friction.F_C.upper"][1] - data["friction.F_C.lower"][1])
     assert half == pytest.approx(1.96 * max(level.std, level.robust_std), rel=1e-3)
     assert data["friction.F_C"].attrs["units"] == "N"
-    assert float(data["held_out_error"][1]) == pytest.approx(0.01 * alone.best.held_out.mean_percent)
+    assert float(data["held_out_error"][1]) == pytest.approx(
+        0.01 * alone.best.held_out.mean_percent
+    )
     assert float(data["temperature"][0]) == 293.0
     assert data["plant.M.status"].values.tolist()[:2] == ["held", "held"]
     assert np.isnan(data["friction.F_C"].values[2])
@@ -54,7 +61,9 @@ def test_intervals_and_scatter_are_those_of_the_draws(logs, tmp_path):
     each([first], tmp_path / "out", draws=20)
     row = {name: column[0] for name, column in runs_in(tmp_path / "out").columns.items()}
     alone = br.identify(first, "coulomb_viscous", axis=AXIS, draws=20, blocks=2)
-    assert (row["friction.F_C.lower"], row["friction.F_C.upper"]) == alone.parameters["F_C"].interval
+    assert (row["friction.F_C.lower"], row["friction.F_C.upper"]) == alone.parameters[
+        "F_C"
+    ].interval
     scatter = alone.best.resampling.scatter
     assert (row["scatter"], row["scatter.lower"], row["scatter.upper"]) == tuple(scatter)
 
@@ -63,15 +72,27 @@ def test_intervals_and_scatter_are_those_of_the_draws(logs, tmp_path):
 def test_a_fleet_continues_and_grows_and_logs_keep_their_numbers(logs, tmp_path, monkeypatch):
     each(logs, tmp_path / "out")
     (tmp_path / "out" / "runs" / "0000000001.parquet").unlink()
-    write_log(logs / "press_2026-03-02T01-00.csv", 5.2, seed=9)  # sorts between those that are there
+    write_log(
+        logs / "press_2026-03-02T01-00.csv", 5.2, seed=9
+    )  # sorts between those that are there
     identified, columns = [], Identifier.columns
-    monkeypatch.setattr(Identifier, "columns", lambda self, block: identified.append(block.first) or columns(self, block))
+    monkeypatch.setattr(
+        Identifier,
+        "columns",
+        lambda self, block: identified.append(block.first) or columns(self, block),
+    )
     each(logs, tmp_path / "out")
     assert identified == [1, 3]
-    names = [entry["log"] for entry in json.loads((tmp_path / "out" / "study.json").read_text())["logs"]]
-    assert names == [f"press_2026-03-0{day}.csv" for day in ("1T06-30", "2T06-30", "3T06-30", "2T01-00")]
+    names = [
+        entry["log"] for entry in json.loads((tmp_path / "out" / "study.json").read_text())["logs"]
+    ]
+    assert names == [
+        f"press_2026-03-0{day}.csv" for day in ("1T06-30", "2T06-30", "3T06-30", "2T01-00")
+    ]
     identified.clear()
-    each([logs / "press_2026-03-02T01-00.csv"], tmp_path / "out")  # the others are not named, and stay
+    each(
+        [logs / "press_2026-03-02T01-00.csv"], tmp_path / "out"
+    )  # the others are not named, and stay
     assert identified == []
     assert runs_in(tmp_path / "out").count == 4
 
@@ -81,7 +102,9 @@ def test_a_changed_log_and_another_model_are_refused(logs, tmp_path):
     each(logs, tmp_path / "out")
     before = content(tmp_path / "out")
     write_log(logs / "press_2026-03-01T06-30.csv", 7.0)
-    with pytest.raises(InputError, match=r"already in this fleet, with different content.*name another folder"):
+    with pytest.raises(
+        InputError, match=r"already in this fleet, with different content.*name another folder"
+    ):
         each(logs, tmp_path / "out")
     with pytest.raises(InputError, match='"coulomb_viscous" and is now "stribeck"'):
         each(logs, tmp_path / "out", model="stribeck")
@@ -101,7 +124,13 @@ def test_wrong_arguments_are_refused_before_any_work(logs, tmp_path):
     misspelt = {"cutof": 5}, "cutof: is no argument of identify. Did you mean 'cutoff'"
     negative = {"mass": -1.0}, "mass: out of range"
     unknown = {"settings": {"no_such": 1}}, "no_such: is not a threshold"
-    for options, message in (several, misspelt, negative, unknown, ({"cutoff": -1.0}, "cutoff: must be positive")):
+    for options, message in (
+        several,
+        misspelt,
+        negative,
+        unknown,
+        ({"cutoff": -1.0}, "cutoff: must be positive"),
+    ):
         with pytest.raises(InputError, match=message):
             each(logs, tmp_path / "out", **options)
     (tmp_path / "empty").mkdir()
@@ -112,13 +141,21 @@ def test_wrong_arguments_are_refused_before_any_work(logs, tmp_path):
 
 def test_tables_of_a_file_are_logs(tmp_path):
     t = np.arange(3000) * 1e-3
-    tables = {f"test_{k}": np.column_stack((t, np.sin((3.0 + k) * t), np.sign(np.cos((3.0 + k) * t)))) for k in (1, 2)}
+    tables = {
+        f"test_{k}": np.column_stack((t, np.sin((3.0 + k) * t), np.sign(np.cos((3.0 + k) * t))))
+        for k in (1, 2)
+    }
     np.savez(tmp_path / "all.npz", **tables, rest=np.zeros((3000, 3)))
     columns = {
-        name: Column(f"column_{k}", "", unit) for k, (name, unit) in enumerate((("time", "s"), ("position", "m"), ("effort", "N")), 1)
+        name: Column(f"column_{k}", "", unit)
+        for k, (name, unit) in enumerate((("time", "s"), ("position", "m"), ("effort", "N")), 1)
     }
     br.apps.study.fleet.identify_each(
-        [f"{tmp_path}/all.npz::test_*"], tmp_path / "out", axis=br.Axis(columns=columns, mass=1.0), workers=1, **OPTIONS
+        [f"{tmp_path}/all.npz::test_*"],
+        tmp_path / "out",
+        axis=br.Axis(columns=columns, mass=1.0),
+        workers=1,
+        **OPTIONS,
     )
     columns = runs_in(tmp_path / "out").columns
     assert columns["log"].tolist() == ["all.npz::test_1", "all.npz::test_2"]

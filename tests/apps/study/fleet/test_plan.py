@@ -35,7 +35,11 @@ def test_each_log_is_a_separate_block():
 def test_a_parameter_has_the_status_and_the_ends_in_the_unit():
     columns = fleet().columns
     assert list(columns)[: len(RUN)] == list(RUN)
-    assert columns["friction.F_C"] | {"description": ""} == {"role": "parameter", "unit": "N", "description": ""}
+    assert columns["friction.F_C"] | {"description": ""} == {
+        "role": "parameter",
+        "unit": "N",
+        "description": "",
+    }
     assert columns["friction.F_C.status"]["role"] == "run"
     for end in ("lower", "upper"):
         assert columns[f"friction.F_C.{end}"] == {
@@ -43,7 +47,9 @@ def test_a_parameter_has_the_status_and_the_ends_in_the_unit():
             "unit": "N",
             "description": f"{end} end of the 95 % interval of friction.F_C",
         }
-    assert {name: columns[name]["unit"] for name in OF_FIT} == {name: unit for name, (unit, _) in OF_FIT.items()}
+    assert {name: columns[name]["unit"] for name in OF_FIT} == {
+        name: unit for name, (unit, _) in OF_FIT.items()
+    }
     assert {"scatter.lower", "scatter.upper"} <= set(columns)
     assert "error.lower" not in columns
     assert fleet(kind="rotational").columns["friction.F_C"]["unit"] == "N*m"
@@ -62,7 +68,9 @@ def test_listed_logs_keep_their_numbers_and_new_logs_follow():
 
 
 def test_a_log_of_the_same_name_with_different_content_is_refused():
-    with pytest.raises(InputError, match=r"press/a.*is already in this fleet, with different content"):
+    with pytest.raises(
+        InputError, match=r"press/a.*is already in this fleet, with different content"
+    ):
         fleet(log("a", "1")).following([entry(log("a", "2"))])
 
 
@@ -111,7 +119,12 @@ def test_a_failed_log_is_a_row_with_the_reason(error, status, reason, monkeypatc
 def test_a_readable_log_is_a_row_with_the_numbers(monkeypatch):
     monkeypatch.setattr(Identifier, "_numbers", lambda self, entry: {"error": 0.5})
     columns = Identifier(fleet(log("a"))).columns(Block(0, 1))
-    assert (columns["status"], columns["reason"], columns["error"], columns["log"]) == (["ok"], [""], [0.5], ["a"])
+    assert (columns["status"], columns["reason"], columns["error"], columns["log"]) == (
+        ["ok"],
+        [""],
+        [0.5],
+        ["a"],
+    )
 
 
 def test_fleets_differ_by_model_and_options(logs):
@@ -127,10 +140,24 @@ def test_fleets_differ_by_model_and_options(logs):
 
 
 def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
-    recorded = Some(origin=Some(checksum="0"), kind="translational", duration=4.0, temperature=Some(values=[290.0, 292.0]))
-    doubts = [Some(code=code, severity=severity) for code, severity in (("a", "warning"), ("b", "note"), ("a", "warning"))]
+    recorded = Some(
+        origin=Some(checksum="0"),
+        kind="translational",
+        duration=4.0,
+        temperature=Some(values=[290.0, 292.0]),
+    )
+    doubts = [
+        Some(code=code, severity=severity)
+        for code, severity in (("a", "warning"), ("b", "note"), ("a", "warning"))
+    ]
     held_out = Some(mean_percent=6.0)
-    result = Some(diagnostics=doubts, error_percent=5.0, held_out=held_out, resampling=None, parameters={"F_C": estimate()})
+    result = Some(
+        diagnostics=doubts,
+        error_percent=5.0,
+        held_out=held_out,
+        resampling=None,
+        parameters={"F_C": estimate()},
+    )
     monkeypatch.setattr(identify, "read_log", lambda place, axis, size_limit: recorded)
     settings = []
 
@@ -140,14 +167,20 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
 
     monkeypatch.setattr(identify, "identify", identified)
     row = Identifier(fleet(log("a")))._numbers(log("a"))
-    assert [row[name] for name in ("error", "held_out_error", "duration", "temperature")] == pytest.approx([0.05, 0.06, 4.0, 291.0])
-    assert settings == [{"lines_gain": 1.0}]  # the logs of a fleet have the same plant: no second pass
+    assert [
+        row[name] for name in ("error", "held_out_error", "duration", "temperature")
+    ] == pytest.approx([0.05, 0.06, 4.0, 291.0])
+    assert settings == [
+        {"lines_gain": 1.0}
+    ]  # the logs of a fleet have the same plant: no second pass
     Identifier(fleet(log("a")), models=Path())._numbers(log("a"))
     assert settings[1:] == [{}]  # the axes of a trace may have different plants
     assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)
     with pytest.raises(InputError, match="has changed since the command began"):
         Identifier(fleet(log("a")))._numbers(log("a", "1"))
-    with pytest.raises(InputError, match="is the log of a translational axis, but this fleet has rotational axes"):
+    with pytest.raises(
+        InputError, match="is the log of a translational axis, but this fleet has rotational axes"
+    ):
         Identifier(fleet(log("a"), kind="rotational"))._numbers(log("a"))
 
 

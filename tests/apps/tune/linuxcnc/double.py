@@ -4,9 +4,16 @@ import re
 
 from bristle.apps.tune.linuxcnc.hal import COMPUTED, HalError
 
-PIN = re.compile(r"^(pin in|pin out|param rw|param r) (?:float|bit|u32|s32) (\w+)(?: = (\S+))?", re.MULTILINE)
-SAMPLER = "".join(f"pin in float pin.{number}\n" for number in range(4)) + "pin in bit enable = 1\npin out s32 curr-depth\n"
-PID = "pin out float output\npin in float command\npin in float feedback\nparam rw float Pgain = 12\n"
+PIN = re.compile(
+    r"^(pin in|pin out|param rw|param r) (?:float|bit|u32|s32) (\w+)(?: = (\S+))?", re.MULTILINE
+)
+SAMPLER = (
+    "".join(f"pin in float pin.{number}\n" for number in range(4))
+    + "pin in bit enable = 1\npin out s32 curr-depth\n"
+)
+PID = (
+    "pin out float output\npin in float command\npin in float feedback\nparam rw float Pgain = 12\n"
+)
 MODULES = {
     "pid": ("pid.0", PID),
     "rplant": ("rplant.0", "pin in float effort\npin out float position\n"),
@@ -25,7 +32,14 @@ class Hal:
 
     def __init__(self, installed=None):
         self.installed = {} if installed is None else installed
-        self.prefixes, self.loaded, self.values, self.ways, self.linked, self.order = {}, [], {}, {}, {}, []
+        self.prefixes, self.loaded, self.values, self.ways, self.linked, self.order = (
+            {},
+            [],
+            {},
+            {},
+            {},
+            [],
+        )
         self.run(*AXIS)
 
     def install(self, name, source):
@@ -45,8 +59,13 @@ class Hal:
     def loadrt(self, name, *options):
         if name in self.loaded:
             raise ValueError("duplicate component")
-        prefix, source = MODULES[name] if name in MODULES else (name.replace("_", "-"), self.installed[name])
-        prefix = next((option.removeprefix("names=") for option in options if option.startswith("names=")), prefix)
+        prefix, source = (
+            MODULES[name] if name in MODULES else (name.replace("_", "-"), self.installed[name])
+        )
+        prefix = next(
+            (option.removeprefix("names=") for option in options if option.startswith("names=")),
+            prefix,
+        )
         if f"component {name} " not in source and name not in MODULES:
             raise ValueError("is another component")
         self.loaded.append(name)
@@ -64,7 +83,11 @@ class Hal:
             self.linked.pop(pin, None)
 
     def setp(self, pin, value):
-        if pin not in self.values or pin in self.linked or self.ways[pin] not in ("pin in", "param rw"):
+        if (
+            pin not in self.values
+            or pin in self.linked
+            or self.ways[pin] not in ("pin in", "param rw")
+        ):
             raise ValueError("cannot be set")
         self.values[pin] = float(value)
         if pin == "bristle-guard.reset" and self.values[pin]:
@@ -101,7 +124,10 @@ class Hal:
         return sorted(self.loaded)
 
     def links(self):
-        return {signal: sorted(pin for pin, own in self.linked.items() if own == signal) for signal in sorted(set(self.linked.values()))}
+        return {
+            signal: sorted(pin for pin, own in self.linked.items() if own == signal)
+            for signal in sorted(set(self.linked.values()))
+        }
 
     def functions(self, _):
         return list(self.order)

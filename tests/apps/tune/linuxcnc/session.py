@@ -19,7 +19,20 @@ from tests.apps.tune.machine import AXIS
 from bristle.apps.tune.linuxcnc.hal import Hal
 
 HERE = Path(__file__).parents[4] / "examples/linuxcnc"
-ALWAYS = ["kind", "mass", "coulomb", "rise", "stribeck", "asymmetry", "viscous", "reach", "lag", "delay", "resolution", "noise"]
+ALWAYS = [
+    "kind",
+    "mass",
+    "coulomb",
+    "rise",
+    "stribeck",
+    "asymmetry",
+    "viscous",
+    "reach",
+    "lag",
+    "delay",
+    "resolution",
+    "noise",
+]
 SOMETIMES = ["damping", "gravity", "cogging", "load", "spring", "damper"]
 CLOCK = 10  # seconds of the axis in a second of the thread
 MACHINE = """schema = 1
@@ -52,8 +65,17 @@ def drawn(seed: int) -> tuple[dict[str, float], dict[str, float], np.ndarray]:
     plant["reach"] *= 1e6
     if made.cogging:
         plant["pitch"] = made.pitch
-    gains = {"Pgain": made.p / 1e3, "Igain": made.i / 1e3 * CLOCK, "Dgain": made.d / 1e3 / CLOCK, "FF2": made.inertia / 1e3 / CLOCK**2}
-    amplitude, period, dwell = log_uniform(r, 0.5, 8), float(np.round(r.uniform(1.2, 3.0), 3)), 0.15 * float(r.uniform() >= 0.5)
+    gains = {
+        "Pgain": made.p / 1e3,
+        "Igain": made.i / 1e3 * CLOCK,
+        "Dgain": made.d / 1e3 / CLOCK,
+        "FF2": made.inertia / 1e3 / CLOCK**2,
+    }
+    amplitude, period, dwell = (
+        log_uniform(r, 0.5, 8),
+        float(np.round(r.uniform(1.2, 3.0), 3)),
+        0.15 * float(r.uniform() >= 0.5),
+    )
     return plant, gains | {"maxoutput": made.limit}, cycle_of(amplitude, period, dwell)
 
 
@@ -70,7 +92,12 @@ def axis(seed: int, folder: Path) -> Iterator[tuple[Hal, Path, np.ndarray]]:
         if not (MODULES / "rplant.so").exists():
             with tempfile.TemporaryDirectory() as building:
                 shutil.copy(HERE / "rplant.comp", building)
-                subprocess.run(["halcompile", "--install", "rplant.comp"], cwd=building, check=True, capture_output=True)
+                subprocess.run(
+                    ["halcompile", "--install", "rplant.comp"],
+                    cwd=building,
+                    check=True,
+                    capture_output=True,
+                )
         hal = Hal()
         try:
             start(hal, seed)
@@ -105,12 +132,21 @@ def _ended(hal: Hal, command: list[str]) -> None:
         subprocess.run(command, env=environment, stdout=out, stderr=out, check=False)
 
 
-def _files(folder: Path, plant: dict[str, float], gains: dict[str, float], cycle: np.ndarray) -> Path:
+def _files(
+    folder: Path, plant: dict[str, float], gains: dict[str, float], cycle: np.ndarray
+) -> Path:
     (folder / "config").mkdir(parents=True, exist_ok=True)
     text = AXIS.format(limit=2.0 * gains["maxoutput"], resolution=plant["resolution"])
     (folder / "axis.toml").write_text(text.replace('unit = "um"', 'unit = "mm"'))
     (folder / "machine.toml").write_text(MACHINE.format(clock=float(CLOCK)))
     whole = np.append(cycle, cycle[0])
     table = np.column_stack([1e-3 * np.arange(whole.size), whole])
-    np.savetxt(folder / "motion.csv", table, fmt="%.9g", delimiter=",", header="time [s],ref [mm]", comments="")
+    np.savetxt(
+        folder / "motion.csv",
+        table,
+        fmt="%.9g",
+        delimiter=",",
+        header="time [s],ref [mm]",
+        comments="",
+    )
     return folder / "machine.toml"

@@ -8,7 +8,15 @@ import pytest
 from tests.apps.tune.conftest import killed
 from tests.apps.tune.linuxcnc.session import axis, start
 
-from bristle.apps.tune import Limits, MachineRefusedError, MachineStoppedError, Options, save, tune, undo
+from bristle.apps.tune import (
+    Limits,
+    MachineRefusedError,
+    MachineStoppedError,
+    Options,
+    save,
+    tune,
+    undo,
+)
 from bristle.apps.tune.journal import Journal
 from bristle.apps.tune.machines import connected
 from bristle.apps.tune.run import rms
@@ -27,8 +35,12 @@ def test_an_axis_is_tuned_and_restored(tmp_path):
         assert result.change_percent is not None
         assert result.change_percent < -50.0
         time.sleep(0.5)
-        assert hal.get("bristle-guard.gain-now")[0] == pytest.approx(result.facts["comparison"]["gain"], abs=1e-6)
-        _saved_and_restarted(hal, file, cycle, result.facts["comparison"]["changes"]["following_error.rms"]["before"])
+        assert hal.get("bristle-guard.gain-now")[0] == pytest.approx(
+            result.facts["comparison"]["gain"], abs=1e-6
+        )
+        _saved_and_restarted(
+            hal, file, cycle, result.facts["comparison"]["changes"]["following_error.rms"]["before"]
+        )
         assert undo(tmp_path / "out").outcome == "undone"
         assert (hal.links(), hal.functions("servo")) == (links, functions)
         assert list((tmp_path / "config").iterdir()) == []
@@ -36,7 +48,11 @@ def test_an_axis_is_tuned_and_restored(tmp_path):
 
 def _saved_and_restarted(hal, file, cycle, without):
     """Save the kept feedforward, restart HAL, load the saved file, and compare."""
-    out, saved, motion = file.parent / "out", file.parent / "config/bristle.hal", 1e-3 * np.tile(cycle, 4)
+    out, saved, motion = (
+        file.parent / "out",
+        file.parent / "config/bristle.hal",
+        1e-3 * np.tile(cycle, 4),
+    )
     machine = connected(read_machine(file))
     with_feedforward, state = machine.record(motion, lambda: None), machine.state()
     result = save(out)
@@ -55,8 +71,12 @@ def _saved_and_restarted(hal, file, cycle, without):
     assert save(out).facts == result.facts
     again = machine.record(motion, lambda: None)
     size = cycle.size
-    assert rms(again.error[size:]) == pytest.approx(rms(with_feedforward.error[size:]), abs=0.02 * without)
-    np.testing.assert_allclose(again.effort[size:], with_feedforward.effort[size:], atol=0.1 * np.max(np.abs(again.effort)))
+    assert rms(again.error[size:]) == pytest.approx(
+        rms(with_feedforward.error[size:]), abs=0.02 * without
+    )
+    np.testing.assert_allclose(
+        again.effort[size:], with_feedforward.effort[size:], atol=0.1 * np.max(np.abs(again.effort))
+    )
 
 
 def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
@@ -77,7 +97,9 @@ def test_a_killed_run_loses_its_gain_and_is_restored(tmp_path):
 
 
 def test_an_overrun_of_the_sampler_is_refused_with_its_number(tmp_path, monkeypatch):
-    monkeypatch.setattr("bristle.apps.tune.linuxcnc.machine.LOAD_SAMPLER", "loadrt sampler depth=2000 cfg=fffu")
+    monkeypatch.setattr(
+        "bristle.apps.tune.linuxcnc.machine.LOAD_SAMPLER", "loadrt sampler depth=2000 cfg=fffu"
+    )
     with axis(SEED, tmp_path) as (hal, file, _):
         machine = connected(read_machine(file))
         state = machine.state()

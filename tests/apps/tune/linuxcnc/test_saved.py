@@ -14,7 +14,13 @@ from bristle.models.friction import coulomb
 from bristle.models.plants import inertia
 
 WIDE = Limits(6e-3, 1e4, (-1.0 / 3.0, 1.0))
-SIGNALS = {"reference": "ref", "position": "pos", "effort": "eff", "motor": "rplant.0.effort", "thread": "servo"}
+SIGNALS = {
+    "reference": "ref",
+    "position": "pos",
+    "effort": "eff",
+    "motor": "rplant.0.effort",
+    "thread": "servo",
+}
 NAME = "bristle_1f2e3d4c"
 
 
@@ -55,7 +61,11 @@ def test_the_saved_file_rebuilds_the_kept_state_in_a_new_session(hal, kept):
     assert machine.state() == before
     new.run(*file.read_text().splitlines())
     assert machine.state() == kept[0].state()
-    assert (new.values, new.linked, new.order) == (hal.values | {"bristle-guard.alive": 0.0}, hal.linked, hal.order)
+    assert (new.values, new.linked, new.order) == (
+        hal.values | {"bristle-guard.alive": 0.0},
+        hal.linked,
+        hal.order,
+    )
     assert new.values["bristle-guard.gain"] == pytest.approx(2.0 / 3.0, rel=1e-6)
     assert (new.values["sampler.0.enable"], new.values["bristle-guard.keep"]) == (0.0, 1.0)
     assert machine.saved() == written
@@ -73,7 +83,9 @@ def test_the_saved_file_rebuilds_the_kept_state_in_a_new_session(hal, kept):
 def test_the_saved_sources_are_those_of_the_installed_components(hal, kept):
     _, file, results, _ = kept
     kept[0].save(results)
-    sources = {path.stem: path.read_text().partition("\n")[2] for path in file.parent.glob("*.comp")}
+    sources = {
+        path.stem: path.read_text().partition("\n")[2] for path in file.parent.glob("*.comp")
+    }
     assert sources == hal.installed
 
 
@@ -96,7 +108,9 @@ def test_a_file_of_the_user_is_neither_overwritten_nor_removed(kept, name, is_ed
 
 def test_a_machine_file_without_the_key_is_refused_by_name(hal):
     machine = LinuxCNC(sample_time=1e-3, **SIGNALS)
-    with pytest.raises(MachineRefusedError, match=r'save = "bristle\.hal" under \[settings\]') as refused:
+    with pytest.raises(
+        MachineRefusedError, match=r'save = "bristle\.hal" under \[settings\]'
+    ) as refused:
         machine.saved()
     assert refused.value.code == "no_memory"
 
@@ -149,7 +163,9 @@ def test_the_guard_of_another_version_is_not_saved_under_its_name(kept, monkeypa
 
 
 @pytest.mark.parametrize(("cause", "reason"), [(0, ""), (2, "effort")])
-def test_a_guard_that_tripped_before_the_feedforward_is_kept_is_cleared_or_named(kept, hal, cause, reason):
+def test_a_guard_that_tripped_before_the_feedforward_is_kept_is_cleared_or_named(
+    kept, hal, cause, reason
+):
     hal.values |= {"bristle-guard.ok": 0.0, "bristle-guard.why": float(cause)}
     if not reason:
         kept[0].keep()

@@ -39,7 +39,12 @@ def application(folder: Path, token: str, port: int, limits: Limits = Limits()) 
         await routes.end()
 
     gate = Middleware(Gate, token=token, port=port, silence_seconds=limits.silence_seconds)
-    app = Starlette(routes=routes.all(), middleware=[gate], exception_handlers={InputError: _refused}, lifespan=lifespan)
+    app = Starlette(
+        routes=routes.all(),
+        middleware=[gate],
+        exception_handlers={InputError: _refused},
+        lifespan=lifespan,
+    )
     app.state.cases, app.state.opening = cases, opening
     return app
 
@@ -50,11 +55,23 @@ def _html(page: str, policy: str) -> Response:
 
 async def _refused(_: Request, error: Exception) -> Response:
     """Answer a refused request with the reason; do not wait for the rest of its body."""
-    return JSONResponse({"message": str(error)}, getattr(error, "status", 400), headers={"connection": "close"})
+    return JSONResponse(
+        {"message": str(error)}, getattr(error, "status", 400), headers={"connection": "close"}
+    )
 
 
 OF_LAB = ("paths.js", "plot.js", "controls.js")
-SCRIPTS = ("asking.js", "tables.js", "curves.js", "columns.js", "excitation.js", "loop.js", "steps.js", "tune.js", "server.js")
+SCRIPTS = (
+    "asking.js",
+    "tables.js",
+    "curves.js",
+    "columns.js",
+    "excitation.js",
+    "loop.js",
+    "steps.js",
+    "tune.js",
+    "server.js",
+)
 TO_PAGE = 'location.replace("/" + location.hash)'
 # The page that redirects to the main page and keeps the fragment, with its content security policy.
 ENTER = (
@@ -67,19 +84,39 @@ def server_page(limits: Limits) -> tuple[str, str]:
     """Return the page, and its content security policy."""
     first = DEFAULT_MODELS.split(",")
     names = dict.fromkeys([*first, *MODELS])
-    models = [{"name": name, "description": find(name).description, "first": name in first} for name in names]
+    models = [
+        {"name": name, "description": find(name).description, "first": name in first}
+        for name in names
+    ]
     targets = [
-        {"name": name, "title": target.title or name, "description": target.description, "first": name == "table"}
+        {
+            "name": name,
+            "title": target.title or name,
+            "description": target.description,
+            "first": name == "table",
+        }
         for name, target in TARGETS.items()
         if not target.needs
     ]
     data = as_json(
-        {"models": models, "targets": targets, "controllers": controller_fields(), "file_size": limits.file_size, "jobs": limits.jobs}
+        {
+            "models": models,
+            "targets": targets,
+            "controllers": controller_fields(),
+            "file_size": limits.file_size,
+            "jobs": limits.jobs,
+        }
     )
     script = joined(OF_LAB, PACKAGE) + joined(SCRIPTS, "bristle.apps.lab.server")
-    style = colour_variables() + joined(("lab.css", "controls.css"), PACKAGE) + joined(("server.css",), "bristle.apps.lab.server")
+    style = (
+        colour_variables()
+        + joined(("lab.css", "controls.css"), PACKAGE)
+        + joined(("server.css",), "bristle.apps.lab.server")
+    )
     template = environment("bristle.apps.lab.server").get_template("server.html")
-    page = template.render(style=Markup(style), script=Markup(script), data=Markup(data), version=__version__)
+    page = template.render(
+        style=Markup(style), script=Markup(script), data=Markup(data), version=__version__
+    )
     # It may run its script, use its style, talk to its server and show a report.
     policy = (
         f"default-src 'none'; script-src {hash_of(script)}; style-src {hash_of(style)}; img-src data:; "
@@ -98,7 +135,9 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
             super().connection_made(transport)
             self._begun = self._connected_at = self.loop.time()
             self._watch()
-            self.loop.call_later(0.1, self._make_room)  # time to read the first bytes of a connection [s]
+            self.loop.call_later(
+                0.1, self._make_room
+            )  # time to read the first bytes of a connection [s]
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._timer.cancel()
@@ -118,7 +157,11 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
 
         def _make_room(self) -> None:
             """Drop the oldest connections without the token if there are too many."""
-            strangers = [protocol for protocol in self.connections if isinstance(protocol, PatientProtocol) and not protocol._has_token()]
+            strangers = [
+                protocol
+                for protocol in self.connections
+                if isinstance(protocol, PatientProtocol) and not protocol._has_token()
+            ]
             strangers.sort(key=lambda protocol: protocol._connected_at)
             for oldest in strangers[: max(0, len(strangers) - limits.strangers)]:
                 oldest.transport.abort()

@@ -47,7 +47,9 @@ class Job:
 
     def as_data(self) -> dict[str, Any]:
         """Return the state for the page."""
-        facts = {name: getattr(self, name) for name in ("task", "state", "share", "text", "message")}
+        facts = {
+            name: getattr(self, name) for name in ("task", "state", "share", "text", "message")
+        }
         seconds = (self._ended or time.monotonic()) - self._begun
         return facts | {"seconds": round(seconds, 1), "cancelled": self._cancelled}
 
@@ -62,7 +64,9 @@ class Job:
         if self._answered and code == 0:
             self.state = "done"
         else:
-            self.state = "cancelled" if self._killed or (self._cancelled and not self._late) else "failed"
+            self.state = (
+                "cancelled" if self._killed or (self._cancelled and not self._late) else "failed"
+            )
             self.message = self.message or self._ending(code, complaint)
         return self.state == "done"
 
@@ -82,7 +86,9 @@ class Job:
             start_new_session=sys.platform != "win32",
             creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
         )
-        asking = asyncio.get_running_loop().call_later(max(0.0, self._limits.job_seconds - self._limits.grace_seconds), self.cancel)
+        asking = asyncio.get_running_loop().call_later(
+            max(0.0, self._limits.job_seconds - self._limits.grace_seconds), self.cancel
+        )
         complaints = asyncio.create_task(_last_of(process.stderr))
         try:
             async with asyncio.timeout(self._limits.job_seconds):
@@ -99,13 +105,17 @@ class Job:
             code, complaint = await process.wait(), await complaints
         return code, complaint
 
-    async def _listen(self, process: asyncio.subprocess.Process, request: Mapping[str, Any]) -> None:
+    async def _listen(
+        self, process: asyncio.subprocess.Process, request: Mapping[str, Any]
+    ) -> None:
         assert process.stdin is not None
         assert process.stdout is not None
         if self._killed:  # during its start
             _kill(process)
         with suppress(ConnectionError):
-            process.stdin.write(json.dumps(request).encode() + (b"\ncancel\n" if self._cancelled else b"\n"))
+            process.stdin.write(
+                json.dumps(request).encode() + (b"\ncancel\n" if self._cancelled else b"\n")
+            )
             await process.stdin.drain()
         while line := await process.stdout.readline():
             event = json.loads(line)
@@ -120,7 +130,9 @@ class Job:
         if self._killed:
             return "stopped"
         if self._late:
-            return f"stopped after {self._limits.job_seconds:g} s. Use fewer models, or a shorter log"
+            return (
+                f"stopped after {self._limits.job_seconds:g} s. Use fewer models, or a shorter log"
+            )
         if code < 0:
             return (
                 f"signal {-code} ended the process of this job, perhaps because memory ran out. The other results remain. "
@@ -223,7 +235,9 @@ async def _pieces(request: Request, most: int, silence: float) -> AsyncIterator[
                 raise too_large
             yield piece
     except TimeoutError:
-        raise RefusedRequestError(408, f"has sent no data for {silence:g} s", path="request") from None
+        raise RefusedRequestError(
+            408, f"has sent no data for {silence:g} s", path="request"
+        ) from None
     except ClientDisconnect:
         raise RefusedRequestError(400, "ended before all data arrived", path="request") from None
 
@@ -282,7 +296,9 @@ class Case:
     turn: asyncio.Lock = field(default_factory=asyncio.Lock)
     seen_at: float = field(default_factory=time.monotonic)
     _numbers: int = 0
-    _changes: dict[str, int] = field(default_factory=lambda: dict.fromkeys((*ROLES, "loop", "model", "machine"), 0))
+    _changes: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys((*ROLES, "loop", "model", "machine"), 0)
+    )
 
     def number(self) -> int:
         """Return a number that is new in this analysis."""
@@ -318,7 +334,10 @@ class Case:
             "id": self.identifier,
             "files": [file.as_data() for file in self.files.values()],
             "axis": {"label": self.axis_label, "text": self.axis},
-            "parts": {name: {"revision": part.revision, "old": self.is_old(name), **part.facts} for name, part in self.parts.items()},
+            "parts": {
+                name: {"revision": part.revision, "old": self.is_old(name), **part.facts}
+                for name, part in self.parts.items()
+            },
             "machine": None if self.machine is None else self.machine.names,
             "job": None if self.job is None else self.job.as_data(),
         }
@@ -334,7 +353,9 @@ class Cases:
     def __getitem__(self, identifier: str) -> Case:
         case = self._cases.get(identifier)
         if case is None:
-            raise RefusedRequestError(404, "is no longer open", path="analysis", mend="Begin a new analysis")
+            raise RefusedRequestError(
+                404, "is no longer open", path="analysis", mend="Begin a new analysis"
+            )
         case.seen_at = time.monotonic()
         return case
 
@@ -346,7 +367,9 @@ class Cases:
         if len(self._cases) >= self._limits.cases:
             oldest = min(self, key=lambda case: case.seen_at)
             # Ten minutes without a tab.
-            if time.monotonic() - oldest.seen_at < 600.0 or (oldest.job is not None and oldest.job.runs):
+            if time.monotonic() - oldest.seen_at < 600.0 or (
+                oldest.job is not None and oldest.job.runs
+            ):
                 raise RefusedRequestError(
                     429,
                     f"{len(self._cases)} analyses are open",
@@ -378,10 +401,15 @@ class Cases:
                 allowed=f"up to {self._limits.files}",
                 mend="Remove a file",
             )
-        stored_size = sum(file.size for open_case in self for file in open_case.files.values()) + self.receiving
+        stored_size = (
+            sum(file.size for open_case in self for file in open_case.files.values())
+            + self.receiving
+        )
         available = self._limits.total_size - stored_size
         if available <= 0 or available < announced <= self._limits.file_size:
-            raise RefusedRequestError(413, "all files together are too large", path="file", mend="Remove some files")
+            raise RefusedRequestError(
+                413, "all files together are too large", path="file", mend="Remove some files"
+            )
         return min(self._limits.file_size, available)
 
 

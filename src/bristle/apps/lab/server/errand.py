@@ -16,7 +16,9 @@ from bristle.core import TEXT, Axis, Content, InputError, whole
 if TYPE_CHECKING:
     from bristle.report.table import Table
 
-Answer = tuple[dict[str, Any], dict[str, Any]]  # the state for the page, and the data that it requests later
+Answer = tuple[
+    dict[str, Any], dict[str, Any]
+]  # the state for the page, and the data that it requests later
 COUNT = whole(0)
 BUCKETS = 1500  # of a curve: pairs of points on a screen
 DATA = "data.json"  # the data of a job for the page, in its folder
@@ -61,7 +63,9 @@ class Errand:
     ) -> Errand:
         """Return the errand of a request from the server."""
         own = {name: request[name] for name in ("axis_text", "axis_label", "options", "size_limit")}
-        logs = tuple(LabelledLog(Path(place), label, role) for place, label, role in request["logs"])
+        logs = tuple(
+            LabelledLog(Path(place), label, role) for place, label, role in request["logs"]
+        )
         results = None if request["results"] is None else Path(request["results"])
         own |= {"report": report, "interruptible": interruptible, "is_cancelled": is_cancelled}
         return cls(Path(request["folder"]), logs, results=results, **own)
@@ -110,7 +114,9 @@ def zipped(folder: Path) -> None:
     with zipfile.ZipFile(folder.with_suffix(".zip"), "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(folder.rglob("*")):
             if file.is_file() and file.name != NOTE:
-                entry = zipfile.ZipInfo(str(file.relative_to(folder)))  # without a time, so that equal results give equal archives
+                entry = zipfile.ZipInfo(
+                    str(file.relative_to(folder))
+                )  # without a time, so that equal results give equal archives
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(entry, file.read_bytes())
 
@@ -118,7 +124,9 @@ def zipped(folder: Path) -> None:
 def as_table(table: Table) -> dict[str, Any]:
     """Return a table for the page, without its empty columns, with its columns of numbers marked."""
     trimmed = table.without_empty_columns()
-    return trimmed._asdict() | {"numbers": [trimmed.is_number(column) for column in range(len(trimmed.heads))]}
+    return trimmed._asdict() | {
+        "numbers": [trimmed.is_number(column) for column in range(len(trimmed.heads))]
+    }
 
 
 def thinned(time: np.ndarray, *signals: np.ndarray) -> list[list[Any]]:
@@ -128,7 +136,12 @@ def thinned(time: np.ndarray, *signals: np.ndarray) -> list[list[Any]]:
     if count > 2 * BUCKETS:
         edges = np.linspace(0, count, BUCKETS + 1).astype(int)
         first = np.nan_to_num(signals[0])
-        ends = [begin + np.array([np.argmin(first[begin:end]), np.argmax(first[begin:end])]) for begin, end in pairwise(edges)]
+        ends = [
+            begin + np.array([np.argmin(first[begin:end]), np.argmax(first[begin:end])])
+            for begin, end in pairwise(edges)
+        ]
         places = np.unique(np.concatenate([*ends, [0, count - 1]]))
     rows = (np.asarray(values, float)[places] for values in (time, *signals))
-    return [[float(f"{value:.8g}") if np.isfinite(value) else None for value in row] for row in rows]
+    return [
+        [float(f"{value:.8g}") if np.isfinite(value) else None for value in row] for row in rows
+    ]

@@ -66,12 +66,17 @@ class Gate:
             return _refused(403, "Origin: belongs to another site")
         sites = () if scope["path"].startswith(ENTRANCE) else headers.getlist("sec-fetch-site")
         if any(site not in ("same-origin", "none") for site in sites):
-            return _refused(403, "Sec-Fetch-Site: the request comes from another site. Type the address into the browser")
+            return _refused(
+                403,
+                "Sec-Fetch-Site: the request comes from another site. Type the address into the browser",
+            )
         if _takes_no_token(scope["path"]):
             return None
         tokens = headers.getlist(TOKEN)
         if len(tokens) != 1 or not secrets.compare_digest(tokens[0].encode("latin-1"), self._token):
-            return _refused(401, "the token is missing or old. Open the latest address printed by bristle")
+            return _refused(
+                401, "the token is missing or old. Open the latest address printed by bristle"
+            )
         return None
 
 
@@ -99,7 +104,9 @@ class Opening:
     def offer(self, seconds: float = 60.0) -> Path:
         """Return the file to open a browser with. bristle removes it after its use, or after a time [s]."""
         ticket = secrets.token_urlsafe(32)
-        with os.fdopen(os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii") as file:
+        with os.fdopen(
+            os.open(self._file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="ascii"
+        ) as file:
             file.write(LEADS_ON.format(address=f"{self._base}{ticket}#{self._token}"))
         self._ticket = ticket
         timer = threading.Timer(seconds, self.end)

@@ -4,7 +4,11 @@ from dataclasses import dataclass
 
 from bristle.core import SIZE_LIMIT
 
-RESTORING = ("plan", "tune", "undo")  # jobs that may write on a machine: they end themselves, when the machine is restored
+RESTORING = (
+    "plan",
+    "tune",
+    "undo",
+)  # jobs that may write on a machine: they end themselves, when the machine is restored
 
 
 @dataclass(frozen=True)

@@ -21,40 +21,80 @@ if TYPE_CHECKING:
     from bristle.simulation import SimulationResult
 
 POINTS = 20  # of a drive table
-IDENTIFIED = "identified.pickle"  # beside the results: the identification without its logs, and its command
-OF_LOOP = ("controller", "effort_limit", "lag", "seeks_lag", "presliding")  # fields of an axis that only its simulated loop uses
+IDENTIFIED = (
+    "identified.pickle"  # beside the results: the identification without its logs, and its command
+)
+OF_LOOP = (
+    "controller",
+    "effort_limit",
+    "lag",
+    "seeks_lag",
+    "presliding",
+)  # fields of an axis that only its simulated loop uses
 
 
 def controller_fields() -> list[dict[str, Any]]:
     """Return every controller with key, meaning and unit of its parameters, for the form."""
-    return [{"name": law.name, "description": law.description, "fields": _fields(law)} for law in controllers.CONTROLLERS.values()]
+    return [
+        {"name": law.name, "description": law.description, "fields": _fields(law)}
+        for law in controllers.CONTROLLERS.values()
+    ]
 
 
 def _fields(law: Component) -> list[tuple[str, str, str]]:
-    numbers = {f"controller.{key_of(name)}": of for name, of in law.variables.items() if not of.choices}
-    return [(key, of.description, " or ".join(dict.fromkeys(map(of.unit, ("translational", "rotational"))))) for key, of in numbers.items()]
+    numbers = {
+        f"controller.{key_of(name)}": of for name, of in law.variables.items() if not of.choices
+    }
+    return [
+        (
+            key,
+            of.description,
+            " or ".join(dict.fromkeys(map(of.unit, ("translational", "rotational")))),
+        )
+        for key, of in numbers.items()
+    ]
 
 
 def compensate(errand: Errand) -> Answer:
     """Simulate the loop of the log with the identified model, after edits of the controller, without another identification."""
     identified, command = pickle.loads((errand.model.parent / IDENTIFIED).read_bytes())
-    errand = replace(errand, axis_text=edited(errand.axis_text, errand.options.get("edits") or {}, errand.axis_label))
+    errand = replace(
+        errand,
+        axis_text=edited(errand.axis_text, errand.options.get("edits") or {}, errand.axis_label),
+    )
     axis, before = errand.axis(), identified.axis
     if replace(axis, **{name: getattr(before, name) for name in OF_LOOP}) != before:
-        raise InputError("changes the meaning of the log", path=errand.axis_label, mend="Check the logs, and identify again")
-    first, *further = (log for log, _ in logs_and_axes([log.content for log in errand.fitted], axis, size_limit=errand.size_limit))
+        raise InputError(
+            "changes the meaning of the log",
+            path=errand.axis_label,
+            mend="Check the logs, and identify again",
+        )
+    first, *further = (
+        log
+        for log, _ in logs_and_axes(
+            [log.content for log in errand.fitted], axis, size_limit=errand.size_limit
+        )
+    )
     if reason := reason_without_loop(identified.best, axis, first):
         raise InputError(reason, path="the loop cannot be simulated")
-    identified = replace(identified, log=first, further_logs=tuple(further), axes=(axis,) * len(identified.axes))
-    return {"axis_text": errand.axis_text}, write_results(errand, identified, command, errand.model)[1]
+    identified = replace(
+        identified, log=first, further_logs=tuple(further), axes=(axis,) * len(identified.axes)
+    )
+    return {"axis_text": errand.axis_text}, write_results(
+        errand, identified, command, errand.model
+    )[1]
 
 
-def write_results(errand: Errand, identified: Identified, command: str, place: Path) -> tuple[Outcome, dict[str, Any]]:
+def write_results(
+    errand: Errand, identified: Identified, command: str, place: Path
+) -> tuple[Outcome, dict[str, Any]]:
     """Write all results of an identification into a folder and its archive; return them, and the contents of the page."""
     from bristle.files import results_folder
 
     own = {"axis_name": errand.axis().name, "files": {"axis": [errand.axis_file]}}
-    outcome = identified.outcome_with(command=command, progress=between(errand.report, 0.95, 1.0), **own)
+    outcome = identified.outcome_with(
+        command=command, progress=between(errand.report, 0.95, 1.0), **own
+    )
     with results_folder(place, force=True) as folder:
         outcome.write(folder)
     zipped(place)
@@ -85,11 +125,19 @@ def reason_without_loop(fit: Fit, axis: Axis, log: Log) -> str:
     if fit.position_rmse is not None:
         return "the model was fitted to the position of an open loop"
     if log.reference is None:
-        return "the log has no reference. Record the desired position, or select its column in step 2"
-    return "" if axis.controller is not None else "the controller is missing. Select it, and enter its gains"
+        return (
+            "the log has no reference. Record the desired position, or select its column in step 2"
+        )
+    return (
+        ""
+        if axis.controller is not None
+        else "the controller is missing. Select it, and enter its gains"
+    )
 
 
-def _loop_view(errand: Errand, identified: Identified, outcome: Outcome, *, usable: bool) -> dict[str, Any]:
+def _loop_view(
+    errand: Errand, identified: Identified, outcome: Outcome, *, usable: bool
+) -> dict[str, Any]:
     """Return the contents of step 6: the gain or why it is unknown, the values for the drive, the fields of the form."""
     from bristle.prediction import drive_table
     from bristle.report.model_tables import drive_rows, values_to_enter
@@ -99,14 +147,31 @@ def _loop_view(errand: Errand, identified: Identified, outcome: Outcome, *, usab
     gain, reason = None, reason_without_loop(fit, axis, log)
     if outcome.simulation is not None:
         gain, reason = _gain(outcome.simulation, outcome.following)
-    facts = {"log": errand.fitted[0].label, "sample_time": log.sample_time, "kind": kind, "tables": form_of(errand.axis_file)["tables"]}
+    facts = {
+        "log": errand.fitted[0].label,
+        "sample_time": log.sample_time,
+        "kind": kind,
+        "tables": form_of(errand.axis_file)["tables"],
+    }
     if not usable:
-        return facts | {"gain": None, "reason": "the log does not determine the friction: measure again", "values": None, "drive": None}
+        return facts | {
+            "gain": None,
+            "reason": "the log does not determine the friction: measure again",
+            "values": None,
+            "drive": None,
+        }
     drive = as_table(drive_rows(table, kind, axis)) if table else None
-    return facts | {"gain": gain, "reason": reason, "values": as_table(values_to_enter(fit, axis)), "drive": drive}
+    return facts | {
+        "gain": gain,
+        "reason": reason,
+        "values": as_table(values_to_enter(fit, axis)),
+        "drive": drive,
+    }
 
 
-def _gain(simulation: SimulationResult, following: Following | None) -> tuple[dict[str, Any] | None, str]:
+def _gain(
+    simulation: SimulationResult, following: Following | None
+) -> tuple[dict[str, Any] | None, str]:
     """Return the gain, or why bristle predicts no gain."""
     from bristle.report.compensation import NO_CHANGE, gain_of
     from bristle.report.messages import message

@@ -36,7 +36,15 @@ REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted"}
 LEAVES |= {"compensate": "compensated", "export": "exported", "excite": "excited"}
 LEAVES |= {"plan": "planned", "tune": "tuned", "undo": "undone"}
-SHORT = ("look", "check", "predict", "compensate", "export", "plan", "undo")  # jobs that the next request waits for
+SHORT = (
+    "look",
+    "check",
+    "predict",
+    "compensate",
+    "export",
+    "plan",
+    "undo",
+)  # jobs that the next request waits for
 # Result of a job -> its archive; an export names its own.
 DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
@@ -50,8 +58,16 @@ SHOWN_POLICY = (
 class Routes:
     """The answers to the requests of the page."""
 
-    def __init__(self, cases: Cases, opening: Opening, limits: Limits, page: Response, entrance: Response) -> None:
-        self._cases, self._opening, self._limits, self._page, self._entrance = cases, opening, limits, page, entrance
+    def __init__(
+        self, cases: Cases, opening: Opening, limits: Limits, page: Response, entrance: Response
+    ) -> None:
+        self._cases, self._opening, self._limits, self._page, self._entrance = (
+            cases,
+            opening,
+            limits,
+            page,
+            entrance,
+        )
         self._work: set[asyncio.Task[None]] = set()
         self._tickets: dict[str, tuple[Path, float]] = {}
         self._home = Path.cwd()
@@ -87,7 +103,12 @@ class Routes:
     async def enter(self, request: Request) -> Response:
         """Redirect a browser started by bristle to the page, which it then requests from this server."""
         if not self._opening.redeem(request.path_params["ticket"]):
-            raise RefusedRequestError(404, "this address is no longer valid", path="file", mend="Open the address printed by bristle")
+            raise RefusedRequestError(
+                404,
+                "this address is no longer valid",
+                path="file",
+                mend="Open the address printed by bristle",
+            )
         return self._entrance
 
     async def begin(self, request: Request) -> Response:
@@ -107,7 +128,9 @@ class Routes:
         """Receive a file in pieces, under a name chosen by the server."""
         case, role = self._case(request), request.headers.get("x-bristle-role", ROLES[0])
         if role not in ROLES:
-            raise RefusedRequestError(400, "is not a role of a file", path="role", value=role, allowed=", ".join(ROLES))
+            raise RefusedRequestError(
+                400, "is not a role of a file", path="role", value=role, allowed=", ".join(ROLES)
+            )
         announced = announced_by(request)
         most = self._cases.room_for(case, announced)
         if role == "axis":
@@ -119,12 +142,16 @@ class Routes:
             size = await stored(request, place, most, self._limits.silence_seconds)
         finally:
             self._cases.receiving -= reserved
-        file = StoredFile(number, label_of(request.headers.get("x-bristle-name", "")), role, size, place)
+        file = StoredFile(
+            number, label_of(request.headers.get("x-bristle-name", "")), role, size, place
+        )
         if role == "axis":
             try:
                 case.axis, case.axis_label = place.read_text(encoding="utf-8-sig"), file.label
             except UnicodeDecodeError:
-                raise RefusedRequestError(400, "is not a text file in UTF-8", path=file.label) from None
+                raise RefusedRequestError(
+                    400, "is not a text file in UTF-8", path=file.label
+                ) from None
             finally:
                 place.unlink()
         else:
@@ -144,7 +171,9 @@ class Routes:
         """Assign a log to the fit, or hold it out."""
         role = (await self._body(request)).get("role")
         if role not in ROLES[:2]:
-            raise RefusedRequestError(400, "is not a role of a log", path="role", value=role, allowed=", ".join(ROLES[:2]))
+            raise RefusedRequestError(
+                400, "is not a role of a log", path="role", value=role, allowed=", ".join(ROLES[:2])
+            )
         case, file = self._file(request)
         case.files[file.number] = replace(file, role=role)
         for changed in ROLES[:2]:
@@ -156,25 +185,40 @@ class Routes:
         body, case = await self._body(request), self._case(request)
         task, options = body.get("task"), body.get("options", {})
         if task not in LEAVES or not isinstance(options, dict):
-            raise RefusedRequestError(400, "is not a job", path="task", value=task, allowed=", ".join(LEAVES))
-        async with case.turn:  # a request waits for short jobs before it, also for those of another tab
+            raise RefusedRequestError(
+                400, "is not a job", path="task", value=task, allowed=", ".join(LEAVES)
+            )
+        async with (
+            case.turn
+        ):  # a request waits for short jobs before it, also for those of another tab
             while case.job is not None and case.job.runs and case.job.task in SHORT:
                 await asyncio.sleep(0.05)
-            return await self._begin(self._case(request), task, options)  # refused if it was closed meanwhile
+            return await self._begin(
+                self._case(request), task, options
+            )  # refused if it was closed meanwhile
 
     async def _begin(self, case: Case, task: str, options: Mapping[str, Any]) -> Response:
         if task == "look" and not options and "looked" in case.parts and not case.is_old("looked"):
             return JSONResponse(case.as_data())
         if case.job is not None and case.job.runs:
-            raise RefusedRequestError(409, "this analysis has a running job", path="job", mend="Wait until the job ends, or cancel it")
+            raise RefusedRequestError(
+                409,
+                "this analysis has a running job",
+                path="job",
+                mend="Wait until the job ends, or cancel it",
+            )
         if task in RESTORING:
             machine = self._machine(case)
             options = {"file": str(machine.file), "folder": str(machine.folder)}
             if task == "tune" and ("planned" not in case.parts or case.is_old("planned")):
-                raise RefusedRequestError(409, "needs its plan", path="run", mend="Show the plan first")
+                raise RefusedRequestError(
+                    409, "needs its plan", path="run", mend="Show the plan first"
+                )
         running = sum(open_case.job is not None and open_case.job.runs for open_case in self._cases)
         if running >= self._limits.jobs:
-            raise RefusedRequestError(429, f"{running} jobs are running", path="job", mend="Wait until a job has ended")
+            raise RefusedRequestError(
+                429, f"{running} jobs are running", path="job", mend="Wait until a job has ended"
+            )
         work = asyncio.create_task(self._run(case, Job(task, self._limits), options))
         self._work.add(work)
         work.add_done_callback(self._work.discard)
@@ -193,7 +237,10 @@ class Routes:
                 "folder": str(folder),
                 "options": options,
                 "memory": self._limits.job_memory,
-                "logs": [(str(file.place), file.label, file.role) for file in case.logs("fit", "held_out")],
+                "logs": [
+                    (str(file.place), file.label, file.role)
+                    for file in case.logs("fit", "held_out")
+                ],
                 "axis_text": text,
                 "axis_label": case.axis_label,
                 "size_limit": self._limits.file_size,
@@ -206,7 +253,9 @@ class Routes:
         facts = dict(job.facts)
         if (changed := facts.pop("axis_text", text)) != text:
             case.axis = changed
-            case.changed("loop" if job.task == "compensate" else "axis")  # a change of the loop leaves the model valid
+            case.changed(
+                "loop" if job.task == "compensate" else "axis"
+            )  # a change of the loop leaves the model valid
             made_of = case.inputs_of(part)
         case.keep(part, Part(number, folder, facts, made_of))
         if job.task == "identify":
@@ -231,7 +280,9 @@ class Routes:
         if name not in DOWNLOADS:
             raise RefusedRequestError(404, "has no archive", path=name)
         label = str(part.facts.get("file", DOWNLOADS[name]))
-        return FileResponse(part.folder / DOWNLOADS[name], media_type="application/zip", filename=label)
+        return FileResponse(
+            part.folder / DOWNLOADS[name], media_type="application/zip", filename=label
+        )
 
     async def ticket(self, request: Request) -> Response:
         """Return an address that shows a report once, because a frame cannot send the token."""
@@ -244,7 +295,12 @@ class Routes:
         """Choose the machine file and the folder of a run, by their paths below the folder of the server."""
         body, case = await self._body(request), self._case(request)
         if case.job is not None and case.job.runs and case.job.restores:
-            raise RefusedRequestError(409, "is in use by the running job", path="machine", mend="Wait until the job ends, or stop it")
+            raise RefusedRequestError(
+                409,
+                "is in use by the running job",
+                path="machine",
+                mend="Wait until the job ends, or stop it",
+            )
         case.machine = await asyncio.to_thread(TunedMachine.of, self._home, body)
         case.changed("machine")
         return JSONResponse(case.as_data())
@@ -255,7 +311,11 @@ class Routes:
 
     async def record(self, request: Request) -> Response:
         """Return the curves of a record of the run."""
-        return JSONResponse(await asyncio.to_thread(self._machine(self._case(request)).record, request.path_params["name"]))
+        return JSONResponse(
+            await asyncio.to_thread(
+                self._machine(self._case(request)).record, request.path_params["name"]
+            )
+        )
 
     async def ticket_of_run(self, request: Request) -> Response:
         """Return an address that shows the report of the run once."""
@@ -272,9 +332,16 @@ class Routes:
         """Show a report, once."""
         file, until = self._tickets.pop(request.path_params["ticket"], (None, 0.0))
         if file is None or time.monotonic() > until or not file.is_file():
-            raise RefusedRequestError(404, "is no longer available", path="report", mend="Open the report again from the lab")
+            raise RefusedRequestError(
+                404,
+                "is no longer available",
+                path="report",
+                mend="Open the report again from the lab",
+            )
         request.scope["state"][HAS_TOKEN] = True  # a ticket is given for a token only
-        return FileResponse(file, media_type="text/html", headers={"content-security-policy": SHOWN_POLICY})
+        return FileResponse(
+            file, media_type="text/html", headers={"content-security-policy": SHOWN_POLICY}
+        )
 
     async def end(self) -> None:
         """End all jobs and wait for them, so that no job writes later."""
@@ -282,14 +349,18 @@ class Routes:
             if case.job is not None:
                 case.job.kill()
         if self._work:
-            await asyncio.wait(self._work, timeout=self._limits.grace_seconds)  # until killed processes are gone, and machines restored
+            await asyncio.wait(
+                self._work, timeout=self._limits.grace_seconds
+            )  # until killed processes are gone, and machines restored
 
     def _case(self, request: Request) -> Case:
         return self._cases[request.path_params["case"]]
 
     def _machine(self, case: Case) -> TunedMachine:
         if case.machine is None:
-            raise RefusedRequestError(404, "is missing", path="machine file", mend="Name a machine file and a folder")
+            raise RefusedRequestError(
+                404, "is missing", path="machine file", mend="Name a machine file and a folder"
+            )
         return case.machine
 
     def _file(self, request: Request) -> tuple[Case, StoredFile]:
@@ -302,7 +373,11 @@ class Routes:
     def _part(self, request: Request) -> Part:
         part = self._case(request).parts.get(request.path_params["part"])
         if part is None:
-            raise RefusedRequestError(404, "this part of the analysis does not exist yet", path=request.path_params["part"])
+            raise RefusedRequestError(
+                404,
+                "this part of the analysis does not exist yet",
+                path=request.path_params["part"],
+            )
         return part
 
     async def _body(self, request: Request) -> dict[str, Any]:

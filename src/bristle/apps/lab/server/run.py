@@ -60,7 +60,9 @@ def _remove_left_behind() -> None:
     if os.name != "posix":  # there folders have no owner, and open files cannot be removed
         return
     for path in sorted(Path(tempfile.gettempdir()).glob(f"{PREFIX}*")):
-        with suppress(OSError):  # another user's folder, a live server, or a removal by another server
+        with suppress(
+            OSError
+        ):  # another user's folder, a live server, or a removal by another server
             opened = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
             try:
                 _remove_if_dead(path, opened)
@@ -75,7 +77,9 @@ def _remove_if_dead(path: Path, folder: int) -> None:
         status = os.fstat(folder)
         is_ours = {status.st_uid, os.fstat(note).st_uid} == {os.getuid()}
         if is_ours and os.read(note, 200) == _words_of(path.name, status) and lock(note):
-            for name in os.listdir(folder):  # the note is last, so that a failed removal is repeated
+            for name in os.listdir(
+                folder
+            ):  # the note is last, so that a failed removal is repeated
                 if stat.S_ISDIR(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode):
                     shutil.rmtree(name, dir_fd=folder)
                 elif name != NOTE:
@@ -90,7 +94,13 @@ LOOPBACK = "127.0.0.1"
 BACKLOG = 128  # connections waiting
 
 
-def serve(*, port: int = 0, opens: bool = True, limits: Limits | None = None, announce: Callable[[str], None] = print) -> None:
+def serve(
+    *,
+    port: int = 0,
+    opens: bool = True,
+    limits: Limits | None = None,
+    announce: Callable[[str], None] = print,
+) -> None:
     """Serve the lab to browsers of this machine until the process ends; port 0 takes any free port.
 
     `announce` is called once with the address, which contains the token.
@@ -136,11 +146,18 @@ def server_of(app: Any, limits: Limits) -> Any:
 def listening_on(port: int) -> socket.socket:
     """Return a socket that accepts connections from this machine only."""
     if not 0 <= port < 2**16:
-        raise InputError("is not a port", path="--port", value=port, allowed="0 to 65535, 0 for any free port")
+        raise InputError(
+            "is not a port", path="--port", value=port, allowed="0 to 65535, 0 for any free port"
+        )
     try:
-        return socket.create_server((LOOPBACK, port), backlog=BACKLOG)  # queue for a browser that is faster than the server
+        return socket.create_server(
+            (LOOPBACK, port), backlog=BACKLOG
+        )  # queue for a browser that is faster than the server
     except OSError as error:
         reason = str(error.strerror).partition(" (while")[0]  # followed by the address
         raise InputError(
-            f"cannot be opened: {reason}", path="--port", value=port, mend="Leave --port out: bristle takes a free port"
+            f"cannot be opened: {reason}",
+            path="--port",
+            value=port,
+            mend="Leave --port out: bristle takes a free port",
         ) from None

@@ -13,7 +13,15 @@ from bristle.apps.lab.server.loop import POINTS, compensate, write_results
 from bristle.apps.lab.server.tune import plan, tune, undo
 from bristle.core import Content, InputError, TooShortError, between
 from bristle.exports import NAME
-from bristle.files import CHANNELS, EMPTY, FILL_IN, edited, form_of, logs_and_axes, with_columns_of_motion
+from bristle.files import (
+    CHANNELS,
+    EMPTY,
+    FILL_IN,
+    edited,
+    form_of,
+    logs_and_axes,
+    with_columns_of_motion,
+)
 from bristle.models.friction import DEFAULT_MODELS
 from bristle.report.log import Inspected, inspect_log, passage_table
 
@@ -49,15 +57,30 @@ def look(errand: Errand) -> Answer:
         ]
     else:
         plots = _of_columns(inspected, form["tables"]["columns"])
-    numbers = {name: inspected.summary[name] for name in ("columns", "notes", "problems", "diagnostics", "kind")}
+    numbers = {
+        name: inspected.summary[name]
+        for name in ("columns", "notes", "problems", "diagnostics", "kind")
+    }
     if axis is None:
         numbers |= {"problems": [], "diagnostics": []}
-    data = {"log": errand.fitted[0].label, "form": form, "channels": CHANNELS, "refusal": refusal, "plots": plots} | numbers
-    facts = {"axis_text": text, "missing": form["missing"], "ready": axis is not None and not numbers["problems"]}
+    data = {
+        "log": errand.fitted[0].label,
+        "form": form,
+        "channels": CHANNELS,
+        "refusal": refusal,
+        "plots": plots,
+    } | numbers
+    facts = {
+        "axis_text": text,
+        "missing": form["missing"],
+        "ready": axis is not None and not numbers["problems"],
+    }
     return facts, data
 
 
-def _plot(word: str, unit: str, column: str, curve: list[list[Any]], time_unit: str) -> dict[str, Any]:
+def _plot(
+    word: str, unit: str, column: str, curve: list[list[Any]], time_unit: str
+) -> dict[str, Any]:
     return {"word": word, "unit": unit, "column": column, "curve": curve, "time_unit": time_unit}
 
 
@@ -81,7 +104,15 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
 DRAWS = 100
 MODE = "inverse"
 LEFT_OUT = "bristle leaves this log out"
-SHOWN = ("rate", "duration", "kind", "channels", "notes", "diagnostics", "problems")  # of the summary of a log
+SHOWN = (
+    "rate",
+    "duration",
+    "kind",
+    "channels",
+    "notes",
+    "diagnostics",
+    "problems",
+)  # of the summary of a log
 
 
 def check(errand: Errand) -> Answer:
@@ -94,11 +125,20 @@ def check(errand: Errand) -> Answer:
         except InputError as error:
             logs.append({"label": log.label, "role": log.role, "problems": [str(error)]})
             continue
-        passages = passage_table(summary["passages"], summary["kind"])._asdict() if summary["passages"] else None
-        logs.append({"label": log.label, "role": log.role, "passages": passages} | {name: summary[name] for name in SHOWN})
+        passages = (
+            passage_table(summary["passages"], summary["kind"])._asdict()
+            if summary["passages"]
+            else None
+        )
+        logs.append(
+            {"label": log.label, "role": log.role, "passages": passages}
+            | {name: summary[name] for name in SHOWN}
+        )
     _leave_out(errand, logs)
     problems = sum(len(log["problems"]) for log in logs)
-    warnings = sum(entry["severity"] != "note" for log in logs for entry in log.get("diagnostics", ()))
+    warnings = sum(
+        entry["severity"] != "note" for log in logs for entry in log.get("diagnostics", ())
+    )
     return {"problems": problems, "warnings": warnings, "ready": not problems}, {"logs": logs}
 
 
@@ -123,17 +163,38 @@ def identify(errand: Errand) -> Answer:
     import bristle
 
     axis = errand.axis()
-    pairs = logs_and_axes([log.content for log in errand.fitted], axis, size_limit=errand.size_limit)
+    pairs = logs_and_axes(
+        [log.content for log in errand.fitted], axis, size_limit=errand.size_limit
+    )
     logs = [log for log, _ in pairs]
     models = [name.strip() for name in errand.text("models", DEFAULT_MODELS).split(",")]
-    options: dict[str, Any] = {"draws": errand.count("draws", DRAWS), "cutoff": errand.text("cutoff") or None}
+    options: dict[str, Any] = {
+        "draws": errand.count("draws", DRAWS),
+        "cutoff": errand.text("cutoff") or None,
+    }
     draws = "" if options["draws"] == DRAWS else str(options["draws"])
-    flags = {"--axis": errand.axis_label, "--model": ",".join(models), "--draws": draws, "--cutoff": options["cutoff"], "--out": "results"}
+    flags = {
+        "--axis": errand.axis_label,
+        "--model": ",".join(models),
+        "--draws": draws,
+        "--cutoff": options["cutoff"],
+        "--out": "results",
+    }
     command = _command("identify", [log.label for log in errand.fitted], flags)
     with errand.interruptible():
-        identified = bristle.identify(logs, models, axis=[axis] * len(logs), progress=between(errand.report, 0.0, 0.95), **options)
+        identified = bristle.identify(
+            logs,
+            models,
+            axis=[axis] * len(logs),
+            progress=between(errand.report, 0.0, 0.95),
+            **options,
+        )
     outcome, findings = write_results(errand, identified, command, errand.folder / "results")
-    facts = {"level": outcome.summary["verdict"]["level"], "model": identified.best.name, "unfinished": identified.unfinished}
+    facts = {
+        "level": outcome.summary["verdict"]["level"],
+        "model": identified.best.name,
+        "unfinished": identified.unfinished,
+    }
     return facts, findings
 
 
@@ -182,17 +243,34 @@ def export(errand: Errand) -> Answer:
     points = errand.count("points", POINTS)
     errand.report(0.2, f"writing for {target}")
     axis = errand.axis_file if errand.axis_text else None
-    flags = {"--to": target, "--out": f"{name}_{target}", "--name": name, "--axis": errand.axis_label if axis else ""}
-    command = _command("export", ["results"], flags | {"--points": "" if points == POINTS else str(points)})
-    exported = export_model_file(model, target, command=command, name=name, axis=axis, points=points)
+    flags = {
+        "--to": target,
+        "--out": f"{name}_{target}",
+        "--name": name,
+        "--axis": errand.axis_label if axis else "",
+    }
+    command = _command(
+        "export", ["results"], flags | {"--points": "" if points == POINTS else str(points)}
+    )
+    exported = export_model_file(
+        model, target, command=command, name=name, axis=axis, points=points
+    )
     with results_folder(errand.folder / "export") as folder:
         exported.write(folder)
     zipped(errand.folder / "export")
     # The first short text, for display before the download.
-    texts = [{"file": file, "text": text} for file, text in exported.product.files.items() if isinstance(text, str)]
+    texts = [
+        {"file": file, "text": text}
+        for file, text in exported.product.files.items()
+        if isinstance(text, str)
+    ]
     short = [shown for shown in texts if len(shown["text"]) < 6000]
     facts = {"target": target, "file": f"{name}_{target}.zip"}
-    data = {"notes": exported.summary["notes"], "files": exported.summary["files"], "shown": short[0] if short else None}
+    data = {
+        "notes": exported.summary["notes"],
+        "files": exported.summary["files"],
+        "shown": short[0] if short else None,
+    }
     return facts, data
 
 
@@ -201,14 +279,25 @@ def excite(errand: Errand) -> Answer:
     from bristle.files import results_folder
     from bristle.report.excitation import designed_motion
 
-    text = with_columns_of_motion(edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label))
+    text = with_columns_of_motion(
+        edited(errand.axis_text or EMPTY, errand.options.get("edits") or {}, errand.axis_label)
+    )
     axis_file = Content(Path(errand.axis_label), text.encode())
     duration, purposes = errand.text("duration", "60 s"), errand.text("purposes")
     travel = errand.text("travel") or None
-    command = _command("excite", [errand.axis_label], {"--out": "motion", "--duration": duration, "--for": purposes, "--travel": travel})
+    command = _command(
+        "excite",
+        [errand.axis_label],
+        {"--out": "motion", "--duration": duration, "--for": purposes, "--travel": travel},
+    )
     with errand.interruptible():
         motion = designed_motion(
-            axis_file, command=command, duration=duration, travel=travel, purposes=purposes or None, progress=errand.report
+            axis_file,
+            command=command,
+            duration=duration,
+            travel=travel,
+            purposes=purposes or None,
+            progress=errand.report,
         )
     following = motion.next_command("motion/axis.toml")
     with results_folder(errand.folder / "motion") as folder:
@@ -219,4 +308,7 @@ def excite(errand: Errand) -> Answer:
 
 
 # By their names in the page.
-TASKS = {task.__name__: task for task in (look, check, identify, predict, compensate, export, excite, plan, tune, undo)}
+TASKS = {
+    task.__name__: task
+    for task in (look, check, identify, predict, compensate, export, excite, plan, tune, undo)
+}

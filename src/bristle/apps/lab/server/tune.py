@@ -42,12 +42,20 @@ class TunedMachine:
 
     def as_data(self) -> dict[str, Any]:
         """Return the state of the run for the page, read without a connection to the machine."""
-        written = {file.stem: file.stat().st_mtime for file in self.folder.glob("records/*.csv") if file.stem not in AT_REST}
+        written = {
+            file.stem: file.stat().st_mtime
+            for file in self.folder.glob("records/*.csv")
+            if file.stem not in AT_REST
+        }
         complete = {name: at for name, at in written.items() if time.time() - at > COMPLETE}
         name = max(complete, key=complete.__getitem__, default=None)
         run = self._run()
         # The comparison changes the pictures of its records.
-        return {"run": run, "record": name and {"name": name, "revision": f"{complete[name]} {bool(run and run['change'])}"}}
+        return {
+            "run": run,
+            "record": name
+            and {"name": name, "revision": f"{complete[name]} {bool(run and run['change'])}"},
+        }
 
     def _run(self) -> dict[str, Any] | None:
         from bristle.apps.tune.status import run_status
@@ -67,10 +75,18 @@ class TunedMachine:
         length, force = (unit_of(quantity, self.axis.kind) for quantity in ("length", "force"))
         pictures = (
             ("position", length, ["measured", "reference"], [position, reference]),
-            ("following error", length, keys, [planned - measured for _, planned, measured, _ in logs]),
+            (
+                "following error",
+                length,
+                keys,
+                [planned - measured for _, planned, measured, _ in logs],
+            ),
             ("effort", force, keys, [effort for *_, effort in logs]),
         )
-        return [{"word": word, "unit": unit, "keys": keys, "curves": thinned(at, *curves)} for word, unit, keys, curves in pictures]
+        return [
+            {"word": word, "unit": unit, "keys": keys, "curves": thinned(at, *curves)}
+            for word, unit, keys, curves in pictures
+        ]
 
     def _signals(self, name: str) -> tuple[np.ndarray, ...]:
         """Return time, reference, position and effort of a record."""
@@ -94,7 +110,14 @@ def _below(home: Path, text: object, name: str) -> Path:
         raise RefusedRequestError(400, f"cannot be read ({error})", path=name) from None
     if not inside:
         mend = "Start bristle lab --serve in the folder of the machine file"
-        raise RefusedRequestError(403, "is outside the folder of this server", path=name, value=text, allowed=f"below {home}", mend=mend)
+        raise RefusedRequestError(
+            403,
+            "is outside the folder of this server",
+            path=name,
+            value=text,
+            allowed=f"below {home}",
+            mend=mend,
+        )
     return path
 
 
@@ -108,7 +131,10 @@ def plan(errand: Errand) -> Answer:
     errand.report(0.3, "reading the machine")
     planned = tune(errand.text("file"), errand.text("folder"))
     table = Table("Moves and writes", ("Step", "Duration", "Travel", "Writes"), plan_rows(planned))
-    return {}, {"table": as_table(table), "seconds": [facts["seconds"] or COMPUTES for facts in planned.facts.values()]}
+    return {}, {
+        "table": as_table(table),
+        "seconds": [facts["seconds"] or COMPUTES for facts in planned.facts.values()],
+    }
 
 
 def tune(errand: Errand) -> Answer:

@@ -26,7 +26,12 @@ class Interruption:
     """
 
     def __init__(self, *, restores: bool = False) -> None:
-        self._lock, self._allowed, self.requested, self._restores = threading.Lock(), False, False, restores
+        self._lock, self._allowed, self.requested, self._restores = (
+            threading.Lock(),
+            False,
+            False,
+            restores,
+        )
         threading.Thread(target=self._listen, daemon=True).start()
 
     def _listen(self) -> None:
@@ -102,15 +107,28 @@ def main() -> None:
         from bristle.apps.lab.server.tasks import TASKS
         from bristle.files import plain
 
-        errand = Errand.of(request, lambda share, text: tell(share=share, text=text), interruption.allowed, lambda: interruption.requested)
+        errand = Errand.of(
+            request,
+            lambda share, text: tell(share=share, text=text),
+            interruption.allowed,
+            lambda: interruption.requested,
+        )
         facts, data = TASKS[request["task"]](errand)
-        (errand.folder / DATA).write_text(json.dumps(plain(data), allow_nan=False), encoding="utf-8")
+        (errand.folder / DATA).write_text(
+            json.dumps(plain(data), allow_nan=False), encoding="utf-8"
+        )
     except (KeyboardInterrupt, BristleError, MemoryError) as error:
         # numpy has a separate MemoryError.
-        tell(refused=next((text for kind, text in REFUSED.items() if isinstance(error, kind)), str(error)))
+        tell(
+            refused=next(
+                (text for kind, text in REFUSED.items() if isinstance(error, kind)), str(error)
+            )
+        )
         os._exit(2)
     except Exception as error:
-        tell(refused=f"this is a fault of bristle, not yours: {type(error).__name__}: {error_text(error)}")
+        tell(
+            refused=f"this is a fault of bristle, not yours: {type(error).__name__}: {error_text(error)}"
+        )
         raise
     tell(facts=facts)
     os._exit(0)  # without waiting for threads of an interrupted search

@@ -49,7 +49,14 @@ def interval(errors: Sequence[float] | np.ndarray) -> Interval:
     return Interval(mean, mean - half, mean + half, float(np.max(values)), values.size)
 
 
-def error_of(trial: Trial, place: str, truth: str, variant: str, condition: str = NOMINAL, family: str = CHOSEN) -> Interval | None:
+def error_of(
+    trial: Trial,
+    place: str,
+    truth: str,
+    variant: str,
+    condition: str = NOMINAL,
+    family: str = CHOSEN,
+) -> Interval | None:
     """Return the error of a loop, or None if it was not simulated."""
     if "feedforward" not in variant:
         family = ""
@@ -70,8 +77,15 @@ def share_left(trial: Trial, place: str, truth: str, variant: str, family: str =
 
 def best_family(trial: Trial, place: str, truth: Truth, *, strangers: bool = False) -> str:
     """Return the family with the smallest error with feedforward on a truth; empty without a fit."""
-    families = [family for family in trial.plan.compensators if not (strangers and family in truth.families)]
-    errors = _peaks({family: error_of(trial, place, truth.name, "feedforward", family=family) for family in families})
+    families = [
+        family for family in trial.plan.compensators if not (strangers and family in truth.families)
+    ]
+    errors = _peaks(
+        {
+            family: error_of(trial, place, truth.name, "feedforward", family=family)
+            for family in families
+        }
+    )
     return min(errors, key=errors.__getitem__, default="")
 
 
@@ -84,10 +98,14 @@ def no_better(trial: Trial, place: str) -> list[str]:
     """Return the truths on which observer and feedforward together are not significantly better than the observer alone."""
     names = []
     for truth in trial.plan.truths:
-        alone, both = (error_of(trial, place, truth.name, variant) for variant in (OBSERVER, TOGETHER))
+        alone, both = (
+            error_of(trial, place, truth.name, variant) for variant in (OBSERVER, TOGETHER)
+        )
         if alone is None or both is None:
             continue
-        halves = [0.0 if math.isnan(one.low) else one.peak_to_peak - one.low for one in (alone, both)]
+        halves = [
+            0.0 if math.isnan(one.low) else one.peak_to_peak - one.low for one in (alone, both)
+        ]
         if not alone.peak_to_peak - both.peak_to_peak > math.hypot(*halves):
             names.append(truth.name)
     return names
@@ -110,11 +128,21 @@ def claims(trial: Trial, place: str = SET_A) -> list[Claim]:
     """Return the claims for observer and feedforward together, if the trial contains their cases."""
     first = "thirty_sliders"
     strangers = [truth.name for truth in trial.plan.truths if truth.name != first]
-    levels = _peaks({condition: error_of(trial, place, first, TOGETHER, condition) for condition in LEVELS})
+    levels = _peaks(
+        {condition: error_of(trial, place, first, TOGETHER, condition) for condition in LEVELS}
+    )
     strange = _peaks({name: error_of(trial, place, name, TOGETHER) for name in strangers})
     listed = [
-        Claim("observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit", 0.45e-6, levels),
-        Claim("observer and feedforward on every other friction, without changes", ON_ALL_TRUTHS, strange),
+        Claim(
+            "observer and feedforward on the thirty sliders, at 0.7 to 1.6 times the level, without a refit",
+            0.45e-6,
+            levels,
+        ),
+        Claim(
+            "observer and feedforward on every other friction, without changes",
+            ON_ALL_TRUTHS,
+            strange,
+        ),
     ]
     return [claim for claim in listed if claim.errors]
 
@@ -123,11 +151,23 @@ def numbers(trial: Trial) -> dict[str, Any]:
     """Return the results for the summary, lengths in m."""
     plan = trial.plan
     return {
-        **{("robust" if place == SET_A else f"robust_{place}"): _table(trial, place) for place in plan.sets},
-        "families": {truth.name: {family: _family(trial, truth, family) for family in plan.compensators} for truth in plan.truths},
-        "best_family": {truth.name: {place: _best(trial, place, truth) for place in plan.sets} for truth in plan.truths},
+        **{
+            ("robust" if place == SET_A else f"robust_{place}"): _table(trial, place)
+            for place in plan.sets
+        },
+        "families": {
+            truth.name: {family: _family(trial, truth, family) for family in plan.compensators}
+            for truth in plan.truths
+        },
+        "best_family": {
+            truth.name: {place: _best(trial, place, truth) for place in plan.sets}
+            for truth in plan.truths
+        },
         "observer_alone_does_as_well": {place: no_better(trial, place) for place in plan.sets},
-        "claims": {place: [claim._asdict() | {"holds": claim.holds} for claim in claims(trial, place)] for place in plan.sets},
+        "claims": {
+            place: [claim._asdict() | {"holds": claim.holds} for claim in claims(trial, place)]
+            for place in plan.sets
+        },
     }
 
 
@@ -147,21 +187,39 @@ def _table(trial: Trial, place: str) -> dict[str, Any]:
 
 def _family(trial: Trial, truth: Truth, family: str) -> dict[str, Any]:
     by_set = {
-        place: error._asdict() | {"share_left": share_left(trial, place, truth.name, "feedforward", family)}
+        place: error._asdict()
+        | {"share_left": share_left(trial, place, truth.name, "feedforward", family)}
         for place in trial.plan.sets
         if (error := error_of(trial, place, truth.name, "feedforward", family=family)) is not None
     }
-    return {"own_structure": family in truth.families, "reason": trial.fits[truth.name, family].reason} | by_set
+    return {
+        "own_structure": family in truth.families,
+        "reason": trial.fits[truth.name, family].reason,
+    } | by_set
 
 
 def _best(trial: Trial, place: str, truth: Truth) -> dict[str, Any]:
-    family, stranger = (best_family(trial, place, truth, strangers=strangers) for strangers in (False, True))
-    own_left, stranger_left = (share_left(trial, place, truth.name, "feedforward", name) for name in (family, stranger))
-    return {"family": family, "share_left": own_left, "stranger": stranger, "stranger_share_left": stranger_left}
+    family, stranger = (
+        best_family(trial, place, truth, strangers=strangers) for strangers in (False, True)
+    )
+    own_left, stranger_left = (
+        share_left(trial, place, truth.name, "feedforward", name) for name in (family, stranger)
+    )
+    return {
+        "family": family,
+        "share_left": own_left,
+        "stranger": stranger,
+        "stranger_share_left": stranger_left,
+    }
 
 
 SET_NAMES = {"set_a": "Set A", "set_c": "Set C"}
-LOOPS = {"none": "no compensation", "feedforward": "model feedforward", "observer": "observer", "observer_feedforward": "both"}
+LOOPS = {
+    "none": "no compensation",
+    "feedforward": "model feedforward",
+    "observer": "observer",
+    "observer_feedforward": "both",
+}
 OWN = "*"
 DIVERGED = "diverged"
 
@@ -186,7 +244,11 @@ def micrometres(error: Interval | None) -> str:
 def error_table(trial: Trial, place: str) -> Table:
     """Return the following error of every loop of a set, truth by truth and condition by condition."""
     rows = [
-        (truth.name, condition, *(micrometres(error_of(trial, place, truth.name, v, condition)) for v in VARIANTS))
+        (
+            truth.name,
+            condition,
+            *(micrometres(error_of(trial, place, truth.name, v, condition)) for v in VARIANTS),
+        )
         for truth in trial.plan.truths
         for condition in trial.plan.conditions
     ]
@@ -203,7 +265,15 @@ def claim_table(trial: Trial) -> Table:
     for place in trial.plan.sets:
         for claim in claims(trial, place):
             worst, error = max(claim.errors.items(), key=lambda case: case[1])
-            rows.append((f"{SET_NAMES[place]}: {claim.claim}", tenths(claim.limit), tenths(error), worst, "yes" if claim.holds else "no"))
+            rows.append(
+                (
+                    f"{SET_NAMES[place]}: {claim.claim}",
+                    tenths(claim.limit),
+                    tenths(error),
+                    worst,
+                    "yes" if claim.holds else "no",
+                )
+            )
     heads = ("Claim", "At most [µm]", "Largest mean [µm]", "On", "Holds")
     return Table("Following error peak to peak", heads, rows)
 
@@ -215,12 +285,25 @@ def best_table(trial: Trial) -> Table:
         for place in trial.plan.sets:
             best = _best(trial, place, truth)
             chosen = share_left(trial, place, truth.name, "feedforward", CHOSEN)
-            left, stranger_left, chosen_left = map(_percent, (best["share_left"], best["stranger_share_left"], chosen))
+            left, stranger_left, chosen_left = map(
+                _percent, (best["share_left"], best["stranger_share_left"], chosen)
+            )
             own = best["family"]
             is_own = "no"
             if own in truth.families:
                 is_own = "yes"
-            rows.append((truth.name, SET_NAMES[place], own or "–", is_own, left, best["stranger"] or "–", stranger_left, chosen_left))
+            rows.append(
+                (
+                    truth.name,
+                    SET_NAMES[place],
+                    own or "–",
+                    is_own,
+                    left,
+                    best["stranger"] or "–",
+                    stranger_left,
+                    chosen_left,
+                )
+            )
     best_heads = (
         "Best family",
         "Has the structure of the simulated friction",
@@ -236,8 +319,16 @@ def family_table(trial: Trial, place: str) -> Table:
     """Return the remaining share of the error with feedforward of each family, truth by truth."""
     rows = []
     for family in trial.plan.compensators:
-        shares = [(truth, _percent(share_left(trial, place, truth.name, "feedforward", family))) for truth in trial.plan.truths]
-        rows.append((family, *(share + (OWN if family in truth.families else "") for truth, share in shares)))
+        shares = [
+            (truth, _percent(share_left(trial, place, truth.name, "feedforward", family)))
+            for truth in trial.plan.truths
+        ]
+        rows.append(
+            (
+                family,
+                *(share + (OWN if family in truth.families else "") for truth, share in shares),
+            )
+        )
     caption = (
         f"{SET_NAMES[place]}: remaining error with feedforward [% of the error without compensation]; {OWN} if "
         "the family has the structure of the simulated friction"
@@ -268,7 +359,12 @@ def margins_of_sets(sets: tuple[str, ...]) -> dict[str, dict[str, dict[str, floa
 def margin_table(margins: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Table:
     """Return the margins of the loops."""
     rows = [
-        (SET_NAMES[place], LOOPS[name], number(loop["phase_deg"], digits=3), number(loop["gain"], digits=3))
+        (
+            SET_NAMES[place],
+            LOOPS[name],
+            number(loop["phase_deg"], digits=3),
+            number(loop["gain"], digits=3),
+        )
         for place, loops in margins.items()
         for name, loop in loops.items()
     ]

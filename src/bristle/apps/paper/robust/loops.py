@@ -15,7 +15,12 @@ from bristle.logs import Log
 from bristle.simulation import simulate
 
 SETS = {"set_a": EXPERIMENTS / "set_a.toml", "set_c": EXPERIMENTS / "set_c.toml"}
-VARIANTS = {"none": "none", "feedforward": "identified", "observer": "observer", "observer_feedforward": "observer_feedforward"}
+VARIANTS = {
+    "none": "none",
+    "feedforward": "identified",
+    "observer": "observer",
+    "observer_feedforward": "observer_feedforward",
+}
 """Variants of both sets by their names here."""
 SUBSTEPS = 4  # Steps of the integration in a sample; means over runs agree with those of the 25 of the sets
 
@@ -31,7 +36,12 @@ def loop(variant: Variant, friction: Model, compensator: Model | None) -> Varian
     fed = variant.feedforward
     if fed.friction is not None:
         fed = replace(fed, friction=compensator, fitted_to="")
-    return replace(variant, friction=friction, feedforward=fed, run=replace(variant.run, substeps=SUBSTEPS, seeds=1))
+    return replace(
+        variant,
+        friction=friction,
+        feedforward=fed,
+        run=replace(variant.run, substeps=SUBSTEPS, seeds=1),
+    )
 
 
 def peak_to_peak(variant: Variant, number: int) -> float:
@@ -50,7 +60,17 @@ def peak_to_peak(variant: Variant, number: int) -> float:
 
 PRINTED = "printed"  # equations (5) to (7) of the paper as printed
 GATED = "preisach_lugre"  # the same with a gate: below nine tenths of break-away z is x
-FAMILIES = ("coulomb_viscous", "dahl", "reformed_dahl", "bouc_wen", "lugre", "maxwell_slip", "gms", GATED, PRINTED)
+FAMILIES = (
+    "coulomb_viscous",
+    "dahl",
+    "reformed_dahl",
+    "bouc_wen",
+    "lugre",
+    "maxwell_slip",
+    "gms",
+    GATED,
+    PRINTED,
+)
 CHOSEN = "maxwell_slip"  # The family of the compensator of the bench: used for every truth and every condition
 LOG = EXPERIMENTS / "set_a_log.toml"
 SEED = 501  # of the scatter in that log

@@ -37,9 +37,23 @@ def words_of(trial: Trial) -> list[str]:
     sentences = []
     for place in trial.plan.sets:
         lines = [
-            _taken_off(trial, place, "feedforward", CHOSEN, f"{findings.LOOPS['feedforward']} removes"),
-            _taken_off(trial, place, "feedforward", PRINTED, "feedforward of equations (5)–(7) as printed removes"),
-            _taken_off(trial, place, findings.TOGETHER, CHOSEN, "model feedforward and observer together remove"),
+            _taken_off(
+                trial, place, "feedforward", CHOSEN, f"{findings.LOOPS['feedforward']} removes"
+            ),
+            _taken_off(
+                trial,
+                place,
+                "feedforward",
+                PRINTED,
+                "feedforward of equations (5)–(7) as printed removes",
+            ),
+            _taken_off(
+                trial,
+                place,
+                findings.TOGETHER,
+                CHOSEN,
+                "model feedforward and observer together remove",
+            ),
         ]
         sentences += [f"{findings.SET_NAMES[place]}: {line}" for line in lines if line]
         names = findings.no_better(trial, place)
@@ -54,7 +68,9 @@ def words_of(trial: Trial) -> list[str]:
 def _taken_off(trial: Trial, place: str, variant: str, family: str, subject: str) -> str:
     """Return the removed share of the error of a loop, in a sentence; empty without a simulation."""
     names = [truth.name for truth in trial.plan.truths]
-    shares = [100.0 * (1.0 - findings.share_left(trial, place, name, variant, family)) for name in names]
+    shares = [
+        100.0 * (1.0 - findings.share_left(trial, place, name, variant, family)) for name in names
+    ]
     finite = [share for share in shares if math.isfinite(share)]
     if not finite:
         return ""
@@ -76,14 +92,24 @@ def _range(values: Sequence[float], resolution: float) -> str:
 
 def ruling_of(trial: Trial) -> Ruling:
     """Return the verdict on the claims."""
-    listed = [(place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)]
+    listed = [
+        (place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)
+    ]
     missed = [(place, claim) for place, claim in listed if not claim.holds]
     if not missed:
-        return Ruling("usable", "The claims for observer and feedforward hold for every tested friction")
+        return Ruling(
+            "usable", "The claims for observer and feedforward hold for every tested friction"
+        )
     reasons = []
     for place, claim in missed:
-        errors = [f"{case} {findings.tenths(error)} µm" for case, error in claim.errors.items() if error > claim.limit]
-        reasons.append(f"{findings.SET_NAMES[place]}, above {findings.tenths(claim.limit)} µm: {', '.join(errors)}")
+        errors = [
+            f"{case} {findings.tenths(error)} µm"
+            for case, error in claim.errors.items()
+            if error > claim.limit
+        ]
+        reasons.append(
+            f"{findings.SET_NAMES[place]}, above {findings.tenths(claim.limit)} µm: {', '.join(errors)}"
+        )
     words = "The claims for observer and feedforward do not hold everywhere"
     if len(missed) < len(listed):
         return Ruling("with_care", words, tuple(reasons))
@@ -94,41 +120,73 @@ def robust_report(trial: Trial, *, command: str, provenance: Mapping[str, str]) 
     """Return the report as one HTML page."""
     plan = trial.plan
     conditions = [(condition, CONDITIONS[condition].words) for condition in plan.conditions]
-    unfitted = [f"{family} on {truth}: {fit.reason}" for (truth, family), fit in trial.fits.items() if fit.friction is None]
+    unfitted = [
+        f"{family} on {truth}: {fit.reason}"
+        for (truth, family), fit in trial.fits.items()
+        if fit.friction is None
+    ]
     tables = [findings.error_table(trial, place) for place in plan.sets]
     margins = findings.margin_table(findings.margins_of_sets(plan.sets))
-    described = Table("Conditions, unknown to every compensator", ("Condition", "The rig"), conditions)
-    families = [findings.best_table(trial), *(findings.family_table(trial, place) for place in plan.sets)]
+    described = Table(
+        "Conditions, unknown to every compensator", ("Condition", "The rig"), conditions
+    )
+    families = [
+        findings.best_table(trial),
+        *(findings.family_table(trial, place) for place in plan.sets),
+    ]
     missing = []
     if unfitted:
         missing = ["Not identified:", Block("items", unfitted)]
     sections = [
         Section("claims", "Claims under test", [findings.claim_table(trial)], "Claims"),
-        Section("table", "Following error", [PIPELINE, Block("items", words_of(trial)), *tables, described, margins]),
-        Section("families", "Families of compensators", [FAMILIES, *families, *missing], "Families"),
+        Section(
+            "table",
+            "Following error",
+            [PIPELINE, Block("items", words_of(trial)), *tables, described, margins],
+        ),
+        Section(
+            "families", "Families of compensators", [FAMILIES, *families, *missing], "Families"
+        ),
         Section("limits", "Limits of this study", [Block("items", LIMITS)], "Limits"),
     ]
-    return page_of(_front(trial), sections, command=command, provenance=provenance, banner=SIMULATED)
+    return page_of(
+        _front(trial), sections, command=command, provenance=provenance, banner=SIMULATED
+    )
 
 
 def _front(trial: Trial) -> Front:
-    facts = about("simulated loops", f"{len(trial.plan.truths)} frictions", f"{trial.plan.seeds} runs each")
-    listed = [(place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)]
-    worst = [(f"{findings.SET_NAMES[place]}, worst case", max(claim.errors.values()), claim.limit) for place, claim in listed][:4]
+    facts = about(
+        "simulated loops", f"{len(trial.plan.truths)} frictions", f"{trial.plan.seeds} runs each"
+    )
+    listed = [
+        (place, claim) for place in trial.plan.sets for claim in findings.claims(trial, place)
+    ]
+    worst = [
+        (f"{findings.SET_NAMES[place]}, worst case", max(claim.errors.values()), claim.limit)
+        for place, claim in listed
+    ][:4]
     title = "No claim tested"
     if worst:
         title = f"Observer and feedforward: at most {findings.tenths(max(error for _, error, _ in worst))} µm"
-    cards = [Card(label, f"{findings.tenths(error)} µm", f"limit {findings.tenths(limit)} µm") for label, error, limit in worst]
+    cards = [
+        Card(label, f"{findings.tenths(error)} µm", f"limit {findings.tenths(limit)} µm")
+        for label, error, limit in worst
+    ]
     step = Step.of("try your own friction: `bristle paper --robust model.toml`")
     basis = "(peak to peak, simulated)"
-    return Front(HEADING, facts, ruling_of(trial), title, basis, cards, step, figures=[_picture(trial)])
+    return Front(
+        HEADING, facts, ruling_of(trial), title, basis, cards, step, figures=[_picture(trial)]
+    )
 
 
 def _picture(trial: Trial) -> Picture:
     """Return the error of each loop on each truth, and its range under all conditions."""
     errors = {
         findings.SET_NAMES[place]: {
-            truth.name.replace("_", " "): {findings.LOOPS[variant]: _spread(trial, place, truth.name, variant) for variant in VARIANTS}
+            truth.name.replace("_", " "): {
+                findings.LOOPS[variant]: _spread(trial, place, truth.name, variant)
+                for variant in VARIANTS
+            }
             for truth in trial.plan.truths
         }
         for place in trial.plan.sets
@@ -140,7 +198,9 @@ def _picture(trial: Trial) -> Picture:
     )
     return picture(
         "robust",
-        lambda: errors_by_truth(errors, 1e6 * findings.ON_ALL_TRUTHS, "Following error [µm]", "0.5 µm"),
+        lambda: errors_by_truth(
+            errors, 1e6 * findings.ON_ALL_TRUTHS, "Following error [µm]", "0.5 µm"
+        ),
         alternative,
         caption,
         file="robust",
@@ -149,8 +209,15 @@ def _picture(trial: Trial) -> Picture:
 
 
 def _spread(trial: Trial, place: str, truth: str, variant: str) -> Any:
-    errors = [findings.error_of(trial, place, truth, variant, condition) for condition in trial.plan.conditions]
-    means = [1e6 * error.peak_to_peak for error in errors if error is not None and math.isfinite(error.peak_to_peak)]
+    errors = [
+        findings.error_of(trial, place, truth, variant, condition)
+        for condition in trial.plan.conditions
+    ]
+    means = [
+        1e6 * error.peak_to_peak
+        for error in errors
+        if error is not None and math.isfinite(error.peak_to_peak)
+    ]
     nominal = errors[0] or findings.Interval(math.nan, math.nan, math.nan, math.nan, 0)
     error, low, high, *_ = (1e6 * end for end in nominal)
     return Spread(error, low, high, min(means, default=math.nan), max(means, default=math.nan))

@@ -7,7 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.apps.paper.robust.loops import CHOSEN, FAMILIES, SETS, VARIANTS, Fitted, fitted, log_of, loop, peak_to_peak, setting
+from bristle.apps.paper.robust.loops import (
+    CHOSEN,
+    FAMILIES,
+    SETS,
+    VARIANTS,
+    Fitted,
+    fitted,
+    log_of,
+    loop,
+    peak_to_peak,
+    setting,
+)
 from bristle.apps.paper.robust.truths import CONDITIONS, NOMINAL, Truth, under
 from bristle.core import abreast, cores_for_simulations
 
@@ -66,7 +77,9 @@ class Trial:
     errors: dict[Cell, np.ndarray] = field(default_factory=dict)
 
 
-def run_trial(plan: Plan, progress: Callable[[float, str], None] = lambda share, text: None) -> Trial:
+def run_trial(
+    plan: Plan, progress: Callable[[float, str], None] = lambda share, text: None
+) -> Trial:
     """Identify the compensators of each truth, and simulate every loop with them."""
     settings = {name: setting(name) for name in plan.sets}
     truths = {truth.name: truth for truth in plan.truths}
@@ -82,7 +95,9 @@ def run_trial(plan: Plan, progress: Callable[[float, str], None] = lambda share,
         return fits
 
     with cores_for_simulations():
-        trial = Trial(plan, {key: model for fits in abreast(fit)(plan.truths) for key, model in fits.items()})
+        trial = Trial(
+            plan, {key: model for fits in abreast(fit)(plan.truths) for key, model in fits.items()}
+        )
 
         def simulate(cell: Cell) -> np.ndarray:
             friction = None
@@ -90,7 +105,11 @@ def run_trial(plan: Plan, progress: Callable[[float, str], None] = lambda share,
                 friction = trial.fits[cell.truth, cell.family].friction
                 if friction is None:
                     return np.empty(0)
-            variant = loop(settings[cell.set][cell.variant], under(cell.condition, truths[cell.truth]), friction)
+            variant = loop(
+                settings[cell.set][cell.variant],
+                under(cell.condition, truths[cell.truth]),
+                friction,
+            )
             errors = np.array([peak_to_peak(variant, number) for number in range(plan.seeds)])
             progress(next(done) / len(cells), f"{cell.truth}, {cell.condition}, {cell.variant}")
             return errors

@@ -20,7 +20,8 @@ from bristle.models.friction import uneven
 
 FOLDER = Path(str(files("bristle.apps.paper.robust") / "truths"))
 SIMULATED: dict[str, Path] = {"thirty_sliders": EXPERIMENTS / "set_a_rig.toml"} | {
-    name: FOLDER / f"{name}.toml" for name in ("gms", "reformed_dahl", "bouc_wen", "printed", "lugre")
+    name: FOLDER / f"{name}.toml"
+    for name in ("gms", "reformed_dahl", "bouc_wen", "printed", "lugre")
 }
 OF_FAMILY = {
     "thirty_sliders": ("maxwell_slip", "gms"),
@@ -65,7 +66,9 @@ def _truth(name: str, allow_code: bool) -> Truth:
         mend = did_you_mean(name, SIMULATED)
         if file.is_file():
             mend = "bristle identify writes a model file of a log"
-        raise InputError("is not a known friction", path="FRICTION", value=name, allowed=allowed, mend=mend)
+        raise InputError(
+            "is not a known friction", path="FRICTION", value=name, allowed=allowed, mend=mend
+        )
     friction = read_model(file, allow_code=allow_code).friction
     # The thirty elements have their own scatter; a user's model stays unchanged.
     scatter = 0.0
@@ -73,7 +76,9 @@ def _truth(name: str, allow_code: bool) -> Truth:
         scatter = SCATTER
     families = OF_FAMILY.get(name, (friction.name.split("+")[0],))
     around = uneven(friction, unevenness=scatter, travel=TRAVEL * AMPLITUDE)
-    return Truth(name if name in SIMULATED else file.stem, around, content_of(file).origin, families)
+    return Truth(
+        name if name in SIMULATED else file.stem, around, content_of(file).origin, families
+    )
 
 
 class Condition(NamedTuple):
@@ -89,9 +94,12 @@ CONDITIONS = {
     "level_0.7": Condition("friction 0.7 times as large", {"level": 0.7}),
     "level_1.3": Condition("friction 1.3 times as large", {"level": 1.3}),
     "level_1.6": Condition("friction 1.6 times as large", {"level": 1.6}),
-    "scatter_10": Condition("the level scatters by 10 % from reversal to reversal", {"unevenness": 0.1}),
+    "scatter_10": Condition(
+        "the level scatters by 10 % from reversal to reversal", {"unevenness": 0.1}
+    ),
     "position_wave": Condition(
-        "the level varies by 20 % with the position, with a period of 0.75 amplitudes", {"wave": 0.2, "wavelength": 0.75 * AMPLITUDE}
+        "the level varies by 20 % with the position, with a period of 0.75 amplitudes",
+        {"wave": 0.2, "wavelength": 0.75 * AMPLITUDE},
     ),
     "creep": Condition(
         "a spring (10 N per amplitude) and a damper in series (5 s) act in parallel to the friction",
@@ -103,6 +111,8 @@ CONDITIONS = {
 def under(condition: str, truth: Truth) -> Model:
     """Return the friction of a truth under a condition."""
     changes = CONDITIONS[condition].changes
-    if "scatter" in truth.friction.values and "unevenness" in changes:  # a model with its own scatter uses that
+    if (
+        "scatter" in truth.friction.values and "unevenness" in changes
+    ):  # a model with its own scatter uses that
         changes = {"scatter": changes["unevenness"]}
     return truth.friction.with_values(**changes)

@@ -48,7 +48,11 @@ def identify_each(
     from bristle.report.judgement import level_of
     from bristle.report.results import write_report
 
-    refuse({"bristle identify --each": output.out is None}, "needs a folder to write into", "Add --out DIR")
+    refuse(
+        {"bristle identify --each": output.out is None},
+        "needs a folder to write into",
+        "Add --out DIR",
+    )
     assert output.out is not None
     options = dict(options)
     with progress("beginning") as report:
@@ -87,7 +91,9 @@ def identify_each(
                 summary["arm"] = arm_summary(arm)
                 predictions = along_the_log(store.folder, logs[0])
                 further = arm_sections(arm)
-            page = fleet_report(runs, summary, command=output.command, further=further, joints=predictions)
+            page = fleet_report(
+                runs, summary, command=output.command, further=further, joints=predictions
+            )
             write_report(store.grown, page, summary)
             if arm:
                 write_arm(arm, store.grown)

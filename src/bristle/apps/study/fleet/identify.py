@@ -17,10 +17,43 @@ from bristle.apps.study.block import RAISED, REASON, REFUSED
 from bristle.apps.study.fleet.plan import Fleet
 from bristle.apps.study.plan import Block
 from bristle.apps.study.run import Ran, run_within
-from bristle.apps.study.store import OK, RUNS, SCHEMA, STUDY, Store, opened, refuse_another, study_in
-from bristle.core import SIZE_LIMIT, BristleError, Content, InputError, Progress, error_text, guarded
-from bristle.files import AXIS, as_json, axes_for, load_reader_file, origins_of_code, plain, provenance, write_model
-from bristle.identification import Estimate, Identification, Settings, identify, models_of, refuse_options
+from bristle.apps.study.store import (
+    OK,
+    RUNS,
+    SCHEMA,
+    STUDY,
+    Store,
+    opened,
+    refuse_another,
+    study_in,
+)
+from bristle.core import (
+    SIZE_LIMIT,
+    BristleError,
+    Content,
+    InputError,
+    Progress,
+    error_text,
+    guarded,
+)
+from bristle.files import (
+    AXIS,
+    as_json,
+    axes_for,
+    load_reader_file,
+    origins_of_code,
+    plain,
+    provenance,
+    write_model,
+)
+from bristle.identification import (
+    Estimate,
+    Identification,
+    Settings,
+    identify,
+    models_of,
+    refuse_options,
+)
 from bristle.logs import LogFile, listed_logs, read_log, reading
 
 
@@ -45,7 +78,9 @@ class FleetStore(Store):
 
     def blocks_present(self) -> set[int]:
         """Return the logs that need no work: those with a row, and those that this command does not name."""
-        return super().blocks_present() | {number for number, log in enumerate(self.study.logs) if not log.place}
+        return super().blocks_present() | {
+            number for number, log in enumerate(self.study.logs) if not log.place
+        }
 
     def _content(self, provenance: Mapping[str, str]) -> dict[str, Any]:
         fleet = self.study
@@ -60,7 +95,10 @@ class FleetStore(Store):
             "model": fleet.model.name,
             "metrics": list(fleet.parameters),
             "columns": fleet.columns,
-            "logs": [{"folder": log.folder, "log": log.name, "sha256": log.checksum, "time": log.time} for log in fleet.logs],
+            "logs": [
+                {"folder": log.folder, "log": log.name, "sha256": log.checksum, "time": log.time}
+                for log in fleet.logs
+            ],
             "described": fleet.described,
             "provenance": provenance,
         }
@@ -72,7 +110,12 @@ class FleetStore(Store):
 class Identifier:
     """Identification of the logs of a fleet in this process; `level_of` judges each, and `models` names a folder for their models."""
 
-    def __init__(self, fleet: Fleet, level_of: Callable[[Identification], str] = lambda _: "", models: Path | None = None) -> None:
+    def __init__(
+        self,
+        fleet: Fleet,
+        level_of: Callable[[Identification], str] = lambda _: "",
+        models: Path | None = None,
+    ) -> None:
         self.fleet = fleet
         self.level_of = level_of
         self.models = models
@@ -81,13 +124,22 @@ class Identifier:
     def columns(self, block: Block) -> dict[str, Any]:
         """Return the rows of the logs of a block, by column, each of shape (log,)."""
         rows = [self._row(number) for number in range(block.first, block.last)]
-        blank = {name: "" if column["role"] == "run" else np.nan for name, column in self.fleet.columns.items()} | {"time_of_log": None}
+        blank = {
+            name: "" if column["role"] == "run" else np.nan
+            for name, column in self.fleet.columns.items()
+        } | {"time_of_log": None}
         return {name: [row.get(name, value) for row in rows] for name, value in blank.items()}
 
     def _row(self, number: int) -> dict[str, Any]:
         """Return the row of a log, with the reason if it cannot be read or fitted."""
         log = self.fleet.logs[number]
-        row: dict[str, Any] = {"run": number, "folder": log.folder, "log": log.name, "status": OK, "reason": ""}
+        row: dict[str, Any] = {
+            "run": number,
+            "folder": log.folder,
+            "log": log.name,
+            "status": OK,
+            "reason": "",
+        }
         if log.time is not None:
             row["time_of_log"] = round(1e6 * log.time)
         try:
@@ -99,7 +151,10 @@ class Identifier:
         except MemoryError:
             return row | {"status": RAISED, "reason": "there is not enough memory for this log"}
         except Exception as error:  # noqa: BLE001  (a user-defined model or reader may raise any exception)
-            return row | {"status": RAISED, "reason": f"{type(error).__name__}: {error_text(error)}"[:REASON]}
+            return row | {
+                "status": RAISED,
+                "reason": f"{type(error).__name__}: {error_text(error)}"[:REASON],
+            }
 
     def _numbers(self, entry: LogFile) -> dict[str, Any]:
         axis = self.fleet.axes[entry.axis]
@@ -107,16 +162,23 @@ class Identifier:
         if entry.checksum and log.origin.checksum != entry.checksum:
             raise InputError("has changed since the command began", path=entry.place)
         if log.kind != self.fleet.kind:
-            raise InputError(f"is the log of a {log.kind} axis, but this fleet has {self.fleet.kind} axes", path=entry.place)
+            raise InputError(
+                f"is the log of a {log.kind} axis, but this fleet has {self.fleet.kind} axes",
+                path=entry.place,
+            )
         options: dict[str, Any] = {"settings": {}} | dict(self.fleet.options)
         thresholds = options.pop("settings")
         if isinstance(thresholds, Settings):
             settings = thresholds.as_data()
         else:
             settings = dict(thresholds or {})
-        if self.models is None:  # the logs of an axis are compared: no second pass with other lines for a log
+        if (
+            self.models is None
+        ):  # the logs of an axis are compared: no second pass with other lines for a log
             settings |= {"lines_gain": 1.0}
-        identification = identify(log, self.fleet.model, axis=axis, settings=settings, **options).finished
+        identification = identify(
+            log, self.fleet.model, axis=axis, settings=settings, **options
+        ).finished
         fit = identification.fits[0]
         if self.models is not None and axis is not None:
             (self.models / axis.name).mkdir(exist_ok=True)
@@ -124,15 +186,33 @@ class Identifier:
             treatment = identification.treatment
             bands = fit.resampling and fit.resampling.bands
             source = {key: text for key, text in provenance("", log=log).items() if text}
-            write_model(place, fit.plant, fit.friction, estimates=fit.estimates, provenance=source, treatment=treatment, bands=bands)
-        codes = dict.fromkeys(diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning")
-        row: dict[str, Any] = {"error": 0.01 * fit.error_percent, "diagnostics": ", ".join(codes), "duration": log.duration}
+            write_model(
+                place,
+                fit.plant,
+                fit.friction,
+                estimates=fit.estimates,
+                provenance=source,
+                treatment=treatment,
+                bands=bands,
+            )
+        codes = dict.fromkeys(
+            diagnostic.code for diagnostic in fit.diagnostics if diagnostic.severity == "warning"
+        )
+        row: dict[str, Any] = {
+            "error": 0.01 * fit.error_percent,
+            "diagnostics": ", ".join(codes),
+            "duration": log.duration,
+        }
         row["verdict"] = self.level_of(identification)
         if fit.held_out is not None:
             row["held_out_error"] = 0.01 * fit.held_out.mean_percent
         if fit.resampling is not None:
             scatter = fit.resampling.scatter
-            row |= {"scatter": scatter.value, "scatter.lower": scatter.low, "scatter.upper": scatter.high}
+            row |= {
+                "scatter": scatter.value,
+                "scatter.lower": scatter.low,
+                "scatter.upper": scatter.high,
+            }
         if log.temperature is not None:
             row["temperature"] = float(np.mean(log.temperature.values))
         for column in self.fleet.parameters:
@@ -180,25 +260,54 @@ def fleet_of(
     if is_trace:
         named = [axis.name if axis is not None else "" for axis in described]
         if len(set(named)) < len(named):
-            raise InputError("must differ, because one log contains all axes", path="name", value=", ".join(named))
+            raise InputError(
+                "must differ, because one log contains all axes",
+                path="name",
+                value=", ".join(named),
+            )
         listed = [replace(listed[0], name=f"{name}: {listed[0].name}") for name in named]
     axes_for(described, len(listed))
     kinds: set[Any] = {axis.kind for axis in described if axis is not None}
     plants = {
-        (axis.plant, is_trace or (axis.gravity, axis.spring, axis.cogging, tuple(term.name for term in axis.regressors)))
+        (
+            axis.plant,
+            is_trace
+            or (
+                axis.gravity,
+                axis.spring,
+                axis.cogging,
+                tuple(term.name for term in axis.regressors),
+            ),
+        )
         for axis in described
         if axis is not None
     }
     if len(kinds) > 1 or len(plants) > 1:
-        raise InputError("the files describe axes of different kinds or plants", path="--axis", mend="Write a separate fleet for each kind")
+        raise InputError(
+            "the files describe axes of different kinds or plants",
+            path="--axis",
+            mend="Write a separate fleet for each kind",
+        )
     if not kinds:  # the kind of the log; the usual kind if it cannot be read
         kinds = {"translational"}
         with suppress(InputError):
             kinds = {read_log(listed[0].place, size_limit=size_limit).kind}
-    numbered = tuple(replace(log, axis=number if len(described) > 1 else 0) for number, log in enumerate(listed))
+    numbered = tuple(
+        replace(log, axis=number if len(described) > 1 else 0) for number, log in enumerate(listed)
+    )
     kind = kinds.pop()
     refuse_options(identify, options or {}, chosen, kind)
-    fleet = Fleet(name, numbered, tuple(described), kind, chosen, dict(options or {}), tuple(readers), size_limit, {})
+    fleet = Fleet(
+        name,
+        numbered,
+        tuple(described),
+        kind,
+        chosen,
+        dict(options or {}),
+        tuple(readers),
+        size_limit,
+        {},
+    )
     texts = {axis.text or repr(axis).encode() for axis in described if axis is not None}
     identity = {
         "fleet": {"model": fleet.model.name} | plain(fleet.options),

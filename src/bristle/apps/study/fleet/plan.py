@@ -24,7 +24,10 @@ RUN = {
 OF_FIT = {
     "held_out_error": ("", "error on held-out blocks, as a share of the effort"),
     "error": ("", "error on the fitted rows, as a share of the effort"),
-    "scatter": ("", "standard deviation of the level of friction from reversal to reversal, as a share of the level"),
+    "scatter": (
+        "",
+        "standard deviation of the level of friction from reversal to reversal, as a share of the level",
+    ),
     "temperature": ("K", "mean of the temperature column"),
     "duration": ("s", "length of the log"),
 }
@@ -58,9 +61,22 @@ class Fleet:
     def parameters(self) -> dict[str, Variable]:
         """The parameters, by the column of each: those of the plant first."""
         plants = [prior_knowledge_of(axis, None, None, self.kind).plant for axis in self.axes]
-        friction = {name: variable for name, variable in self.model.variables.items() if not self.model.is_array(name)}
-        sections = {"plant": {name: variable for plant in plants for name, variable in plant.variables.items()}, "friction": friction}
-        named = {f"{section}.{name}": variable for section, variables in sections.items() for name, variable in variables.items()}
+        friction = {
+            name: variable
+            for name, variable in self.model.variables.items()
+            if not self.model.is_array(name)
+        }
+        sections = {
+            "plant": {
+                name: variable for plant in plants for name, variable in plant.variables.items()
+            },
+            "friction": friction,
+        }
+        named = {
+            f"{section}.{name}": variable
+            for section, variables in sections.items()
+            for name, variable in variables.items()
+        }
         return {column: variable for column, variable in named.items() if not variable.choices}
 
     @cached_property
@@ -72,7 +88,9 @@ class Fleet:
             if variable.quantity == "1":
                 unit = ""
             columns[name] = _column("parameter", unit, variable.description)
-            columns[f"{name}.status"] = _column("run", "", "identified, held, at_edge or unidentifiable")
+            columns[f"{name}.status"] = _column(
+                "run", "", "identified, held, at_edge or unidentifiable"
+            )
             columns |= _ends(name, unit)
         for name, (unit, description) in OF_FIT.items():
             columns[name] = _column("fit", unit, description)
@@ -90,7 +108,11 @@ class Fleet:
             log = named.pop(past.identity, None)
             if log is None and (past.folder, past.name) in places:
                 mend = "Rename the log, or name another folder for the fleet"
-                raise InputError("is already in this fleet, with different content", path=places[past.folder, past.name], mend=mend)
+                raise InputError(
+                    "is already in this fleet, with different content",
+                    path=places[past.folder, past.name],
+                    mend=mend,
+                )
             if log is None:
                 log = past
             logs.append(log)
@@ -102,4 +124,7 @@ def _column(role: str, unit: str, description: str) -> dict[str, str]:
 
 
 def _ends(column: str, unit: str) -> dict[str, dict[str, str]]:
-    return {f"{column}.{end}": _column("interval", unit, f"{end} end of the 95 % interval of {column}") for end in ("lower", "upper")}
+    return {
+        f"{column}.{end}": _column("interval", unit, f"{end} end of the 95 % interval of {column}")
+        for end in ("lower", "upper")
+    }

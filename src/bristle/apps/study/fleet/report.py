@@ -38,16 +38,30 @@ def fleet_summary(runs: Runs, *, provenance: Mapping[str, str]) -> dict[str, Any
         "done": runs.count,
         "statuses": dict(zip(names.tolist(), counts.tolist(), strict=True)),
         "failures": [
-            _log(columns, place) | {"status": str(columns["status"][place]), "reason": str(columns["reason"][place])}
+            _log(columns, place)
+            | {"status": str(columns["status"][place]), "reason": str(columns["reason"][place])}
             for place in failed.tolist()
         ],
         "again": [_log(columns, place) for place in measure_again(columns).tolist()],
         "verdict": fleet_ruling(runs).as_data(),
         "parameters": {
-            name: _spread(columns, name, described["columns"][name], compared=not holds_several_axes(runs)) for name in parameters
+            name: _spread(
+                columns, name, described["columns"][name], compared=not holds_several_axes(runs)
+            )
+            for name in parameters
         },
-        "held_out_error": {"median": _of_finite(np.median, errors), "largest": _of_finite(np.max, errors)},
-        "warnings": dict(Counter(code for codes in columns["diagnostics"].tolist() for code in codes.split(", ") if code).most_common()),
+        "held_out_error": {
+            "median": _of_finite(np.median, errors),
+            "largest": _of_finite(np.max, errors),
+        },
+        "warnings": dict(
+            Counter(
+                code
+                for codes in columns["diagnostics"].tolist()
+                for code in codes.split(", ")
+                if code
+            ).most_common()
+        ),
         "provenance": dict(provenance),
     }
 
@@ -78,7 +92,9 @@ def identified(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 
 def measure_again(columns: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the logs with the verdict to measure again."""
-    return np.flatnonzero(columns.get("verdict", np.full(len(columns["run"]), "")) == "measure_again")
+    return np.flatnonzero(
+        columns.get("verdict", np.full(len(columns["run"]), "")) == "measure_again"
+    )
 
 
 def differing(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
@@ -94,7 +110,9 @@ def differing(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 
 def short_names(columns: Mapping[str, np.ndarray]) -> list[str]:
     """Return a short name of each log: its file or its folder, whichever distinguishes all logs, or both."""
-    files, folders = ([PurePath(str(text)).stem for text in columns[key]] for key in ("log", "folder"))
+    files, folders = (
+        [PurePath(str(text)).stem for text in columns[key]] for key in ("log", "folder")
+    )
     if len(set(files)) == len(files):
         return files
     if len(set(folders)) == len(folders):
@@ -112,9 +130,16 @@ def fleet_ruling(runs: Runs) -> Ruling:
     else:
         names = short_names(columns)
         compared = runs.described["metrics"]
-    again, failed = ([names[place] for place in places] for places in (measure_again(columns), np.flatnonzero(columns["status"] != OK)))
+    again, failed = (
+        [names[place] for place in places]
+        for places in (measure_again(columns), np.flatnonzero(columns["status"] != OK))
+    )
     apart_in = {name: [names[place] for place in differing(columns, name)] for name in compared}
-    reasons = [f"{name.rpartition('.')[2]} of {names_text(logs)} differs" for name, logs in apart_in.items() if logs]
+    reasons = [
+        f"{name.rpartition('.')[2]} of {names_text(logs)} differs"
+        for name, logs in apart_in.items()
+        if logs
+    ]
     if reasons:
         words = "Logs differ"
     elif again or failed:
@@ -138,7 +163,9 @@ def fleet_ruling(runs: Runs) -> Ruling:
     return Ruling("usable", words, ())
 
 
-def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str], *, compared: bool) -> dict[str, Any]:
+def _spread(
+    columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, str], *, compared: bool
+) -> dict[str, Any]:
     tells = identified(columns, name)
     values = columns[name][tells]
     low = median = high = None
@@ -146,7 +173,10 @@ def _spread(columns: Mapping[str, np.ndarray], name: str, about: Mapping[str, st
         low, median, high = np.quantile(values, (0.05, 0.5, 0.95)).tolist()
     outliers = []
     if compared:
-        outliers = [_log(columns, place) | {"value": float(columns[name][place])} for place in apart(columns, name).tolist()]
+        outliers = [
+            _log(columns, place) | {"value": float(columns[name][place])}
+            for place in apart(columns, name).tolist()
+        ]
     half = 0.5 * (columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]
     return {
         "unit": about["unit"],
@@ -171,7 +201,9 @@ def apart(columns: Mapping[str, np.ndarray], name: str) -> np.ndarray:
     if tells.size < 5:
         return tells[:0]
     values = columns[name][tells]
-    std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (2.0 * NORMAL_95)
+    std = np.nan_to_num((columns[f"{name}.upper"] - columns[f"{name}.lower"])[tells]) / (
+        2.0 * NORMAL_95
+    )
     distance = np.abs(values - np.median(values))
     allowed = APART * np.hypot(DEVIATION_OVER_MEDIAN * float(np.median(distance)), std)
     far = np.flatnonzero(distance > allowed)
@@ -182,7 +214,9 @@ def fleet_sentences(summary: Mapping[str, Any], word: str = "logs") -> list[str]
     """Return the results of a fleet in sentences; the `word` of its members may be ``"axes"`` of one log."""
     lines = []
     if summary["done"] < summary["logs"]:
-        lines.append(f"{summary['done']} of {summary['logs']} {word} are complete: repeat the same command to continue.")
+        lines.append(
+            f"{summary['done']} of {summary['logs']} {word} are complete: repeat the same command to continue."
+        )
     failed = len(summary["failures"])
     again = len(summary["again"])
     counts = f"{summary['done'] - failed - again} of {summary['done']} {word} were identified"
@@ -196,14 +230,25 @@ def fleet_sentences(summary: Mapping[str, Any], word: str = "logs") -> list[str]
         one = "log"
         if word == "axes":
             one = "axis"
-        words = ", ".join(f"{name} in {count} {one if count == 1 else word}" for name, count in warned.items())
+        words = ", ".join(
+            f"{name} in {count} {one if count == 1 else word}" for name, count in warned.items()
+        )
         lines.append(f"Warnings of the fits: {words}.")
     error = summary["held_out_error"]
     if error["median"] is not None:
-        lines.append(f"Held-out error: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %.")
-    counts_apart = Counter((entry["folder"], name) for name, about in summary["parameters"].items() for entry in about["apart"])
+        lines.append(
+            f"Held-out error: median {100.0 * error['median']:.3g} %, largest {100.0 * error['largest']:.3g} %."
+        )
+    counts_apart = Counter(
+        (entry["folder"], name)
+        for name, about in summary["parameters"].items()
+        for entry in about["apart"]
+    )
     if counts_apart:
-        words = ", ".join(f"{count} from {folder} in {name}" for (folder, name), count in counts_apart.most_common())
+        words = ", ".join(
+            f"{count} from {folder} in {name}"
+            for (folder, name), count in counts_apart.most_common()
+        )
         lines.append(f"Outliers among the logs: {words}.")
     return lines
 
@@ -216,15 +261,29 @@ def parameters_table(summary: Mapping[str, Any]) -> Table:
             rows.append((name, "0", *[""] * 5))
             continue
         column = Quantity.of(entry["unit"], [entry["median"]])
-        cells = [column.cell(entry[key]) if entry[key] is not None else "" for key in ("low", "median", "high", "half_width")]
+        cells = [
+            column.cell(entry[key]) if entry[key] is not None else ""
+            for key in ("low", "median", "high", "half_width")
+        ]
         rows.append((name, str(entry["count"]), column.scale.unit, *cells))
-    heads = ("Parameter", "Identified in logs", "Unit", "5 % quantile", "Median", "95 %", "Median half-width")
+    heads = (
+        "Parameter",
+        "Identified in logs",
+        "Unit",
+        "5 % quantile",
+        "Median",
+        "95 %",
+        "Median half-width",
+    )
     return Table("The parameters over the logs", heads, rows).without_empty_columns()
 
 
 def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
     """Return the logs that failed, with their reason."""
-    rows = [(entry["folder"], entry["log"], entry["reason"]) for entry in summary["failures"][:FAILURES_SHOWN]]
+    rows = [
+        (entry["folder"], entry["log"], entry["reason"])
+        for entry in summary["failures"][:FAILURES_SHOWN]
+    ]
     if not rows:
         return None
     caption = "Logs that failed"
@@ -234,19 +293,36 @@ def failed_logs_table(summary: Mapping[str, Any]) -> Table | None:
 
 
 def fleet_report(
-    runs: Runs, summary: Mapping[str, Any], *, command: str, further: Sequence[Section] = (), joints: Mapping[str, Prediction] | None = None
+    runs: Runs,
+    summary: Mapping[str, Any],
+    *,
+    command: str,
+    further: Sequence[Section] = (),
+    joints: Mapping[str, Prediction] | None = None,
 ) -> str:
     """Return the report of a fleet as an HTML page, with further sections; `joints` are the predicted efforts of those of an arm."""
-    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
+    names = [name for name, entry in summary["parameters"].items() if entry["count"]][
+        :PARAMETERS_SHOWN
+    ]
     rows = [
-        (name, entry["folder"], entry["log"], *(with_unit(value, about["unit"] or "1") for value in (entry["value"], about["median"])))
+        (
+            name,
+            entry["folder"],
+            entry["log"],
+            *(
+                with_unit(value, about["unit"] or "1")
+                for value in (entry["value"], about["median"])
+            ),
+        )
         for name, about in summary["parameters"].items()
         for entry in about["apart"][:WORST_SHOWN]
     ]
     ruling = fleet_ruling(runs)
     columns = runs.columns
     word = "axes"
-    differ = outliers = {name: np.zeros(0, dtype=int) for name in names}  # axes of one log are not compared
+    differ = outliers = {
+        name: np.zeros(0, dtype=int) for name in names
+    }  # axes of one log are not compared
     if not holds_several_axes(runs):
         word = "logs"
         differ = {name: differing(columns, name) for name in names}
@@ -258,8 +334,15 @@ def fleet_report(
         heads = ("Parameter", "Folder", "Log", "This log", "Median of all logs")
         logs_apart = Table("Outliers among the logs", heads, rows)
     sections = [
-        Section("summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary, word)]),
-        Section("parameters", "The parameters", [Figures("parameters"), parameters_table(summary)], "Parameters"),
+        Section(
+            "summary", "Summary", [Block("items", ruling.reasons), *fleet_sentences(summary, word)]
+        ),
+        Section(
+            "parameters",
+            "The parameters",
+            [Figures("parameters"), parameters_table(summary)],
+            "Parameters",
+        ),
         Section("apart", "Logs to check", [failed_logs_table(summary), logs_apart], "Check"),
         Section("logs", "Every log", [logs_table(runs, summary)], "Logs"),
         *further,
@@ -285,9 +368,13 @@ def fleet_report(
     if joints is not None:
         errors = dict(zip(_axes_in(columns), columns["held_out_error"].tolist(), strict=True))
         front = arm_front(
-            front, logs_table(runs, summary, brief=True), {name: error for name, error in errors.items() if np.isfinite(error)}
+            front,
+            logs_table(runs, summary, brief=True),
+            {name: error for name, error in errors.items() if np.isfinite(error)},
         )
-    return report_page("fleet", facts, front, sections, command=command, provenance=summary["provenance"])
+    return report_page(
+        "fleet", facts, front, sections, command=command, provenance=summary["provenance"]
+    )
 
 
 def _title(summary: Mapping[str, Any], ruling: Ruling, names: Sequence[str]) -> str:
@@ -295,7 +382,10 @@ def _title(summary: Mapping[str, Any], ruling: Ruling, names: Sequence[str]) -> 
     if ruling.words == "Logs differ" or not names:
         return capital(ruling.reasons[0])
     entry = summary["parameters"][names[0]]
-    low, high = (with_unit(entry[key], entry["unit"] or "1").replace(" ", "\u00a0") for key in ("low", "high"))
+    low, high = (
+        with_unit(entry[key], entry["unit"] or "1").replace(" ", "\u00a0")
+        for key in ("low", "high")
+    )
     return f"{names[0].rpartition('.')[2]}: {low} to {high} over {entry['count']} logs"
 
 
@@ -308,7 +398,14 @@ def _cards(summary: Mapping[str, Any], names: Sequence[str]) -> list[Card]:
         half = None
         if entry["half_width"] is not None and entry["median"]:
             half = 100.0 * entry["half_width"] / abs(entry["median"])
-        cards.append(Card(name.rpartition(".")[2], quantity_text(entry["median"], half, entry["unit"] or "1"), "median", half))
+        cards.append(
+            Card(
+                name.rpartition(".")[2],
+                quantity_text(entry["median"], half, entry["unit"] or "1"),
+                "median",
+                half,
+            )
+        )
     error = summary["held_out_error"]["largest"]
     if error is not None:
         cards.append(Card("Largest model error", percent_text(100.0 * error), "held out"))
@@ -318,10 +415,17 @@ def _cards(summary: Mapping[str, Any], names: Sequence[str]) -> list[Card]:
 def _next(summary: Mapping[str, Any], command: str) -> Step:
     if summary["done"] < summary["logs"]:
         return Step("Complete the fleet:", command)
-    suspects = [*summary["again"], *summary["failures"], *(entry for about in summary["parameters"].values() for entry in about["apart"])]
+    suspects = [
+        *summary["again"],
+        *summary["failures"],
+        *(entry for about in summary["parameters"].values() for entry in about["apart"]),
+    ]
     if suspects:
         return Step(
-            "Check the first log in doubt:", shlex.join(["bristle", "log", suspects[0]["log"].rpartition(": ")[2], "--axis", "axis.toml"])
+            "Check the first log in doubt:",
+            shlex.join(
+                ["bristle", "log", suspects[0]["log"].rpartition(": ")[2], "--axis", "axis.toml"]
+            ),
         )
     return Step("Add logs of further axes, or later logs, with the same command:", command)
 
@@ -334,12 +438,19 @@ def _axes_in(columns: Mapping[str, np.ndarray]) -> list[str]:
 def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -> Table:
     """Return each log, or each axis of one log, with the first parameters and the codes of its warnings; in `brief` only its friction."""
     columns = runs.columns
-    names = [name for name, entry in summary["parameters"].items() if entry["count"]][:PARAMETERS_SHOWN]
+    names = [name for name, entry in summary["parameters"].items() if entry["count"]][
+        :PARAMETERS_SHOWN
+    ]
     labels = names
     if brief:
         names = [name for name in names if name.rpartition(".")[2].startswith("F_")][:BRIEF]
         labels = [name.rpartition(".")[2] for name in names]
-    scales = {name: Quantity.of(summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]) for name in names}
+    scales = {
+        name: Quantity.of(
+            summary["parameters"][name]["unit"], [summary["parameters"][name]["median"]]
+        )
+        for name in names
+    }
     of_one = holds_several_axes(runs)
     caption = "The logs"
     names_of: tuple[str, ...] = ("Number", "Folder", "Log")
@@ -350,10 +461,17 @@ def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -
         caption += f" (the first {LOGS_SHOWN}; the folder runs/ has all)"
     axes = _axes_in(columns)
     levels = [LEVELS.get(str(level), "") for level in columns.get("verdict", [""] * runs.count)]
-    heads = (*names_of, "Held-out error", *(scales[name].head(label) for name, label in zip(names, labels, strict=True)), "Warnings")
+    heads = (
+        *names_of,
+        "Held-out error",
+        *(scales[name].head(label) for name, label in zip(names, labels, strict=True)),
+        "Warnings",
+    )
     rows = []
     for place in range(min(runs.count, LOGS_SHOWN)):
-        *about, codes = (str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics"))
+        *about, codes = (
+            str(columns[name][place]) for name in ("run", "folder", "log", "diagnostics")
+        )
         if of_one:
             about = [axes[place], levels[place]]
         if brief:
@@ -361,11 +479,20 @@ def logs_table(runs: Runs, summary: Mapping[str, Any], *, brief: bool = False) -
         error = ""
         if np.isfinite(columns["held_out_error"][place]):
             error = f"{number(100.0 * columns['held_out_error'][place], 0.1)} %"
-        rows.append((*about, error, *(_parameter_cell(columns, name, place, scale) for name, scale in scales.items()), codes))
+        rows.append(
+            (
+                *about,
+                error,
+                *(_parameter_cell(columns, name, place, scale) for name, scale in scales.items()),
+                codes,
+            )
+        )
     return Table(caption, heads, rows).without_empty_columns()
 
 
-def _parameter_cell(columns: Mapping[str, np.ndarray], name: str, place: int, scale: Quantity) -> str:
+def _parameter_cell(
+    columns: Mapping[str, np.ndarray], name: str, place: int, scale: Quantity
+) -> str:
     """Return a parameter of a log with its half-width; empty if the log does not identify it."""
     if not identified(columns, name)[place]:
         return ""

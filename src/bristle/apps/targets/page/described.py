@@ -16,7 +16,16 @@ import numpy as np
 from markupsafe import escape
 
 from bristle.apps.targets.page.packing import packed, plain
-from bristle.apps.targets.page.sliders import AROUND, Scales, conditions_of, elements_of, pulled_by, scales_of, shares_of, slider_for
+from bristle.apps.targets.page.sliders import (
+    AROUND,
+    Scales,
+    conditions_of,
+    elements_of,
+    pulled_by,
+    scales_of,
+    shares_of,
+    slider_for,
+)
 from bristle.apps.targets.wasm import Module, module_of
 from bristle.core.contracts import FrictionModel, Model, example_of
 from bristle.core.symbols import GREEK, symbolic
@@ -26,7 +35,18 @@ from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.tree import Function
 from bristle.exports.cycle import OVERFLOW, REFUSED, STATE, at_rest_of
-from bristle.exports.subject import FACTOR, SEED, TERM, Subject, Walk, forces_of, hash_of, presliding_distance, subject_of, walk_of
+from bristle.exports.subject import (
+    FACTOR,
+    SEED,
+    TERM,
+    Subject,
+    Walk,
+    forces_of,
+    hash_of,
+    presliding_distance,
+    subject_of,
+    walk_of,
+)
 from bristle.files.components import key_of
 from bristle.files.user_model import code_of
 from bristle.models.friction import MODELS, base_of, channel_slots_of, find
@@ -37,9 +57,15 @@ from bristle.models.hysteresis.turning_points import Stack
 
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
-LONG, SHORT = (20 * BLOCK, 4 * BLOCK)  # steps of a model of the package, and of a model whose walk is computed while a page is written
+LONG, SHORT = (
+    20 * BLOCK,
+    4 * BLOCK,
+)  # steps of a model of the package, and of a model whose walk is computed while a page is written
 PUSHED = 500
-STEPS_WITH_SLOTS, TOGETHER = 500, 16  # steps with each set of slots, one per step length; sets in a block
+STEPS_WITH_SLOTS, TOGETHER = (
+    500,
+    16,
+)  # steps with each set of slots, one per step length; sets in a block
 
 
 def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[str, Any]:
@@ -51,16 +77,29 @@ def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[s
     push = 2.0 * scales.force / 32768.0
     places = _pushed(subject, plant, push, dt)
     return {
-        "contact": {"scales": list(walk.scales), "dt": STEP, "count": count, "hashes": _hashes(forces)},
+        "contact": {
+            "scales": list(walk.scales),
+            "dt": STEP,
+            "count": count,
+            "hashes": _hashes(forces),
+        },
         "mass": {"push": push, "dt": dt, "count": PUSHED, "hashes": _hashes(places)},
     }
 
 
-def walked_together(models: Sequence[Model], arounds: Sequence[Sequence[float]], walks: Mapping[str, Any], plant: Model) -> dict[str, Any]:
+def walked_together(
+    models: Sequence[Model],
+    arounds: Sequence[Sequence[float]],
+    walks: Mapping[str, Any],
+    plant: Model,
+) -> dict[str, Any]:
     """Return the walks of one contact with several sets of slots, each in its surroundings, and of the mass with the last set."""
     contact, mass = walks["contact"], walks["mass"]
     positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
-    forces = [forces_of(model, positions, STEP, *around) for model, around in zip(models, arounds, strict=True)]
+    forces = [
+        forces_of(model, positions, STEP, *around)
+        for model, around in zip(models, arounds, strict=True)
+    ]
     places = _pushed(subject_of(models[-1]), plant, mass["push"], mass["dt"])
     return {
         "count": STEPS_WITH_SLOTS,
@@ -73,7 +112,11 @@ def walked_together(models: Sequence[Model], arounds: Sequence[Sequence[float]],
 @cache
 def stored() -> dict[str, Any]:
     """Return the stored walks of the models of the package, with their examples."""
-    return json.loads(resources.files("bristle.apps.targets.page").joinpath("walks.json").read_text(encoding="utf-8"))
+    return json.loads(
+        resources.files("bristle.apps.targets.page")
+        .joinpath("walks.json")
+        .read_text(encoding="utf-8")
+    )
 
 
 def _hashes(values: np.ndarray, block: int = BLOCK) -> list[str]:
@@ -93,7 +136,9 @@ def _pushed(subject: Subject, plant: Model, push: float, dt: float) -> np.ndarra
         effort = ((bits >> 16) - 32768.0) * push
         after = mechanism(now, memory, effort, effort, 0.0, 0.0, dt, 1, q, p)
         # State as in an export: the effort of the drive and the start values of the solve.
-        now = Mechanism(after.plant, after.friction, after.effort, after.slope, after.acceleration, 0.0, 0.0)
+        now = Mechanism(
+            after.plant, after.friction, after.effort, after.slope, after.acceleration, 0.0, 0.0
+        )
         x[k] = after.plant.x
     return x
 
@@ -156,14 +201,22 @@ def body_described(model: Model) -> dict[str, Any]:
     subject = subject_of(model)
     module, facts = _module(subject, pulled_by(scales_of(subject), model), {})
     values = {name: value for name, value in model.values.items() if name in module.places}
-    return facts | {"values": {name: np.atleast_1d(value).astype(float).tolist() for name, value in values.items()}}
+    return facts | {
+        "values": {
+            name: np.atleast_1d(value).astype(float).tolist() for name, value in values.items()
+        }
+    }
 
 
-def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Builder], Function]]) -> tuple[Module, dict[str, Any]]:
+def _module(
+    subject: Subject, plant: Model, functions: Mapping[str, Callable[[Builder], Function]]
+) -> tuple[Module, dict[str, Any]]:
     """Return the module of a friction model with further functions, and its data."""
     module = module_of(subject, plant, choices=True, others=functions)
     stack = None
-    if isinstance(subject.virgin, Stack):  # the addresses of input, direction and depth in its state
+    if isinstance(
+        subject.virgin, Stack
+    ):  # the addresses of input, direction and depth in its state
         names = [name for name, _ in subject.state.fields]
         stack = {name: STATE + names.index(name) for name in ("z", "side", "depth")}
     return module, module_described(module) | {
@@ -178,12 +231,19 @@ def _module(subject: Subject, plant: Model, functions: Mapping[str, Callable[[Bu
 
 def module_described(module: Module, before: bytes = b"") -> dict[str, Any]:
     """Return a module in packed form; it may refer to the bytes `before` it."""
-    numbers = {name: getattr(module, name) for name in ("lasting", "contact", "body", "parameters", "places")}
+    numbers = {
+        name: getattr(module, name)
+        for name in ("lasting", "contact", "body", "parameters", "places")
+    }
     return {"code": packed(module.binary, before)} | numbers
 
 
 def variables_of(
-    model: Model, movable: Container[str], force: float, uncertainty: Mapping[str, Mapping[str, Any]], around: float = AROUND
+    model: Model,
+    movable: Container[str],
+    force: float,
+    uncertainty: Mapping[str, Mapping[str, Any]],
+    around: float = AROUND,
 ) -> list[dict[str, Any]]:
     """Return the data of the parameters of a model for a page; those in `movable` have sliders.
 
@@ -200,7 +260,9 @@ def variables_of(
             {
                 "name": name,
                 "key": key_of(name),
-                "symbol": f"<i>{escape(GREEK.get(name, name))}</i>" if name in GREEK or len(name) == 1 else str(symbolic(name)),
+                "symbol": f"<i>{escape(GREEK.get(name, name))}</i>"
+                if name in GREEK or len(name) == 1
+                else str(symbolic(name)),
                 "values": numbers,
                 "unit": typeset(variable.unit(model.kind)),
                 "description": " ".join(variable.description.split()),
@@ -212,21 +274,33 @@ def variables_of(
                 "fixed": name not in movable,
                 "interval": list(interval) if interval else None,
                 "status": str(facts.get("status", "")),
-                "sliders": [slider_for(variable, number, interval=interval, span=span, around=around)._asdict() for number in numbers],
+                "sliders": [
+                    slider_for(
+                        variable, number, interval=interval, span=span, around=around
+                    )._asdict()
+                    for number in numbers
+                ],
             }
             | ({"directional": True} if variable.directional else {})
         )
     return rows
 
 
-def widget_described(model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None, fastest: float) -> dict[str, Any]:
+def widget_described(
+    model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None, fastest: float
+) -> dict[str, Any]:
     """Return the data of a friction model for a widget, readable by a script."""
     return plain(model_described(model, uncertainty=uncertainty, fastest=fastest, proven=False))
 
 
 def values_of(model: Model) -> dict[str, Any]:
     """Return the values of a model for a page: a list of numbers for each parameter."""
-    return plain({name: _numbers(variable, model.values[name]) for name, variable in model.component.variables.items()})
+    return plain(
+        {
+            name: _numbers(variable, model.values[name])
+            for name, variable in model.component.variables.items()
+        }
+    )
 
 
 def _numbers(variable: Variable, value: Any) -> list[float]:
@@ -238,7 +312,11 @@ def _numbers(variable: Variable, value: Any) -> list[float]:
 def head_of(component: FrictionModel) -> dict[str, str]:
     """Return the name of a model in a model file and in Python."""
     (base, *slots), inner = component.name.split("+"), base_of(component)
-    files = {slot.name: code.source.name for slot in channel_slots_of(component) if (code := code_of(slot)) is not None}
+    files = {
+        slot.name: code.source.name
+        for slot in channel_slots_of(component)
+        if (code := code_of(slot)) is not None
+    }
     slots = [files.get(slot, slot) for slot in slots]
     if MODELS.get(base) is inner:
         python = f'br.friction.find("{component.name}")' if goes_by_name(component) else ""

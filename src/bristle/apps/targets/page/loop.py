@@ -9,7 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from bristle.apps.targets.page.described import body_described, model_described, values_of, variables_of
+from bristle.apps.targets.page.described import (
+    body_described,
+    model_described,
+    values_of,
+    variables_of,
+)
 from bristle.apps.targets.page.packing import differences, packed, packed_numbers
 from bristle.apps.targets.page.rows import fitted_rows
 from bristle.apps.targets.wasm import Part, module_of_parts
@@ -65,7 +70,13 @@ def law_kernel(component: Controller) -> Any:
     names = component.State._fields
     load = ", ".join(f"lasting[{STATE + i}]" for i in range(len(names)))
     store = "\n".join(f"    lasting[{STATE + i}] = after.{name}" for i, name in enumerate(names))
-    scope = {"State": component.State, "start": component.start, "Reference": Reference, "law": law, "LIMIT": LIMIT}
+    scope = {
+        "State": component.State,
+        "start": component.start,
+        "Reference": Reference,
+        "law": law,
+        "LIMIT": LIMIT,
+    }
     return defined("command", LAW.format(load=load, store=store), {"__name__": __name__, **scope})
 
 
@@ -76,7 +87,10 @@ def law_part(builder: Builder, controller: Model, state: Any) -> Part:
         begin[BEGUN], begin[STATE:] = 1.0, state
     component = controller.component
     assert isinstance(component, Controller)
-    entry = builder.function(law_kernel(component), [Array(begin.size, writable=True), REAL, REAL, type_of(controller.parameters)])
+    entry = builder.function(
+        law_kernel(component),
+        [Array(begin.size, writable=True), REAL, REAL, type_of(controller.parameters)],
+    )
     return Part(entry, begin, controller)
 
 
@@ -84,7 +98,9 @@ def sensor_part(builder: Builder, sensor: Model) -> Part:
     """Return an encoder as a part of a module."""
     scope = {"__name__": __name__, "State": ENCODER.State, "step": ENCODER.step}
     kernel = defined("sense", SENSE, scope)
-    entry = builder.function(kernel, [Array(1, writable=True), REAL, REAL, type_of(sensor.parameters)])
+    entry = builder.function(
+        kernel, [Array(1, writable=True), REAL, REAL, type_of(sensor.parameters)]
+    )
     return Part(entry, np.zeros(1), sensor)
 
 
@@ -118,9 +134,17 @@ def _reason_against(variant: Variant, friction: Model) -> str:
         return "the axis has more than one mass"
     if rises_with_effort(variant.friction):
         return "the friction of the axis rises with the effort"
-    if fed.friction != friction or fed.along != "desired" or fed != Feedforward(mass=fed.mass, friction=friction):
+    if (
+        fed.friction != friction
+        or fed.along != "desired"
+        or fed != Feedforward(mass=fed.mass, friction=friction)
+    ):
         return "the feedforward contains more than this friction"
-    if variant.sensor.component is not ENCODER or variant.run.tolerance or variant.learning is not None:
+    if (
+        variant.sensor.component is not ENCODER
+        or variant.run.tolerance
+        or variant.learning is not None
+    ):
         return "the sensor, the integrator or learning is not available on a page"
     return ""
 
@@ -129,13 +153,20 @@ def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
     """Return the data of a loop of an experiment: its law, its numbers, and its start."""
     run, dt = variant.run, variant.run.sample_time
     count = min(round(run.duration / dt), 25_000)  # limit of samples on a page
-    reference = variant.reference.component.sample(dt * np.arange(count), variant.reference.parameters)
+    reference = variant.reference.component.sample(
+        dt * np.arange(count), variant.reference.parameters
+    )
     x, v, a = (float(signal[0]) for signal in reference)
-    start, law = variant.start or Start(x, v, a), within_drive(variant.controller, run.effort_limit, variant.injected)
+    start, law = (
+        variant.start or Start(x, v, a),
+        within_drive(variant.controller, run.effort_limit, variant.injected),
+    )
     # A perfect encoder reads the exact first position, an encoder with counts the nearest count.
     sensor = variant.sensor.parameters
     read, _ = ENCODER.step(ENCODER.initial_state(sensor), start.position, dt, sensor)
-    state = begun(law, Reference(x, v, a, 0.0), read, start.velocity, start.acceleration, start.effort, dt)
+    state = begun(
+        law, Reference(x, v, a, 0.0), read, start.velocity, start.acceleration, start.effort, dt
+    )
     left = drive_over(dt / run.substeps, 0.0, run.current_lag)
     body = None if variant.friction == friction else body_described(variant.friction)
     return parts_described(variant.sensor, law=(law, state)) | {
@@ -165,16 +196,22 @@ def _begin(variant: Variant, start: Start) -> list[tuple[int, float]]:
     state, memory = settled(variant.friction, start.velocity)
     contact = len(BODY.State._fields)
     numbers += [(contact + i, float(number)) for i, number in enumerate(state)]
-    return numbers + [(contact + len(state) + SOLVER + i, float(number)) for i, number in enumerate(memory)]
+    return numbers + [
+        (contact + len(state) + SOLVER + i, float(number)) for i, number in enumerate(memory)
+    ]
 
 
 def _signals(variant: Variant, position: np.ndarray, count: int) -> dict[str, Any]:
     """Return the reference and the forces on the axis, as whole numbers times a step."""
     origin, moved = float(position[0]), position - position[0]
     # A fine step within a count of the encoder, or within the longest step of the reference.
-    step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / (2**12) or 1.0
+    step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / (
+        2**12
+    ) or 1.0
     step = max(step, float(np.max(np.abs(moved))) / 2**29)
-    force = np.zeros(count) if variant.disturbance is None else np.asarray(variant.disturbance)[:count]
+    force = (
+        np.zeros(count) if variant.disturbance is None else np.asarray(variant.disturbance)[:count]
+    )
     if variant.injected is not None:  # the same while the drive is not at its limit
         force = force - np.asarray(variant.injected)[:count]
     pushed = float(np.sqrt(np.mean(force**2))) / 16.0 or 1.0
@@ -192,10 +229,15 @@ def loop_described(variant: Variant, friction: Model) -> tuple[dict[str, Any] | 
         return None, "a page cannot compute a part of the loop"
 
 
-def trace_described(name: str, time: np.ndarray, error: np.ndarray, samples: np.ndarray) -> dict[str, Any]:
+def trace_described(
+    name: str, time: np.ndarray, error: np.ndarray, samples: np.ndarray
+) -> dict[str, Any]:
     """Return selected samples of a following error over time, as whole numbers times a step."""
     step = float(np.max(np.abs(error))) / 4096.0 or 1.0  # steps up to its largest value
-    numbers = [differences(samples.astype(float), 2), differences(np.round(error[samples] / step), 1)]
+    numbers = [
+        differences(samples.astype(float), 2),
+        differences(np.round(error[samples] / step), 1),
+    ]
     return {
         "name": name,
         "numbers": packed_numbers(numbers),
@@ -230,7 +272,11 @@ def living_described(
     except InputError:
         return None
     moved = [column.name for column in rows.mechanical if column.name]
-    plant = [row for row in variables_of(fit.plant, moved, model["scales"]["force"], uncertainty, around) if not row["fixed"]]
+    plant = [
+        row
+        for row in variables_of(fit.plant, moved, model["scales"]["force"], uncertainty, around)
+        if not row["fixed"]
+    ]
     return {
         "model": model,
         "plant": plant,
@@ -243,7 +289,10 @@ def living_described(
 
 
 def followed_described(
-    friction: Model, simulation: SimulationResult | None, following: Following | None, thinned: Callable[[np.ndarray], np.ndarray]
+    friction: Model,
+    simulation: SimulationResult | None,
+    following: Following | None,
+    thinned: Callable[[np.ndarray], np.ndarray],
 ) -> dict[str, Any] | None:
     """Return the following errors of the loop, and the data to compute it; None without a following error."""
     errors = _errors(simulation, following)
@@ -262,7 +311,9 @@ def followed_described(
     return {"traces": traces, "reason": reason, "loop": loop}
 
 
-def _errors(simulation: SimulationResult | None, following: Following | None) -> list[tuple[str, np.ndarray, np.ndarray]]:
+def _errors(
+    simulation: SimulationResult | None, following: Following | None
+) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return name, time and following error of the log and of each loop in the report."""
     rows = [] if following is None else [("measured", following.time, following.error)]
     contradicted = following is not None and following.contradiction is not None
@@ -271,5 +322,7 @@ def _errors(simulation: SimulationResult | None, following: Following | None) ->
     variants = simulation.experiment.variants[: 1 if contradicted else None]
     results = [simulation.variants[variant.name] for variant in variants]
     return rows + [
-        (result.name, result.time, result.reference - result.measured) for result in results if result.status is not Status.NOT_FINITE
+        (result.name, result.time, result.reference - result.measured)
+        for result in results
+        if result.status is not Status.NOT_FINITE
     ]

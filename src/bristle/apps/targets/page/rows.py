@@ -23,7 +23,10 @@ from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.statistics import relative_error_percent
 
-MOST_INTERVALS, MOST_ROWS = 30_000, 12_000  # intervals of the motion and rows that a page carries at most
+MOST_INTERVALS, MOST_ROWS = (
+    30_000,
+    12_000,
+)  # intervals of the motion and rows that a page carries at most
 FINE = 2**20  # steps in the longest interval
 NEGLIGIBLE = 1e-6  # of the largest effort, for signals that are linear in a parameter
 
@@ -32,13 +35,17 @@ def _sampled(ways: Sequence[np.ndarray], finest: float, near: int) -> list[np.nd
     """Return the kept samples: those near turns (without shallow turns if there are too many), and evenly spaced others."""
     around, depth = np.arange(-near, near + 1), 0.0
     while True:
-        turns = [np.unique(np.clip(turns_of(x, depth)[:, None] + around, 0, x.size - 1)) for x in ways]
+        turns = [
+            np.unique(np.clip(turns_of(x, depth)[:, None] + around, 0, x.size - 1)) for x in ways
+        ]
         left = MOST_INTERVALS - sum(map(len, turns))
         if left >= 0.5 * MOST_INTERVALS:
             break
         depth = max(2.0 * depth, finest)
     stride = -(-sum(x.size for x in ways) // left)
-    return [np.union1d(turn, np.arange(0, x.size, stride)) for x, turn in zip(ways, turns, strict=True)]
+    return [
+        np.union1d(turn, np.arange(0, x.size, stride)) for x, turn in zip(ways, turns, strict=True)
+    ]
 
 
 def turns_of(x: np.ndarray, depth: float) -> np.ndarray:
@@ -81,7 +88,10 @@ class FittedRows(NamedTuple):
         """Return the rows in packed form for a page."""
         parts: list[np.ndarray] = []
         for stretch in self.stretches:
-            parts += [differences(column, times) for column, times in ((stretch.ends, 2), (stretch.positions, 2), (stretch.rows, 2))]
+            parts += [
+                differences(column, times)
+                for column, times in ((stretch.ends, 2), (stretch.positions, 2), (stretch.rows, 2))
+            ]
         parts += [differences(column.numbers, 1) for column in (self.measured, *self.mechanical)]
         return {
             "numbers": packed_numbers(parts),
@@ -101,11 +111,15 @@ class FittedRows(NamedTuple):
             "measured": self.measured.step,
             "rms": self.rms,
             "percent": self.percent,
-            "mechanical": [{"name": column.name, "step": column.step} for column in self.mechanical],
+            "mechanical": [
+                {"name": column.name, "step": column.step} for column in self.mechanical
+            ],
         }
 
 
-def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, Any]) -> FittedRows | None:
+def fitted_rows(
+    fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, Any]
+) -> FittedRows | None:
     """Return the rows of a log in the fit of a model; None if the module cannot reproduce them."""
     if any(surrounding.field != "x" for surrounding in fit.friction.component.surroundings):
         return None
@@ -117,18 +131,27 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
         return None
     spacing = math.ceil(count / MOST_ROWS)
     # Decimated samples per row.
-    segment, sample = dataset.segment_of_row, dataset.sampled([np.arange(s.time.size) for s in dataset.segments])
+    segment, sample = (
+        dataset.segment_of_row,
+        dataset.sampled([np.arange(s.time.size) for s in dataset.segments]),
+    )
     is_shown = (sample - dataset.dropped) // dataset.decimation % spacing == 0
     selection = [np.flatnonzero((segment == i) & is_shown) for i in range(len(dataset.segments))]
     summed, middle = np.cumsum(dataset.response), dataset.response.size // 2
-    left = np.flatnonzero(np.abs(summed[:middle]) > 1e-4)  # share of the response of the filters that is left out on either side
+    left = np.flatnonzero(
+        np.abs(summed[:middle]) > 1e-4
+    )  # share of the response of the filters that is left out on either side
     reach = middle - int(left[0]) if left.size else 0
-    response = summed[middle - reach : middle + reach + 1]  # summed up from its first sample on, without its tails
+    response = summed[
+        middle - reach : middle + reach + 1
+    ]  # summed up from its first sample on, without its tails
     stretches, step = _stretches(dataset, fit, selection, response)
     chosen = np.concatenate(selection)
     residual, measured = traces.residual[:count], traces.measured[:count]
     rms = float(np.sqrt(np.mean(residual**2)))
-    finest = rms / 64.0 or NEGLIGIBLE * float(np.max(np.abs(measured)))  # 64 steps in what the model leaves over
+    finest = rms / 64.0 or NEGLIGIBLE * float(
+        np.max(np.abs(measured))
+    )  # 64 steps in what the model leaves over
     return FittedRows(
         dataset.sample_time,
         step,
@@ -141,10 +164,14 @@ def fitted_rows(fit: Fit, log: Log, axis: Axis | None, treatment: Mapping[str, A
     )
 
 
-def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], response: np.ndarray) -> tuple[list[Stretch], float]:
+def _stretches(
+    dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], response: np.ndarray
+) -> tuple[list[Stretch], float]:
     """Return the motion of each segment, and the step of its positions."""
     dt, runs = dataset.sample_time, []
-    for segment in dataset.segments:  # where a contact has come to after each sample, its first cycle ahead
+    for (
+        segment
+    ) in dataset.segments:  # where a contact has come to after each sample, its first cycle ahead
         velocity = np.concatenate([segment.velocity[: segment.first_cycle], segment.velocity])
         runs.append(segment.position[0] + dt * np.cumsum(velocity))
     samples = dataset.sampled([np.arange(segment.time.size) for segment in dataset.segments])
@@ -154,15 +181,25 @@ def _stretches(dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], resp
         # Around a turn nine tenths of the response of the filters are looked at sample by sample.
         near = int(np.searchsorted(response[response.size // 2 :], 0.9))
         ends = _sampled(runs, max(float(np.ptp(run)) for run in runs) / FINE, near)
-    step = max(float(np.max(np.abs(np.diff(run[end])), initial=0.0)) for run, end in zip(runs, ends, strict=True))
+    step = max(
+        float(np.max(np.abs(np.diff(run[end])), initial=0.0))
+        for run, end in zip(runs, ends, strict=True)
+    )
     step = (step or 1.0) / FINE
     stretches, contacts = [], dataset.contacts(fit.friction, fit.plant)
-    for segment, run, end, rows, contact in zip(dataset.segments, runs, ends, selection, contacts, strict=True):
-        origin, start = float(segment.position[0]), float(segment.time[0]) - dt * segment.first_cycle
+    for segment, run, end, rows, contact in zip(
+        dataset.segments, runs, ends, selection, contacts, strict=True
+    ):
+        origin, start = (
+            float(segment.position[0]),
+            float(segment.time[0]) - dt * segment.first_cycle,
+        )
         state = state_at(fit.friction, contact) if contact else ()
         begin = [(STATE + i, float(number)) for i, number in enumerate(state)]
         positions = np.round((run[end] - origin) / step)
-        stretches.append(Stretch(origin, start, end, positions, samples[rows] + segment.first_cycle, begin))
+        stretches.append(
+            Stretch(origin, start, end, positions, samples[rows] + segment.first_cycle, begin)
+        )
     return stretches, step
 
 
@@ -173,10 +210,18 @@ def _mechanical(dataset: Dataset, fit: Fit, chosen: np.ndarray, finest: float) -
     rest, negligible = effort.copy(), NEGLIGIBLE * float(np.max(np.abs(fit.traces.measured)))
     for name in plant.component.variables:
         estimate, value = fit.parameters.get(name), plant.values[name]
-        if estimate is None or estimate.status != "identified" or isinstance(value, str) or np.ndim(value):
+        if (
+            estimate is None
+            or estimate.status != "identified"
+            or isinstance(value, str)
+            or np.ndim(value)
+        ):
             continue
         change = 0.1 * (abs(value) or 1.0)
-        once, twice = (dataset.mechanical_rows(plant.with_values(**{name: value + i * change})) - effort for i in (1, 2))
+        once, twice = (
+            dataset.mechanical_rows(plant.with_values(**{name: value + i * change})) - effort
+            for i in (1, 2)
+        )
         if float(np.max(np.abs(twice - 2.0 * once))) <= negligible:
             columns.append(_column(name, once[chosen] / change, finest / abs(value or 1.0)))
             rest -= value / change * once

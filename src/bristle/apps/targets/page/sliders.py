@@ -37,7 +37,10 @@ def _layer(p: Any, name: str) -> Any:
     return layer if hasattr(layer, "_fields") else None
 
 
-WITHOUT_PRESLIDING = (1e-2, 2e-4)  # a longer distance [m or rad] is no pre-sliding; the distance that replaces it
+WITHOUT_PRESLIDING = (
+    1e-2,
+    2e-4,
+)  # a longer distance [m or rad] is no pre-sliding; the distance that replaces it
 AROUND = 100.0  # factor from the middle of an unbounded slider to either end
 
 
@@ -52,7 +55,12 @@ class Slider(NamedTuple):
 
 
 def slider_for(
-    variable: Variable, value: float, *, interval: tuple[float, float] | None = None, span: float = 0.0, around: float = AROUND
+    variable: Variable,
+    value: float,
+    *,
+    interval: tuple[float, float] | None = None,
+    span: float = 0.0,
+    around: float = AROUND,
 ) -> Slider:
     """Return the slider of a parameter.
 
@@ -72,7 +80,13 @@ def slider_for(
         middle = value if 0.0 < value < math.inf else max(variable.nominal, low)
         first = min([middle / around, *(number for number in within if number > 0.0)])
         last = max([middle * around, *within])
-        return Slider(max(first, low), min(last, high), logarithmic=True, to_zero=low == 0.0, endless=math.isinf(value))
+        return Slider(
+            max(first, low),
+            min(last, high),
+            logarithmic=True,
+            to_zero=low == 0.0,
+            endless=math.isinf(value),
+        )
     # Four times the value, for a number of either sign.
     farthest = max([4.0 * abs(number) for number in within] + [span]) or abs(variable.nominal)
     return Slider(max(-farthest, low), min(farthest, high), logarithmic=False)
@@ -125,9 +139,18 @@ def conditions_of(component: Component) -> list[dict[str, Any]]:
             left, sign, right = match[1].split(" * "), match[2], match[3].split(" * ")
             # Text after a semicolon is for Python.
             mend = str(symbolic(relation.mend.partition(";")[0]))
-            pairs = [[of_side(part, side, component.variables) for part in (left, right)] for side in SIDES]
+            pairs = [
+                [of_side(part, side, component.variables) for part in (left, right)]
+                for side in SIDES
+            ]
             conditions += [
-                {"left": first, "sign": sign, "right": second, "mend": mend, "advisory": relation.advisory}
+                {
+                    "left": first,
+                    "sign": sign,
+                    "right": second,
+                    "mend": mend,
+                    "advisory": relation.advisory,
+                }
                 for first, second in (pairs[:1] if pairs[0] == pairs[1] else pairs)
             ]
     return conditions
@@ -159,5 +182,8 @@ def elements_of(model: Model, memory_size: int) -> dict[str, Any] | None:
         "numbers": int(np.size(kind.k_i)),
         "word": "deflection" if quantity == "length" else "force",
         "unit": typeset(unit_of(quantity, model.kind)),
-        "limits": [{word: of_side(row, side, names) for word, row in rows.items()} for side in ("_neg", "_pos")],
+        "limits": [
+            {word: of_side(row, side, names) for word, row in rows.items()}
+            for side in ("_neg", "_pos")
+        ],
     }

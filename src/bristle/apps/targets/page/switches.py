@@ -15,11 +15,27 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from bristle.apps.targets.page.described import example_named, model_described, module_described, variables_of, walked_together, walks_of
+from bristle.apps.targets.page.described import (
+    example_named,
+    model_described,
+    module_described,
+    variables_of,
+    walked_together,
+    walks_of,
+)
 from bristle.apps.targets.page.packing import as_json, packed, unpacked
 from bristle.apps.targets.page.sliders import Scales, Slider, pulled_by, scales_of
 from bristle.apps.targets.wasm import Module, module_of
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, FrictionModel, Kind, Model, Motion, make_model
+from bristle.core.contracts import (
+    NOMINAL_LOAD,
+    NOMINAL_TEMPERATURE,
+    NOTHING_TRANSMITTED,
+    FrictionModel,
+    Kind,
+    Model,
+    Motion,
+    make_model,
+)
 from bristle.core.dispatch import friction_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
@@ -33,19 +49,33 @@ from bristle.models.friction import MODELS, base_of, channel_slots_of, with_slot
 from bristle.models.friction.enclosing import CoefficientsModel, enclosed
 from bristle.models.friction.level import LEVELS, RISES_WITH as RISING, Rise, has_level
 from bristle.models.friction.slots import WHAT_SLOTS_DO, SlottedModel, by_direction
-from bristle.models.friction.variation import ADDS, SMALLEST_FACTOR, VARIATIONS, VARIES_WITH as VARYING, Place
+from bristle.models.friction.variation import (
+    ADDS,
+    SMALLEST_FACTOR,
+    VARIATIONS,
+    VARIES_WITH as VARYING,
+    Place,
+)
 
 
 class Surroundings(NamedTuple):
     """Load, temperature and effort; their names are those of no parameter of a model."""
 
     around_load: Annotated[float, Variable("1", "load over its nominal value")] = NOMINAL_LOAD
-    around_temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
-    around_transmitted: Annotated[float, Variable("force", "transmitted effort")] = NOTHING_TRANSMITTED
+    around_temperature: Annotated[float, Variable("temperature", "temperature")] = (
+        NOMINAL_TEMPERATURE
+    )
+    around_transmitted: Annotated[float, Variable("force", "transmitted effort")] = (
+        NOTHING_TRANSMITTED
+    )
 
 
 # Inputs besides the motion, by slot.
-AROUND = {"load": "around_load", "temperature": "around_temperature", "transmitted": "around_transmitted"}
+AROUND = {
+    "load": "around_load",
+    "temperature": "around_temperature",
+    "transmitted": "around_transmitted",
+}
 
 
 class Surrounded(NamedTuple):
@@ -76,7 +106,11 @@ class SurroundedModel(CoefficientsModel):
     @property
     def surroundings(self) -> tuple[Surrounding, ...]:
         """Surroundings without a parameter."""
-        return tuple(item for item in self.inner.surroundings if f"around_{item.name}" not in Surroundings._fields)
+        return tuple(
+            item
+            for item in self.inner.surroundings
+            if f"around_{item.name}" not in Surroundings._fields
+        )
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -88,7 +122,13 @@ class SurroundedModel(CoefficientsModel):
 def surrounded(model: FrictionModel) -> SurroundedModel:
     """Return a friction model with its surroundings as parameters."""
     return enclosed(
-        SurroundedModel, model, name=model.name, description=model.description, Parameters=Surrounded, trial=trial, slots=("around",)
+        SurroundedModel,
+        model,
+        name=model.name,
+        description=model.description,
+        Parameters=Surrounded,
+        trial=trial,
+        slots=("around",),
     )
 
 
@@ -130,8 +170,14 @@ STARTS = {
     "around_temperature": Start(NOMINAL_TEMPERATURE + 10.0, "", (233.15, 393.15)),
     "around_transmitted": Start(1.0, "force", (-4.0, 4.0)),
 }
-NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults  # neutral values of the numbers of slots
-SYMBOLS = {"around_load": "<i>L</i>", "around_temperature": "<i>T</i>", "around_transmitted": "<i>τ</i>"}
+NEUTRAL = (
+    Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
+)  # neutral values of the numbers of slots
+SYMBOLS = {
+    "around_load": "<i>L</i>",
+    "around_temperature": "<i>T</i>",
+    "around_transmitted": "<i>τ</i>",
+}
 POSITIVE = "1 + <i>p</i><sub>1</sub> ξ + <i>p</i><sub>2</sub> ξ² &gt; 0 for ξ from −1 to 1"
 
 
@@ -145,7 +191,11 @@ def offered(model: Model) -> tuple[str, ...]:
     base = base_of(model.component)
     levels = has_level(base)
     directional = any(variable.directional for variable in base.variables.values())
-    return tuple(slot for slot in SLOTS if (levels or slot not in LEVELS) and (directional or slot != "asymmetry"))
+    return tuple(
+        slot
+        for slot in SLOTS
+        if (levels or slot not in LEVELS) and (directional or slot != "asymmetry")
+    )
 
 
 def plain_of(model: Model) -> Model:
@@ -177,38 +227,54 @@ def begun(plain: Model, slots: Sequence[str], scales: Scales) -> Model:
 def start_of(name: str, scales: Scales) -> float:
     """Return the initial value of a number of a slot."""
     start = STARTS[name]
-    return float(f"{start.value * getattr(scales, start.scale):.3g}") if start.scale else start.value
+    return (
+        float(f"{start.value * getattr(scales, start.scale):.3g}") if start.scale else start.value
+    )
 
 
 def _rounded(value: Any) -> Any:
     """Return a number without the extra digits of a product."""
-    return float(f"{value:.12g}") if np.ndim(value) == 0 else np.array([_rounded(float(number)) for number in value])
+    return (
+        float(f"{value:.12g}")
+        if np.ndim(value) == 0
+        else np.array([_rounded(float(number)) for number in value])
+    )
 
 
 def combinations(slots: Sequence[str], *, complete: bool) -> list[tuple[str, ...]]:
     """Return the combinations of slots for walks: all combinations, or each slot alone and all together."""
     if complete:
-        return [tuple(compress(slots, chosen)) for chosen in product((False, True), repeat=len(slots))]
+        return [
+            tuple(compress(slots, chosen)) for chosen in product((False, True), repeat=len(slots))
+        ]
     return [*((slot,) for slot in slots), tuple(slots)]
 
 
-def slot_walks(plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, complete: bool) -> dict[str, Any]:
+def slot_walks(
+    plain: Model, plant: Model, scales: Scales, walks: Mapping[str, Any], *, complete: bool
+) -> dict[str, Any]:
     """Return the walks of a model with sets of slots and with the surroundings of these slots, at their initial values."""
     sets = combinations(offered(plain), complete=complete)
     models = [begun(plain, slots, scales) for slots in sets]
-    return walked_together(models, [_around(slots, scales) for slots in sets], walks, plant) | {"complete": complete}
+    return walked_together(models, [_around(slots, scales) for slots in sets], walks, plant) | {
+        "complete": complete
+    }
 
 
 def _around(slots: Sequence[str], scales: Scales) -> list[float]:
     """Return load, temperature and effort: initial values of those that a slot depends on, else neutral ones, as on the page."""
     felt = {AROUND[slot] for slot in slots if slot in AROUND}
-    return [start_of(name, scales) if name in felt else NEUTRAL[name] for name in Surroundings._fields]
+    return [
+        start_of(name, scales) if name in felt else NEUTRAL[name] for name in Surroundings._fields
+    ]
 
 
 def all_walks(model: Model) -> dict[str, Any]:
     """Return the walks of a friction model without slots and with every set of slots."""
     walks, scales = walks_of(model), scales_of(subject_of(model))
-    return walks | {"slots": slot_walks(model, pulled_by(scales, model), scales, walks, complete=True)}
+    return walks | {
+        "slots": slot_walks(model, pulled_by(scales, model), scales, walks, complete=True)
+    }
 
 
 def slots_described(kind: Kind) -> dict[str, Any]:
@@ -221,32 +287,56 @@ def slots_described(kind: Kind) -> dict[str, Any]:
         rows[name]["scale"] = start.scale
         if start.ends is not None:
             rows[name]["sliders"] = [Slider(*start.ends, logarithmic=False)._asdict()]
-        rows[name] |= {"slot": True, "symbol": SYMBOLS.get(name, rows[name]["symbol"]), "nothing": NEUTRAL[name]}
-    slots: dict[str, Any] = {"asymmetry": {"cause": "direction", "does": WHAT_SLOTS_DO["asymmetry"]}}
+        rows[name] |= {
+            "slot": True,
+            "symbol": SYMBOLS.get(name, rows[name]["symbol"]),
+            "nothing": NEUTRAL[name],
+        }
+    slots: dict[str, Any] = {
+        "asymmetry": {"cause": "direction", "does": WHAT_SLOTS_DO["asymmetry"]}
+    }
     for slot, names in {**LEVELS, **VARIATIONS}.items():
         cause = (RISING | VARYING | ADDS)[slot]
-        slots[slot] = {"cause": cause, "does": WHAT_SLOTS_DO[slot], "rows": [rows[name] for name in names]}
+        slots[slot] = {
+            "cause": cause,
+            "does": WHAT_SLOTS_DO[slot],
+            "rows": [rows[name] for name in names],
+        }
         if slot in AROUND:
             slots[slot]["around"] = rows[AROUND[slot]]
     (relation,) = with_slots(MODELS["viscous"], ["position"]).relations
-    condition = {"text": POSITIVE, "mend": str(symbolic(relation.mend)), "least": SMALLEST_FACTOR, "advisory": False}
+    condition = {
+        "text": POSITIVE,
+        "mend": str(symbolic(relation.mend)),
+        "least": SMALLEST_FACTOR,
+        "advisory": False,
+    }
     slots["position"]["condition"] = condition
     return slots
 
 
 def switched(
-    model: Model, *, uncertainty: Mapping[str, Mapping[str, Any]] | None = None, mass: float | None = None, **known: Any
+    model: Model,
+    *,
+    uncertainty: Mapping[str, Mapping[str, Any]] | None = None,
+    mass: float | None = None,
+    **known: Any,
 ) -> dict[str, Any]:
     """Return the data of a friction model with switchable slots for a page, with the parameters of `model_described`."""
     # Modules are packed with `common_module` as a dictionary, the wide module also with the plain one.
     if over := channel_slots_of(model.component):
         names = ", ".join(slot.name for slot in over)
         raise InputError(
-            "has a slot that needs a channel of the log, but a page has no log", path="model", value=names, mend="Remove the slot"
+            "has a slot that needs a channel of the log, but a page has no log",
+            path="model",
+            value=names,
+            mend="Remove the slot",
         )
     plain, slots = plain_of(model), slots_of(model)
     uncertainties = uncertainty or {}
-    facts = model_described(plain, uncertainty={} if slots else uncertainties, mass=mass, led=model, **known)
+    facts = model_described(
+        plain, uncertainty={} if slots else uncertainties, mass=mass, led=model, **known
+    )
     if leans := base_of(plain.component).trial_sided is not None:
         # With equal directions it is identical to the plain model.
         component = _with(plain, ["asymmetry"])
@@ -259,7 +349,9 @@ def switched(
     plant = pulled_by(scales, plain, mass)
     wide, levels = _wide(plain, plant)
     if "slots" not in facts["walks"]:
-        facts["walks"] = facts["walks"] | {"slots": slot_walks(plain, plant, scales, facts["walks"], complete=False)}
+        facts["walks"] = facts["walks"] | {
+            "slots": slot_walks(plain, plant, scales, facts["walks"], complete=False)
+        }
     facts |= {
         "code": packed(binary, before=common),
         "offered": list(offered(plain)),
@@ -269,7 +361,10 @@ def switched(
     if slots:
         rows = variables_of(model, {*wide.places, *facts["places"]}, scales.force, uncertainties)
         base = base_of(plain.component).variables
-        rows = [row | ({} if _of_both(row["name"], plain) in (*base, "offset") else {"slot": True}) for row in rows]
+        rows = [
+            row | ({} if _of_both(row["name"], plain) in (*base, "offset") else {"slot": True})
+            for row in rows
+        ]
         facts["own"] = {"slots": list(slots), "rows": rows}
     return facts
 
@@ -303,7 +398,9 @@ def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
 
 def _of_both(name: str, plain: Model) -> str:
     """Return the name of the common parameter for a parameter of one direction."""
-    return name[: -len("_pos")] if name not in plain.values and name.endswith(tuple(SIDES)) else name
+    return (
+        name[: -len("_pos")] if name not in plain.values and name.endswith(tuple(SIDES)) else name
+    )
 
 
 @cache

@@ -13,7 +13,12 @@ from bristle.core import InputError
 
 PATIENCE = 60.0  # [s]
 NOBODY = "65534"
-COMPUTED = (".tmax", ".time", "-deriv", ".alive")  # names whose values a component or a running program changes
+COMPUTED = (
+    ".tmax",
+    ".time",
+    "-deriv",
+    ".alive",
+)  # names whose values a component or a running program changes
 TRUTH = {"TRUE": 1.0, "FALSE": 0.0}
 CHATTER = "Note: Using POSIX non-realtime"
 
@@ -31,9 +36,16 @@ class Hal:
     def __init__(self) -> None:
         if shutil.which("halcmd") is None:
             mend = "Install LinuxCNC 2.9 (Debian: linuxcnc-uspace, and linuxcnc-uspace-dev for halcompile)"
-            raise InputError("needs halcmd of LinuxCNC, which is not installed", path="machine", value="linuxcnc", mend=mend)
+            raise InputError(
+                "needs halcmd of LinuxCNC, which is not installed",
+                path="machine",
+                value="linuxcnc",
+                mend=mend,
+            )
         # As root, the real-time program takes another identity.
-        self.environment = os.environ | ({"RTAPI_UID": os.environ.get("RTAPI_UID", NOBODY)} if os.geteuid() == 0 else {})
+        self.environment = os.environ | (
+            {"RTAPI_UID": os.environ.get("RTAPI_UID", NOBODY)} if os.geteuid() == 0 else {}
+        )
 
     def run(self, *lines: str, keep_going: bool = False) -> list[str]:
         """Run commands in one batch and return the lines that HAL prints; `keep_going` ignores failures, as a restoration must."""
@@ -42,11 +54,22 @@ class Hal:
         with tempfile.TemporaryFile("w+") as out, tempfile.TemporaryFile("w+") as faults:
             text = "\n".join(lines) + "\n"
             process = subprocess.run(
-                program, input=text, text=True, stdout=out, stderr=faults, timeout=PATIENCE, env=self.environment, check=False
+                program,
+                input=text,
+                text=True,
+                stdout=out,
+                stderr=faults,
+                timeout=PATIENCE,
+                env=self.environment,
+                check=False,
             )
             out.seek(0)
             faults.seek(0)
-            output = [line for line in out.read().splitlines() if line.strip() and not line.startswith(CHATTER)]
+            output = [
+                line
+                for line in out.read().splitlines()
+                if line.strip() and not line.startswith(CHATTER)
+            ]
             if process.returncode and not keep_going:
                 raise HalError((faults.read() + " ".join(output)).strip()[:400])
         return output
@@ -61,12 +84,18 @@ class Hal:
     def components(self) -> list[str]:
         """Return the names of the loaded components, without those of halcmd."""
         rows = [line.split() for line in self.run("show comp")]
-        return sorted(row[2] for row in rows if len(row) > 3 and row[0].isdigit() and not row[2].startswith("halcmd"))
+        return sorted(
+            row[2]
+            for row in rows
+            if len(row) > 3 and row[0].isdigit() and not row[2].startswith("halcmd")
+        )
 
     def links(self) -> dict[str, list[str]]:
         """Return the pins of each signal."""
         linked: dict[str, list[str]] = {}
-        for pin, signal in re.findall(r"(\S+)\s+(?:==>|<==|<=>)\s+(\S+)", "\n".join(self.run("show pin"))):
+        for pin, signal in re.findall(
+            r"(\S+)\s+(?:==>|<==|<=>)\s+(\S+)", "\n".join(self.run("show pin"))
+        ):
             linked.setdefault(signal, []).append(pin)
         return {signal: sorted(pins) for signal, pins in sorted(linked.items())}
 
@@ -87,7 +116,10 @@ class Hal:
         prefixes = tuple(f"{component}." for component in components)
         values = {}
         for row in rows:
-            name = next((word for word in row if word.startswith(prefixes) and not word.endswith(COMPUTED)), None)
+            name = next(
+                (word for word in row if word.startswith(prefixes) and not word.endswith(COMPUTED)),
+                None,
+            )
             if name is not None and not {"==>", "<=="} & set(row) and row[2] in ("RW", "IN"):
                 values[name] = row[row.index(name) - 1]
         return values
@@ -95,13 +127,23 @@ class Hal:
     def play(self, path: Path) -> subprocess.Popen[str]:
         """Start to fill the ring of the streamer from a file."""
         return subprocess.Popen(
-            ["halstreamer", str(path)], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=self.environment
+            ["halstreamer", str(path)],
+            stderr=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            text=True,
+            env=self.environment,
         )
 
     def sampled(self, count: int) -> list[str]:
         """Return rows of the sampler."""
         with tempfile.TemporaryFile("w+") as out:
-            subprocess.run(["halsampler", "-n", str(count)], stdout=out, timeout=2 * PATIENCE, env=self.environment, check=True)
+            subprocess.run(
+                ["halsampler", "-n", str(count)],
+                stdout=out,
+                timeout=2 * PATIENCE,
+                env=self.environment,
+                check=True,
+            )
             out.seek(0)
             return out.read().splitlines()
 
@@ -111,8 +153,12 @@ class Hal:
             component = Path(folder) / f"{name}.comp"
             component.write_text(source, encoding="utf-8")
             command = ["halcompile", "--install", component.name]
-            process = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+            process = subprocess.run(
+                command, cwd=folder, capture_output=True, text=True, check=False
+            )
         if process.returncode:
             output = (process.stdout + process.stderr).strip()[-400:]
             mend = "Run it as root, or allow this user to write the modules of LinuxCNC"
-            raise MachineRefusedError("not_compiled", f"halcompile refused {component.name}: {output}", mend)
+            raise MachineRefusedError(
+                "not_compiled", f"halcompile refused {component.name}: {output}", mend
+            )

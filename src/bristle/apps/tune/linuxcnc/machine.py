@@ -10,8 +10,24 @@ from typing import ClassVar
 import numpy as np
 
 from bristle.apps.tune.linuxcnc.hal import Hal, HalError
-from bristle.apps.tune.linuxcnc.saved import GUARD, guard, hal_lines, places, prefix_of, source_of, write_marked
-from bristle.apps.tune.machine import STOPS, FrictionFeedforward, Limits, MachineRefusedError, MachineStoppedError, Recording, State
+from bristle.apps.tune.linuxcnc.saved import (
+    GUARD,
+    guard,
+    hal_lines,
+    places,
+    prefix_of,
+    source_of,
+    write_marked,
+)
+from bristle.apps.tune.machine import (
+    STOPS,
+    FrictionFeedforward,
+    Limits,
+    MachineRefusedError,
+    MachineStoppedError,
+    Recording,
+    State,
+)
 
 SAMPLER, STREAMER = "sampler.0", "streamer.0"
 DEPTH = 500_000  # rows of the rings: nothing depends on a program being in time
@@ -48,8 +64,19 @@ class LinuxCNC:
         clock: float = 1.0,  # seconds of the axis in a second of the thread, 1 on a real axis
         save: str = "",  # HAL file of a saved feedforward
     ) -> None:
-        self.sample_time, self._reference, self._position, self._effort = sample_time, reference, position, effort
-        self._motor, self._thread, self._unit, self._effort_unit, self._clock = motor, thread, unit, effort_unit, clock
+        self.sample_time, self._reference, self._position, self._effort = (
+            sample_time,
+            reference,
+            position,
+            effort,
+        )
+        self._motor, self._thread, self._unit, self._effort_unit, self._clock = (
+            motor,
+            thread,
+            unit,
+            effort_unit,
+            clock,
+        )
         self._save = save
         self._hal, self._alive, self._model = Hal(), 0, ""
         self._is_armed, self._speed = False, 0.0
@@ -59,10 +86,14 @@ class LinuxCNC:
         links = self._hal.links()
         for signal in (self._reference, self._position, self._effort):
             if signal not in links:
-                raise MachineRefusedError("no_signal", f"HAL has no signal {signal}", "halcmd show sig lists the signals")
+                raise MachineRefusedError(
+                    "no_signal", f"HAL has no signal {signal}", "halcmd show sig lists the signals"
+                )
         if not any(pin.startswith(STREAMER) for pin in links[self._reference]):
             mend = "Load streamer and connect streamer.0.pin.0 to the signal of the set point"
-            raise MachineRefusedError("no_streamer", f"no streamer plays the signal {self._reference}", mend)
+            raise MachineRefusedError(
+                "no_streamer", f"no streamer plays the signal {self._reference}", mend
+            )
         return {
             "machine": "linuxcnc",
             "motor": self._motor,
@@ -76,7 +107,15 @@ class LinuxCNC:
     def writes(self) -> list[str]:
         """Return the pins, signals and components of a run."""
         model = f"{self._model or 'bristle_MODEL'}"
-        return [self._motor, guard(), "sampler", model, *SIGNALS, f"functions of {self._thread}", f"{STREAMER}.enable"]
+        return [
+            self._motor,
+            guard(),
+            "sampler",
+            model,
+            *SIGNALS,
+            f"functions of {self._thread}",
+            f"{STREAMER}.enable",
+        ]
 
     def state(self) -> State:
         """Return all links, parameters of controller, guard and model, functions of the thread and components."""
@@ -94,15 +133,23 @@ class LinuxCNC:
         hal = self._hal
         low, high = limits.travel
         values = {"max-error": limits.following_error, "low": low, "high": high}
-        settings = [f"setp {GUARD}.{name} {value / self._unit:.7g}" for name, value in values.items()]
+        settings = [
+            f"setp {GUARD}.{name} {value / self._unit:.7g}" for name, value in values.items()
+        ]
         settings += [
             f"setp {GUARD}.max-effort {limits.effort / abs(self._effort_unit):.7g}",
             f"setp {GUARD}.gain 0",
             f"setp {GUARD}.offset 0",
         ]
         self._speed = (high - low) / self._unit / SLOWEST
-        if not self._is_armed and any(prefix_of(component) == GUARD for component in hal.components()):
-            raise MachineRefusedError("kept", "HAL contains the guard of an earlier run", "Remove it: bristle tune --undo FOLDER")
+        if not self._is_armed and any(
+            prefix_of(component) == GUARD for component in hal.components()
+        ):
+            raise MachineRefusedError(
+                "kept",
+                "HAL contains the guard of an earlier run",
+                "Remove it: bristle tune --undo FOLDER",
+            )
         if not self._is_armed:
             self._insert()
         hal.run(*settings)
@@ -135,14 +182,24 @@ class LinuxCNC:
         """Return the lines that add functions to the thread: behind the controller, before the amplifier if it is written behind."""
         present = [name for name in self._hal.functions(self._thread) if name not in functions]
         links = self._hal.links()
-        controller = next((pin.split(".")[0] for pin in links[self._effort] if pin != self._motor and pin.endswith("output")), "pid")
+        controller = next(
+            (
+                pin.split(".")[0]
+                for pin in links[self._effort]
+                if pin != self._motor and pin.endswith("output")
+            ),
+            "pid",
+        )
         places = {
-            key: [at for at, name in enumerate(present) if name.split(".")[0] == key] for key in (controller, self._motor.split(".")[0])
+            key: [at for at, name in enumerate(present) if name.split(".")[0] == key]
+            for key in (controller, self._motor.split(".")[0])
         }
         behind = max(places[controller], default=len(present))
         writers = [at for at in places[self._motor.split(".")[0]] if at > behind]
         first = 1 + (min(writers) if writers else len(present))
-        return [f"addf {function} {self._thread} {first + at}" for at, function in enumerate(functions)]
+        return [
+            f"addf {function} {self._thread} {first + at}" for at, function in enumerate(functions)
+        ]
 
     def _reset(self) -> None:
         """Clear a trip; the reset lasts from one call of halcmd to the next, which is longer than a cycle."""
@@ -159,8 +216,18 @@ class LinuxCNC:
             own = earlier.replace("_", "-")
             removal = f"unlinkp {GUARD}.feed", f"delf {own} {self._thread}", f"unloadrt {earlier}"
             hal.run(f"setp {GUARD}.gain 0", *removal, keep_going=True)
-        values = {"scale": self._unit, "effort-scale": self._effort_unit, "lead": feedforward.lead, "clock": self._clock, "gain": 1.0}
-        values |= {"limit": feedforward.limit / abs(self._effort_unit)} if math.isfinite(feedforward.limit) else {}
+        values = {
+            "scale": self._unit,
+            "effort-scale": self._effort_unit,
+            "lead": feedforward.lead,
+            "clock": self._clock,
+            "gain": 1.0,
+        }
+        values |= (
+            {"limit": feedforward.limit / abs(self._effort_unit)}
+            if math.isfinite(feedforward.limit)
+            else {}
+        )
         hal.run(
             f"setp {GUARD}.gain 0",
             f"loadrt {name}",
@@ -174,7 +241,9 @@ class LinuxCNC:
 
     def set(self, *, gain: float = 0.0, offset: float = 0.0) -> None:
         """Set gain and test effort."""
-        self._hal.run(f"setp {GUARD}.gain {gain:.7g}", f"setp {GUARD}.offset {offset / self._effort_unit:.7g}")
+        self._hal.run(
+            f"setp {GUARD}.gain {gain:.7g}", f"setp {GUARD}.offset {offset / self._effort_unit:.7g}"
+        )
 
     def record(self, reference: np.ndarray, alive: Callable[[], None]) -> Recording:
         """Play a reference through the streamer and return the rows of the sampler; refuse lost rows."""
@@ -183,7 +252,10 @@ class LinuxCNC:
         played = np.concatenate([self._way_to(reference[0] / self._unit), reference / self._unit])
         rows = played.size
         if rows >= DEPTH - 10:
-            raise MachineRefusedError("too_long", f"a motion of {rows} samples is longer than the ring of the streamer, {DEPTH} rows")
+            raise MachineRefusedError(
+                "too_long",
+                f"a motion of {rows} samples is longer than the ring of the streamer, {DEPTH} rows",
+            )
         self._reset()
         overruns = hal.get(f"{SAMPLER}.overruns")[0]
         self._fill(played)
@@ -192,8 +264,12 @@ class LinuxCNC:
             self._wait(rows, alive)
         finally:
             hal.run(f"setp {SAMPLER}.enable 0", f"setp {STREAMER}.enable 0")
-        table = self._table(played, hal.get(f"{SAMPLER}.overruns")[0] - overruns)[rows - reference.size :]
-        return Recording(table[:, 0] * self._unit, table[:, 1] * self._unit, table[:, 2] * self._effort_unit)
+        table = self._table(played, hal.get(f"{SAMPLER}.overruns")[0] - overruns)[
+            rows - reference.size :
+        ]
+        return Recording(
+            table[:, 0] * self._unit, table[:, 1] * self._unit, table[:, 2] * self._effort_unit
+        )
 
     def _empty(self) -> None:
         """Empty the rings of sampler and streamer, in which an interrupted motion leaves rows; the set point stays."""
@@ -202,7 +278,9 @@ class LinuxCNC:
         if left:
             hal.sampled(left)
         hal.run(f"setp {STREAMER}.enable 0")
-        if hal.get(f"{STREAMER}.curr-depth")[0] <= 1.0:  # after its ring has wrapped, HAL counts one row too few
+        if (
+            hal.get(f"{STREAMER}.curr-depth")[0] <= 1.0
+        ):  # after its ring has wrapped, HAL counts one row too few
             return
         hal.run(f"unlinkp {pin}", f"setp {STREAMER}.enable 1")
         while not hal.get(f"{STREAMER}.empty")[0]:
@@ -233,12 +311,16 @@ class LinuxCNC:
                 _, faults = started.communicate()
             if started.returncode or "line" in faults:
                 raise MachineRefusedError("streamer", f"halstreamer: {faults.strip()[:200]}")
-        for _ in range(40):  # the pin is some cycles behind the file; after its ring has wrapped, HAL counts one row too few
+        for _ in range(
+            40
+        ):  # the pin is some cycles behind the file; after its ring has wrapped, HAL counts one row too few
             if self._hal.get(f"{STREAMER}.curr-depth")[0] in (positions.size, positions.size - 1):
                 return
             time.sleep(0.05)
         held = self._hal.get(f"{STREAMER}.curr-depth")[0]
-        raise MachineRefusedError("streamer", f"the streamer contains {held:.0f} of {positions.size} rows")
+        raise MachineRefusedError(
+            "streamer", f"the streamer contains {held:.0f} of {positions.size} rows"
+        )
 
     def _sign_of_life(self) -> None:
         self._alive += 1
@@ -263,19 +345,30 @@ class LinuxCNC:
         rows = played.size
         count = int(self._hal.get(f"{SAMPLER}.curr-depth")[0])
         lines = self._hal.sampled(count)
-        lines = lines[1:] if lines[:1] == ["overrun"] else lines  # each new halsampler prints a first, false line
+        lines = (
+            lines[1:] if lines[:1] == ["overrun"] else lines
+        )  # each new halsampler prints a first, false line
         if overruns or "overrun" in lines:
-            raise MachineStoppedError("lost_samples", f"the sampler lost {max(overruns, 1):.0f} rows")
+            raise MachineStoppedError(
+                "lost_samples", f"the sampler lost {max(overruns, 1):.0f} rows"
+            )
         table = np.array([line.split() for line in lines], float)
         if len(table) > 1 and table[1, -1] - table[0, -1] != 1:
             table = table[1:]  # a row of an earlier record, by the same wrong count
         jumps = np.diff(table[:, -1]) - 1.0
         if np.any(jumps):
-            raise MachineStoppedError("lost_samples", f"{np.sum(np.abs(jumps)):.0f} rows are missing, by the counter")
+            raise MachineStoppedError(
+                "lost_samples", f"{np.sum(np.abs(jumps)):.0f} rows are missing, by the counter"
+            )
         if len(table) < rows:
-            raise MachineStoppedError("lost_samples", f"{rows - len(table)} of {rows} rows are missing at the end")
+            raise MachineStoppedError(
+                "lost_samples", f"{rows - len(table)} of {rows} rows are missing at the end"
+            )
         # The sampler begins some cycles before the streamer.
-        late = [float(np.max(np.abs(table[shift : shift + rows, 0] - played))) for shift in range(min(len(table) - rows + 1, LATEST))]
+        late = [
+            float(np.max(np.abs(table[shift : shift + rows, 0] - played)))
+            for shift in range(min(len(table) - rows + 1, LATEST))
+        ]
         return table[int(np.argmin(late)) :][:rows]
 
     def keep(self) -> None:
@@ -295,7 +388,11 @@ class LinuxCNC:
         """Return the hashes of the saved HAL file and of the sources of its components."""
         if not self._save:
             mend = 'Name one: write save = "bristle.hal" under [settings] of the machine file'
-            raise MachineRefusedError("no_memory", "HAL has no non-volatile memory, and the machine file names no HAL file for it", mend)
+            raise MachineRefusedError(
+                "no_memory",
+                "HAL has no non-volatile memory, and the machine file names no HAL file for it",
+                mend,
+            )
         return places(Path(self._save))
 
     def save(self, folder: Path) -> Mapping[str, str]:
@@ -306,7 +403,10 @@ class LinuxCNC:
         )
         text = "\n".join(hal_lines(self._hal, self._thread, self._motor, LOAD_SAMPLER))
         names = [name for name in self._hal.components() if name.startswith("bristle_")]
-        return write_marked({path: f"{head}{text}\n"} | {path.with_name(f"{name}.comp"): source_of(name, folder) for name in names})
+        return write_marked(
+            {path: f"{head}{text}\n"}
+            | {path.with_name(f"{name}.comp"): source_of(name, folder) for name in names}
+        )
 
     def unsave(self) -> None:
         """Remove these files."""
@@ -317,9 +417,18 @@ class LinuxCNC:
         """Remove guard, model and sampler, and connect the amplifier to the controller again."""
         hal, thread = self._hal, self._thread
         components = hal.components()
-        own = [name for name in components if name.startswith("bristle_") and name not in state["components"]]
+        own = [
+            name
+            for name in components
+            if name.startswith("bristle_") and name not in state["components"]
+        ]
         if own:
-            hal.run(f"setp {STREAMER}.enable 0", f"setp {GUARD}.gain 0", f"setp {GUARD}.offset 0", keep_going=True)
+            hal.run(
+                f"setp {STREAMER}.enable 0",
+                f"setp {GUARD}.gain 0",
+                f"setp {GUARD}.offset 0",
+                keep_going=True,
+            )
             for _ in range(40):
                 try:
                     if hal.get(f"{GUARD}.gain-now")[0] == 0.0:
@@ -327,13 +436,35 @@ class LinuxCNC:
                 except HalError:
                     break
                 time.sleep(0.05)
-        added = [function for function in hal.functions(thread) if function not in state["functions"]]
+        added = [
+            function for function in hal.functions(thread) if function not in state["functions"]
+        ]
         present = hal.links()
-        missing = [(signal, pin) for signal, pins in state["links"].items() for pin in pins if pin not in present.get(signal, [])]
-        back = [line for signal, pin in missing for line in (f"unlinkp {pin}", f"net {signal} {pin}")]
-        hal.run(f"setp {SAMPLER}.enable 0", *back, *(f"delf {function} {thread}" for function in added), keep_going=True)
-        loaded = [name for name in (*own, "sampler") if name in components and name not in state["components"]]
-        hal.run(*(f"unloadrt {name}" for name in loaded), *(f"delsig {name}" for name in SIGNALS), keep_going=True)
+        missing = [
+            (signal, pin)
+            for signal, pins in state["links"].items()
+            for pin in pins
+            if pin not in present.get(signal, [])
+        ]
+        back = [
+            line for signal, pin in missing for line in (f"unlinkp {pin}", f"net {signal} {pin}")
+        ]
+        hal.run(
+            f"setp {SAMPLER}.enable 0",
+            *back,
+            *(f"delf {function} {thread}" for function in added),
+            keep_going=True,
+        )
+        loaded = [
+            name
+            for name in (*own, "sampler")
+            if name in components and name not in state["components"]
+        ]
+        hal.run(
+            *(f"unloadrt {name}" for name in loaded),
+            *(f"delsig {name}" for name in SIGNALS),
+            keep_going=True,
+        )
         self._model, self._is_armed = "", False
 
     def close(self) -> None:

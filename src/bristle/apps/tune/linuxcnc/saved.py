@@ -24,7 +24,11 @@ def source_of(name: str, folder: Path) -> str:
 
     if prefix_of(name) == GUARD:
         if name != guard():
-            raise MachineRefusedError("old_guard", f"HAL runs the guard of another version of bristle, {name}", "Use that version")
+            raise MachineRefusedError(
+                "old_guard",
+                f"HAL runs the guard of another version of bristle, {name}",
+                "Use that version",
+            )
         return _guard_text().replace("component bristle_guard ", f"component {name} ", 1)
     exported = export_model_file(folder / "model.toml", "hal", command="bristle tune", name=name)
     return str(exported.product.files[f"{name}.comp"])
@@ -40,21 +44,38 @@ def hal_lines(hal: Hal, thread: str, motor: str, sampler: str) -> list[str]:
     components = [name for name in hal.components() if name.startswith("bristle_")]
     pins = [*map(prefix_of, components), "sampler"]
     own = tuple(f"{name}." for name in pins)
-    nets = {signal: [pin for pin in linked if pin.startswith(own) or pin == motor] for signal, linked in hal.links().items()}
+    nets = {
+        signal: [pin for pin in linked if pin.startswith(own) or pin == motor]
+        for signal, linked in hal.links().items()
+    }
     return [
-        *(f"loadrt {name}{f' names={GUARD}' if prefix_of(name) == GUARD else ''}" for name in components),
+        *(
+            f"loadrt {name}{f' names={GUARD}' if prefix_of(name) == GUARD else ''}"
+            for name in components
+        ),
         sampler,
         *(f"setp {name} {value}" for name, value in hal.value_of_parameters(pins).items()),
         f"unlinkp {motor}",
         *(f"net {signal} {' '.join(linked)}" for signal, linked in nets.items() if linked),
-        *(f"addf {name} {thread} {at}" for at, name in enumerate(hal.functions(thread), 1) if f"{name}.".startswith(own)),
+        *(
+            f"addf {name} {thread} {at}"
+            for at, name in enumerate(hal.functions(thread), 1)
+            if f"{name}.".startswith(own)
+        ),
     ]
 
 
 def places(path: Path) -> dict[str, str]:
     """Return the hash of each file that a saved HAL file needs, and its own; empty for a missing file."""
-    names = re.findall(r"^loadrt (bristle_\w+)", path.read_text(encoding="utf-8", errors="replace") if path.exists() else "", re.MULTILINE)
-    return {str(file): _hash_of(file) for file in (*(path.with_name(f"{name}.comp") for name in names), path)}
+    names = re.findall(
+        r"^loadrt (bristle_\w+)",
+        path.read_text(encoding="utf-8", errors="replace") if path.exists() else "",
+        re.MULTILINE,
+    )
+    return {
+        str(file): _hash_of(file)
+        for file in (*(path.with_name(f"{name}.comp") for name in names), path)
+    }
 
 
 def write_marked(texts: dict[Path, str]) -> dict[str, str]:
@@ -62,7 +83,9 @@ def write_marked(texts: dict[Path, str]) -> dict[str, str]:
     for path in texts:
         _hash_of(path)
     for path, text in texts.items():
-        write_whole(path, f"{'#' if path.suffix == '.hal' else '//'} {MARK} {_digest(text)}\n{text}")
+        write_whole(
+            path, f"{'#' if path.suffix == '.hal' else '//'} {MARK} {_digest(text)}\n{text}"
+        )
     return {str(path): _digest(text) for path, text in texts.items()}
 
 
@@ -73,7 +96,9 @@ def _hash_of(path: Path) -> str:
     first, _, text = path.read_text(encoding="utf-8", errors="replace").partition("\n")
     if not first.endswith(f"{MARK} {_digest(text)}"):
         reason = f"{path} is not a file of bristle tune --save, or was changed since"
-        raise MachineRefusedError("own_file", reason, "Move it, or name another file in the key save of the machine file")
+        raise MachineRefusedError(
+            "own_file", reason, "Move it, or name another file in the key save of the machine file"
+        )
     return _digest(text)
 
 

@@ -31,10 +31,16 @@ class Parameters(NamedTuple):
     k_P: Annotated[
         float,
         Variable(
-            "travel^2/force of travel", "relative change of the friction level per unit of pressure", nominal=1e-7, excitation="channel"
+            "travel^2/force of travel",
+            "relative change of the friction level per unit of pressure",
+            nominal=1e-7,
+            excitation="channel",
         ),
     ] = 0.0
-    P_0: Annotated[float, Variable(PRESSURE, "pressure at which the parameters of the model apply", nominal=1e6)] = 0.0
+    P_0: Annotated[
+        float,
+        Variable(PRESSURE, "pressure at which the parameters of the model apply", nominal=1e6),
+    ] = 0.0
 
 
 @kernel
@@ -46,7 +52,9 @@ def factor(pressure, p):
 SLOT = Slot(
     name="pressure",
     description="a level of dry friction that rises with the pressure on the seals",
-    channel=Surrounding("pressure", Variable(PRESSURE, "pressure on the seals", min=0.0, nominal=1e7), usual=0.0),
+    channel=Surrounding(
+        "pressure", Variable(PRESSURE, "pressure on the seals", min=0.0, nominal=1e7), usual=0.0
+    ),
     Parameters=Parameters,
     factor=factor,
     of=LEVEL,
