@@ -7,8 +7,10 @@ event, so that the importer finds it at a negative margin. There the memory is c
 
 import math
 import textwrap
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import NamedTuple
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -150,17 +152,7 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
         "slope": len(varied) + 2,
     }
 
-    def built(
-        name: str, lines: list[str], arguments: list[str], writes: tuple[str, ...]
-    ) -> Function:
-        text = textwrap.indent("\n".join(map(textwrap.dedent, lines)), "    ")
-        kinds: dict[str, Type] = {
-            array: Array(size, writable=array in writes) for array, size in lasts.items()
-        }
-        kinds |= {argument: kind for argument, (_, kind) in core.parameters.items()}
-        kernel = defined(name, f"def {name}({', '.join(arguments)}):\n{text}\n", scope)
-        return builder.function(kernel, [kinds.get(argument, REAL) for argument in arguments])
-
+    built = partial(_built, builder, core, lasts, scope)
     inputs, parameters = (
         (["v", "x", *subject.signals], ["p"]) if plant is None else (["effort"], ["q", "p"])
     )
@@ -185,6 +177,27 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
         dict(zip(varied, variables, strict=True)),
         tuple(held),
     )
+
+
+def _built(
+    builder: Builder,
+    core: Core,
+    lasts: Mapping[str, int],
+    scope: dict[str, Any],
+    name: str,
+    lines: list[str],
+    arguments: list[str],
+    writes: tuple[str, ...],
+) -> Function:
+    """Return a function of these lines; it writes some of the arrays of the exchange."""
+    text = textwrap.indent("\n".join(map(textwrap.dedent, lines)), "    ")
+    kinds: dict[str, Type] = {}
+    for array, size in lasts.items():
+        kinds[array] = Array(size, writable=array in writes)
+    for argument, (_, kind) in core.parameters.items():
+        kinds[argument] = kind
+    kernel = defined(name, f"def {name}({', '.join(arguments)}):\n{text}\n", scope)
+    return builder.function(kernel, [kinds.get(argument, REAL) for argument in arguments])
 
 
 class _States(NamedTuple):

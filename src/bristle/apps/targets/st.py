@@ -53,7 +53,13 @@ TUNED = {
     "return_distance": 1e6,
     "fade_time": 1e6,
 }  # inputs of a block for the rule of its feed, with the largest values
-IN, OUT = {False: "position", True: "excitation"}, {False: "force", True: "response"}
+# By whether the block is that of an operator.
+IN = {False: "position", True: "excitation"}
+OUT = {False: "force", True: "response"}
+MEANINGS = {
+    False: ("position of the axis", "mean friction force of the last step"),
+    True: ("input of the operator", "output of the operator"),
+}
 OWN = """
 position period restart clear force refused overflow begun prepared usable done last_position command place state memory motion
 parameters tried after feed gain return_distance fade_time rule fed share speed
@@ -167,13 +173,9 @@ def _block(
         facts |= _feed_facts(feed, request, printer)
         of_feed = _feed_variables(feed, request, printer)
     own = _own_variables(subject, needed)
-    meanings, unit_in, unit_out = (
-        variables_of(subject.motion.cls),
-        facts["unit_in"],
-        facts["unit_out"],
-    )
-    meanings_of = ("position of the axis", "mean friction force of the last step")
-    meanings_of = ("input of the operator", "output of the operator") if operator else meanings_of
+    meanings = variables_of(subject.motion.cls)
+    unit_in, unit_out = facts["unit_in"], facts["unit_out"]
+    meanings_of = MEANINGS[operator]
     variables = [
         Variable(IN[operator], "LREAL", f"{meanings_of[0]} [{unit_in}]", "VAR_INPUT"),
         *(
