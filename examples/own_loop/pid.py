@@ -25,9 +25,8 @@ class State(NamedTuple):
 def step(state, reference, measured, dt, p):
     e = reference.position - measured
     total = state.total + e * dt
-    return p.K_P * e + p.K_I * total + p.K_D * (e - state.e) / dt + reference.effort, State(
-        e, total
-    )
+    effort = p.K_P * e + p.K_I * total + p.K_D * (e - state.e) / dt + reference.effort
+    return effort, State(e, total)
 
 
 @kernel

@@ -13,7 +13,8 @@ from bristle.models.plants import inertia
 from bristle.models.sensors import SENSORS
 
 FOLDER = Path(__file__).parents[2] / "examples" / "own_loop"
-EFFORT = "return p.K_P * e + p.K_I * total + p.K_D * (e - state.e) / dt + reference.effort, State(e, total)"
+EFFORT = """effort = p.K_P * e + p.K_I * total + p.K_D * (e - state.e) / dt + reference.effort
+    return effort, State(e, total)"""
 READS = "return x + p.a * sin(FOUR_PI * x / p.L), state"
 
 

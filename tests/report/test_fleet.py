@@ -585,7 +585,7 @@ def test_figure_pools_many_points(reported, monkeypatch, points, together):
     grid = {"friction.F_C": [float(k) for k in range(points)]} if points else {}
     seen = study_page(runs(grid=grid), reported | {"worst": [], "failures": []}, monkeypatch)
     assert (list(seen["spread"]["motion.rms"][2]) == ["all runs"]) is together
-    assert seen["page"][1]["worst"].blocks == [None, None]
+    assert seen["page"][1]["worst"].blocks == []
     assert ("points of a grid" in seen["page"][0].facts) is (points > 0)
 
 

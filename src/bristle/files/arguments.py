@@ -31,6 +31,7 @@ def _read_experiment(source: Any) -> Experiment:
 AXIS: Converter = instance(Axis, "an axis or an axis file", read=_read_axis)
 """Accepts an axis or its file."""
 EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=_read_experiment)
+"""Accepts an experiment or its file."""
 LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
 
 
