@@ -52,7 +52,7 @@ class Imports:
         """Return the test files that reach a file of the package, the nearest first."""
         module = self.name_of(self.root / path)
         far = self._distances(module)
-        folder, stem = path.split("/")[2], module.rpartition(".")[2]
+        folder, stem = path.split("/")[-2], module.rpartition(".")[2]
         names = [
             test.name
             for test in self.trees[module].body
@@ -61,7 +61,8 @@ class Imports:
         words = re.compile(rf"\b({'|'.join(map(re.escape, (stem, *names)))})\b")
 
         def place(name: str) -> tuple[bool, int, bool, int, str]:
-            other_name, other_folder = not name.endswith(f".test_{stem}"), f".{folder}." not in name
+            other_folder = f".{folder}." not in name
+            other_name = other_folder or not name.endswith(f".test_{stem}")
             return other_name, far[name], other_folder, -len(words.findall(self.texts[name])), name
 
         tests = [test for test in far if re.fullmatch(r"tests\..*\btest_\w+", test)]
