@@ -395,3 +395,16 @@ def test_a_command_loads_no_module_of_another():
     assert "bristle.cli.models" in loaded
     assert not {name for name in loaded if name.startswith("bristle.apps")} - {"bristle.apps"}
     assert "bristle.cli.identify" not in loaded
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--help", "--json"], "No such option: --json"),
+        (["--nonsense"], "No such option: --nonsense"),
+        (["watch"], "bristle watch was removed"),
+    ],
+)
+def test_a_line_that_begins_with_no_command_is_refused_in_one_line(words, said, capsys):
+    assert main(words) == 2
+    assert said in capsys.readouterr().err

@@ -60,6 +60,7 @@ def _named(arguments: list[str]) -> Iterable[str]:
 
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code. Report a mistyped command line in one line."""
+    first = " ".join(["bristle", *arguments[:1]])  # parsing consumes the arguments
     command = typer.main.get_command(application(_named(arguments)))
     try:
         with command.make_context("bristle", arguments, obj=command_text(arguments)) as context:
@@ -70,7 +71,7 @@ def run(arguments: list[str]) -> int:
         return INTERRUPTED
     except UsageError as error:
         place = error.ctx.command_path if error.ctx is not None else "bristle"
-        typed = getattr(error, "option_name", f"bristle {arguments[0]}")
+        typed = getattr(error, "option_name", first)
         advice = successor(f"{place.removeprefix('bristle ')} {typed}", typed)
         if advice:
             complain(f"{typed} was removed. {advice}")
