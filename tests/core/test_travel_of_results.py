@@ -22,7 +22,7 @@ from bristle.engine import interpreted, run_adaptive, run_batch, run_closed_loop
 from bristle.identification.hysteresis import predict_operator
 
 ROOT = Path(__file__).parents[2]
-PAPER = ROOT / "src" / "bristle" / "paper" / "experiments"
+PAPER = ROOT / "src" / "bristle" / "apps" / "paper" / "experiments"
 AXES = [file for file in ROOT.glob("examples/*/axis*.toml") if "magnetic" not in file.read_text()]
 ELEMENTS = example_of(friction.maxwell_slip)
 

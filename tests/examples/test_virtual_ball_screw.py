@@ -15,7 +15,7 @@ from bristle.files.model import read_model
 pytestmark = pytest.mark.slow
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "virtual_ball_screw"
-BENCH = Path(__file__).parents[2] / "src" / "bristle" / "paper" / "experiments"
+BENCH = Path(__file__).parents[2] / "src" / "bristle" / "apps" / "paper" / "experiments"
 
 
 @pytest.fixture(scope="module")
