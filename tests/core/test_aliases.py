@@ -63,6 +63,17 @@ def test_a_former_submodule_does_not_replace_the_model_of_its_name():
     assert callable(br.friction.dahl)
 
 
+def test_a_former_submodule_does_not_replace_a_function_of_its_package():
+    code = """
+import bristle.loop.design, bristle.paper.reproduce, bristle as br
+from bristle.apps import design, paper
+print(br.design.__name__, design.design.__name__, paper.reproduce.__name__)
+"""
+    command = [sys.executable, "-W", "ignore", "-c", code]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert ended.stdout.split() == ["design", "design", "reproduce"]
+
+
 @pytest.mark.parametrize("name", ["nonsense", "friction.nonsense", "exports.nonsense"])
 def test_a_name_that_never_was_has_the_error_of_python(name):
     with pytest.raises(

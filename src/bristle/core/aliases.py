@@ -93,6 +93,11 @@ class Former(MetaPathFinder, Loader):
         self._specs[spec.name] = module.__spec__
         for name in [name for name in sys.modules if name.startswith(f"{present}.")]:
             sys.modules.setdefault(spec.name + name.removeprefix(present), sys.modules[name])
+        # A child with another name today must not become an attribute of the package, either.
+        for child in PLACES:
+            former = f"bristle.{child}"
+            if former.startswith(f"{spec.name}."):
+                sys.modules.setdefault(former, import_module(present_name(former)))
         self._warn(spec.name, present)
         return module
 
