@@ -426,6 +426,7 @@ def _imported(file: Path, rooms: Collection[str]) -> Iterator[tuple[str, str]]:
         if not isinstance(node, ast.ImportFrom) or node.module in (
             "bristle.core.loading",
             "bristle.core.palette",
+            "bristle.core.former",
             "bristle.models",
         ):
             continue

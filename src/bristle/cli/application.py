@@ -10,7 +10,7 @@ from bristle.cli.commands import COMMANDS
 from bristle.cli.options import as_command, command_text
 from bristle.cli.signals import INTERRUPTED
 from bristle.cli.terminal import BAD_INPUT, complain
-from bristle.core.loading import successor
+from bristle.core.former import successor
 
 # Newer releases of typer contain their own copy of click: its errors are reached through public classes of typer.
 UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])

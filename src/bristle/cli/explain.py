@@ -6,7 +6,7 @@ import typer
 
 from bristle.cli.options import Json, print_json
 from bristle.cli.terminal import show_lines, show_table
-from bristle.core.loading import successor
+from bristle.core.former import successor
 
 EXAMPLE = """Example:
   bristle explain one_direction"""

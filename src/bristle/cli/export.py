@@ -19,7 +19,7 @@ from bristle.cli.options import (
     loaded_code,
     refuse,
 )
-from bristle.core.loading import successor
+from bristle.core.former import successor
 
 if TYPE_CHECKING:
     from bristle.core import Experiment, Variant

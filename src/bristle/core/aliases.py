@@ -8,6 +8,8 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
+from bristle.core.former import refusal
+
 PLACES = {
     "arm": "apps.arm",
     "bridges": "apps.targets",
@@ -63,7 +65,7 @@ def present_name(former: str) -> str:
 
 
 class Former(MetaPathFinder, Loader):
-    """Finder and loader of former names. Python asks it last, for modules that it does not find."""
+    """Finder and loader of former names, asked last: it finds those that moved, and refuses those that were deleted."""
 
     def __init__(self) -> None:
         self._warned: set[str] = set()
@@ -72,11 +74,14 @@ class Former(MetaPathFinder, Loader):
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Return how to load a former name, None for any other."""
+        """Return how to load a former name, None for any other; refuse a deleted one with its successor."""
         if not fullname.startswith("bristle."):
             return None
+        refused = refusal(*fullname.rsplit(".", 1))
+        if refused:
+            raise ModuleNotFoundError(refused)
         present = present_name(fullname)
-        if not present or present == fullname:
+        if not present:
             return None
         try:
             import_module(present)

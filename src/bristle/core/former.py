@@ -46,3 +46,16 @@ SUCCESSORS = {
 }
 FORMER = {name: advice for names, advice in SUCCESSORS.items() for name in names.split(", ")}
 """Each former name, with what to do now."""
+
+
+def successor(*names: str) -> str:
+    """Return what replaces the first former name among `names`; empty if there is none."""
+    return next((FORMER[name] for name in names if name in FORMER), "")
+
+
+def refusal(package: str, name: str) -> str:
+    """Return the sentences that refuse a former name of a package; empty if there was no such name."""
+    advice = successor(f"{package}.{name}", f"{package}.*")
+    if not advice:
+        return ""
+    return f"{package}.{name} does not exist. {advice}"

@@ -1,10 +1,10 @@
 """Lazy loading: each name of a package is imported from its module at first use, and former names are refused."""
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import import_module
-from types import MappingProxyType, ModuleType
+from types import MappingProxyType
 from typing import Any
 
 
@@ -38,52 +38,17 @@ def loaded_from(
         if name.startswith("__"):
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         if name not in places():
-            raise AttributeError(
-                refusal(package, name, f"module {package!r} has no attribute {name!r}")
-            )
+            from bristle.core.former import refusal
+
+            unknown = f"module {package!r} has no attribute {name!r}"
+            raise AttributeError(refusal(package, name) or unknown)
         module, inner = places()[name]
-        if module != package:
-            home = import_module(module)
-            if hasattr(home, inner):
-                return getattr(home, inner)
-        return import_module(f"{module}.{inner}")
+        if module == package:
+            return import_module(f"{package}.{inner}")
+        return getattr(import_module(module), inner)
 
     names = vars(sys.modules[package])
     names["__dir__"] = lambda: sorted(
         {*names, *names.get("__all__", ()), *places()}
     )  # for completion
     return load
-
-
-def successor(*names: str) -> str:
-    """Return what replaces the first former name among `names`; empty if there is none."""
-    from bristle.core.former import FORMER
-
-    return next((FORMER[name] for name in names if name in FORMER), "")
-
-
-def refusal(package: str, name: str, otherwise: str) -> str:
-    """Return the sentences that refuse a former name of a package, or others if there was no such name."""
-    advice = successor(f"{package}.{name}", f"{package}.*")
-    if advice:
-        return f"{package}.{name} does not exist. {advice}"
-    return otherwise
-
-
-class FormerNames:
-    """The last finder of Python: it finds nothing, and refuses former modules and names with their successor."""
-
-    @staticmethod
-    def find_spec(
-        fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
-    ) -> None:
-        """Refuse a former name; leave other names to the error of Python."""
-        package, _, name = fullname.rpartition(".")
-        if package.partition(".")[0] != "bristle":
-            return
-        refused = refusal(package, name, "")
-        if refused:
-            raise ModuleNotFoundError(refused)
-
-
-sys.meta_path.append(FormerNames())

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from bristle.core.documented import Documented
-from bristle.core.errors import BristleError, InputError, InputWarning, error_text
+from bristle.core.errors import BristleError, InputError, InputWarning, did_you_mean, error_text
 from bristle.core.former import FORMER
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
@@ -176,7 +176,7 @@ class Thresholds:
                     path=f"{path}.{name}",
                     value=value,
                     allowed=", ".join(by_name),
-                    mend=FORMER["settings.*"],
+                    mend=f"{did_you_mean(name, by_name)} {FORMER['settings.*']}".lstrip(),
                 )
             entry = by_name[name]
             number = (

@@ -14,14 +14,15 @@ from contextvars import ContextVar
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jinja2
 from markupsafe import Markup, escape
 
 from bristle.core import InputWarning, error_text, place_in_own_code, symbolic, typeset
 from bristle.core.palette import colour_variables
+from bristle.report.assets import environment as environment_of, hash_of, joined
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
+    import jinja2
     from matplotlib.figure import Figure
 
     from bristle.report.cards import Card, Step
@@ -197,7 +198,6 @@ def page_of(
     living: Living | None = None,
 ) -> str:
     """Return the page of a first screen and sections."""
-    from bristle.report.assets import hash_of, joined
     from bristle.report.figures.drawing import printable
 
     tabs: dict[str, list[Section]] = {}
@@ -305,13 +305,7 @@ def _own_blocks(figure: ReportFigure, facts: Facts) -> list[Any]:
 
 @lru_cache(maxsize=1)
 def _environment() -> jinja2.Environment:
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("bristle.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = environment_of("bristle.report")
 
     def breakable(text: str) -> Markup:
         # Long names, such as those of tests, may break after an underscore.

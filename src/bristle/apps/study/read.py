@@ -38,7 +38,7 @@ from bristle.core import (
     located,
     size_of,
 )
-from bristle.core.loading import successor
+from bristle.core.former import successor
 from bristle.files import (
     TOML_LIMIT,
     Sources,
