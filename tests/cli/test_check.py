@@ -28,6 +28,11 @@ def models(tmp_path, monkeypatch):
     return tmp_path
 
 
+def test_a_move_is_asked_of_a_machine_only(bristle, tmp_path):
+    shown = bristle("check", str(EXAMPLE), "--move", code=2)
+    assert "--move: applies only to a machine" in shown.err
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("undrawn")
 def test_a_model_that_drifts_fails_with_advice(bristle, models):

@@ -48,6 +48,18 @@ def test_a_former_module_is_the_present_one(former):
     assert find_spec(present_name(place)).name == importlib.import_module(place).__spec__.name
 
 
+def test_a_module_of_a_moved_package_is_loaded_once():
+    code = """
+import bristle.study
+import bristle.study.many_runs
+import bristle.apps.study.many_runs
+print(bristle.study.many_runs is bristle.apps.study.many_runs)
+"""
+    command = [sys.executable, "-W", "ignore", "-c", code]
+    ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert ended.stdout == "True\n"
+
+
 @pytest.mark.filterwarnings("ignore:bristle:DeprecationWarning")
 def test_a_target_is_found_where_it_was():
     import bristle.apps.targets.st
@@ -86,14 +98,23 @@ def test_one_warning_names_the_present_place_at_the_line_of_the_import(tmp_path)
     script = tmp_path / "mine.py"
     script.write_text(
         "import bristle.friction\nimport bristle.friction.slots\nfrom bristle.friction import find\n"
+        "import bristle.study\nimport bristle.study.many_runs\n"
     )
     ended = subprocess.run(
         [sys.executable, "-W", "always", str(script)], capture_output=True, text=True, check=True
     )
     warned = [line for line in ended.stderr.splitlines() if "DeprecationWarning" in line]
-    assert len(warned) == 1
-    assert warned[0].startswith(f"{script}:1: ")
+    assert [line.split(" ")[0] for line in warned] == [f"{script}:1:", f"{script}:4:"]
     assert "bristle.friction is now bristle.models.friction" in warned[0]
+    assert "bristle.study is now bristle.apps.study" in warned[1]
+
+
+@pytest.mark.parametrize("module", ["controllers", "plants"])
+def test_a_library_that_a_present_module_misses_is_the_error(module):
+    code = f"import sys; sys.modules['numpy'] = None; import bristle.{module}"
+    command = [sys.executable, "-W", "ignore", "-c", code]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.stderr.splitlines()[-1].startswith("ModuleNotFoundError: import of numpy")
 
 
 @pytest.mark.parametrize("line", LINES)

@@ -57,6 +57,7 @@ def test_thresholds_are_described():
         ({"ratio": True}, "out of range"),
         ({"ratio": "2"}, "out of range"),
         ({"other": 4.0}, "is not a threshold.*share, ratio.*missing_evidence replaces"),
+        ({"ratoi": 4.0}, r"settings\.ratoi: is not a threshold.*Did you mean 'ratio'\?"),
         ({"FIXED": 4.0}, r"settings\.FIXED: is not a threshold"),
     ],
 )

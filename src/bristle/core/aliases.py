@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
 
 from bristle.core.former import refusal
@@ -65,7 +65,7 @@ def present_name(former: str) -> str:
 
 
 class Former(MetaPathFinder, Loader):
-    """Finder and loader of former names, asked last: it finds those that moved, and refuses those that were deleted."""
+    """Finder and loader of former names, asked first: it finds those that moved, and refuses those that were deleted."""
 
     def __init__(self) -> None:
         self._warned: set[str] = set()
@@ -78,11 +78,11 @@ class Former(MetaPathFinder, Loader):
         if not fullname.startswith("bristle."):
             return None
         refused = refusal(*fullname.rsplit(".", 1))
+        present = present_name(fullname)
+        if not (refused or present) or _is_present(fullname, path):
+            return None
         if refused:
             raise ModuleNotFoundError(refused)
-        present = present_name(fullname)
-        if not present:
-            return None
         try:
             import_module(present)
         except ModuleNotFoundError as error:
@@ -120,7 +120,14 @@ class Former(MetaPathFinder, Loader):
         warnings.warn(text, DeprecationWarning, stacklevel=3)
 
 
+def _is_present(name: str, path: Sequence[str] | None) -> bool:
+    """Return whether a module has a former name today. Python would load children of a moved package from its files again."""
+    package = name.rpartition(".")[0]
+    is_moved = sys.modules[package].__name__ != package
+    return not is_moved and PathFinder.find_spec(name, path) is not None
+
+
 def install() -> None:
     """Let Python find the former names."""
     if not any(isinstance(finder, Former) for finder in sys.meta_path):
-        sys.meta_path.append(Former())
+        sys.meta_path.insert(0, Former())

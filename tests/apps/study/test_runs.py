@@ -477,8 +477,14 @@ def test_runs_whose_processes_crashed_are_named(capsys, lost, code):
 @pytest.mark.parametrize("library", ["distributed", "cryptography"])
 def test_without_a_library_of_the_extra_threads_do_the_work(library, monkeypatch):
     monkeypatch.setitem(sys.modules, library, None)
-    crew = run._crew(None, 3, 2, None, simulator(False))
+    with pytest.warns(
+        br.core.InputWarning,
+        match=r"bristle study --workers needs .* Until then, threads of one process do the work",
+    ):
+        crew = run._crew(None, 3, 2, None, simulator(False))
     assert (type(crew), crew.workers, crew.simulate) == (Here, 2, len)
+    monkeypatch.setattr(run, "core_count", lambda: 6)
+    assert run._crew(None, 3, None, None, simulator(False)).workers == 3  # nobody asked: no warning
 
 
 def test_workers_and_a_scheduler_are_not_asked_for_together(monkeypatch):

@@ -280,6 +280,22 @@ def test_a_persons_file_under_the_name_of_a_block_to_come_is_set_aside(bench, do
     assert run_study(study, bench.folder / "part", workers=1).before == 3
 
 
+@pytest.mark.parametrize("kind", ["link", "folder"])
+def test_a_block_that_became_something_else_is_set_aside_once(done, kind):
+    study, out = done
+    before, block = content(out), out / "runs" / "0000000004.parquet"
+    block.unlink()
+    if kind == "link":
+        block.symlink_to(out / "study.json")
+    else:
+        block.mkdir()
+    with pytest.warns(br.core.InputWarning, match="is damaged") as warned:
+        assert run_study(study, out, workers=1).before == 2
+    assert len(warned) == 1
+    assert block.with_name(f"{block.name}.damaged").is_symlink() is (kind == "link")
+    assert content(out) == before
+
+
 def test_a_foreign_file_among_the_runs_is_refused(bench, done):
     (bench.folder / "out" / "runs" / "more.parquet").write_bytes(b"")
     with pytest.raises(br.core.InputError, match=r"did not write: runs/more\.parquet"):

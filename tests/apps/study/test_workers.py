@@ -14,7 +14,7 @@ import threading
 import time
 import warnings
 from concurrent.futures import CancelledError, Future
-from contextlib import closing
+from contextlib import closing, nullcontext
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace as Some
@@ -313,7 +313,7 @@ class Holder:
     """A process that answers with an address, or ends before it could."""
 
     def __init__(self, address, ending=0):
-        self.stdin, self.stdout, self.wait = io.BytesIO(), io.BytesIO(address), lambda: ending
+        self.stdin, self.stdout, self.ending = Input(), io.BytesIO(address), ending
         self.is_ended = False
 
     def __enter__(self):
@@ -322,13 +322,24 @@ class Holder:
     def __exit__(self, *error):
         assert self.is_ended  # so that nobody waits for it in vain
 
+    def wait(self, timeout=None):
+        return self.ending
+
     def kill(self):
         self.is_ended = True
 
 
+class Input(io.BytesIO):
+    """An input whose content stays readable after its end."""
+
+    def close(self):
+        self.content = self.getvalue()
+        super().close()
+
+
 @pytest.mark.parametrize(("ending", "words"), [(3, "with code 3"), (-9, "by signal 9")])
 def test_processes_that_never_begin_are_reported_by_how_they_end(monkeypatch, ending, words):
-    holders = iter([Holder(b"", 1)] * 4 + [Holder(b"", ending)])
+    holders = iter([*(Holder(b"", 1) for _ in range(4)), Holder(b"", ending)])
     monkeypatch.setattr(workers.subprocess, "Popen", lambda *command, **options: next(holders))
     with pytest.raises(
         WorkerError,
@@ -347,15 +358,57 @@ def test_processes_that_begin_at_last_are_ended_with_the_study(monkeypatch):
     with cluster._held():
         assert (cluster.address, last.is_ended, len(options)) == ("tls://a:1", False, 2)
     assert last.is_ended
-    assert pickle.loads(last.stdin.getvalue())["n_workers"] == 2
+    assert pickle.loads(last.stdin.content)["n_workers"] == 2
     assert options[0]["stderr"] is subprocess.DEVNULL
 
 
 def test_a_process_that_ended_gives_no_answer():
-    assert (
-        workers._answer(Some(stdin=Some(write=Mock(side_effect=BrokenPipeError))), "a message")
-        == ""
-    )
+    ended = Some(stdin=Some(write=Mock(side_effect=BrokenPipeError)), kill=Mock())
+    assert workers._answer(ended, "a message") == ""
+
+
+def test_a_process_that_hangs_is_killed_at_its_start_and_at_its_end(monkeypatch):
+    monkeypatch.setattr(workers, "WORKERS_JOIN", 0.05)
+    monkeypatch.setattr(workers, "ENDS", 0.05)
+    code = "import sys, time; print('ready' if sys.argv[1:] else '', end='\\n' * len(sys.argv[1:]), flush=True); time.sleep(60)"
+    pipe = subprocess.PIPE
+    with subprocess.Popen([sys.executable, "-c", code], stdin=pipe, stdout=pipe) as mute:
+        assert workers._answer(mute, "a message") == ""
+        assert mute.wait() == -signal.SIGKILL
+    with subprocess.Popen(
+        [sys.executable, "-c", code, "says"], stdin=pipe, stdout=pipe
+    ) as stubborn:
+        assert stubborn.stdout.readline() == b"ready\n"
+        workers._end(stubborn)
+        assert stubborn.wait() == -signal.SIGKILL
+
+
+def test_processes_of_this_machine_ignore_the_settings_of_the_user_for_dask(monkeypatch):
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL", "1 s")
+    monkeypatch.setenv("DASK_TEMPORARY_DIRECTORY", "elsewhere")
+    monkeypatch.setenv("MINE", "kept")
+    environment = workers._environment()
+    assert environment["DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL"] == "None"
+    assert "DASK_TEMPORARY_DIRECTORY" not in environment
+    assert environment["MINE"] == "kept"
+
+
+def test_processes_of_this_machine_are_reached_by_this_one_only(monkeypatch):
+    monkeypatch.setattr(OwnCluster, "_held", lambda self: nullcontext())
+    monkeypatch.setattr(Cluster, "_connected", lambda self: nullcontext("client"))
+    cluster = own_cluster()
+    with cluster._connected():
+        assert cluster._security.require_encryption
+        assert cluster._security.get_connection_args("client")["ssl_context"] is not None
+
+
+def test_a_change_of_the_code_during_a_study_is_told_without_advice_on_clusters():
+    changed = [(BLOCKS[0], ended(("unfit", "code 1 on here")))]
+    with pytest.raises(
+        WorkerError,
+        match=r"the code of bristle changed while the study ran \(code 1 on here\)\. The finished runs stay",
+    ):
+        list(own_cluster()._arrived(iter(changed)))
 
 
 def test_processes_that_start_no_more_are_given_up_after_a_while(monkeypatch):

@@ -9,6 +9,7 @@ from tests.exports.native import example_with
 from tests.exports.test_laws import variant
 
 import bristle as br
+from bristle.apps.targets.fmu import header_text
 from bristle.apps.targets.fmu_content import (
     CONSTANT,
     INPUT,
@@ -208,6 +209,10 @@ def test_the_source_of_an_fmu_is_built_as_c99():
     assert root.find("BuildConfiguration").attrib == {"modelIdentifier": "axis_x"}
     assert root.find("BuildConfiguration/SourceFileSet").attrib["language"] == "C99"
     assert root.find("BuildConfiguration/SourceFileSet/SourceFile").attrib["name"] == "axis_x.c"
+
+
+def test_headers_of_the_standard_are_found():
+    assert "fmi3Instance" in header_text("fmi3FunctionTypes.h")
 
 
 def test_states_are_local_to_an_fmu_without_a_mass():

@@ -1,8 +1,9 @@
 """Run a study: simulate the missing blocks of its folder."""
 
 import time
+import warnings
 from collections.abc import Mapping
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from bristle.apps.study.store import Runs, Store, opened
 from bristle.apps.study.workers import Cluster, Here, Make, OwnCluster
 from bristle.core import (
     InputError,
+    InputWarning,
     MissingExtraError,
     Progress,
     core_count,
@@ -141,8 +143,12 @@ def _crew(
             return Here(simulator.columns, core_count())
     count = min(workers or core_count(), missing)
     if count > 1:
-        with suppress(MissingExtraError):
+        try:
             return OwnCluster(study, make, count)
+        except MissingExtraError as error:
+            if workers is not None:
+                text = f"{error}. Until then, threads of one process do the work"
+                warnings.warn(text, InputWarning, stacklevel=2)
     return Here(make(study).columns, count)
 
 

@@ -91,10 +91,9 @@ class Store:
     def blocks_present(self) -> set[int]:
         """Return the first runs of the complete blocks; set damaged blocks, and other files under their names, aside."""
         blocks = _named_blocks(self.study)
+        known = {*self.grown.names, *self.damaged}
         others = [
-            name
-            for name in blocks
-            if name not in self.grown.names and os.path.lexists(self.grown / name)
+            name for name in blocks if name not in known and os.path.lexists(self.grown / name)
         ]
         self.grown.set_all_aside([*self.damaged, *others])
         self.damaged = []
@@ -149,11 +148,8 @@ def opened(
     def is_block(name: str) -> bool:
         return name.startswith(f"{RUNS}/")
 
-    def is_used(
-        name: str,
-    ) -> (
-        bool
-    ):  # users may keep other files in the folder; those under the names of blocks are set aside
+    def is_used(name: str) -> bool:
+        # Users may keep other files in the folder; those under the names of blocks are set aside.
         return name in WRITTEN or (name.partition("/")[0] == RUNS and name not in blocks)
 
     with growing_folder(folder, kind.kind, made_anew=is_block, used=is_used) as (grown, damaged):

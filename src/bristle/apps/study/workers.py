@@ -15,6 +15,7 @@ import platform
 import queue
 import subprocess
 import sys
+import threading
 import time
 import traceback
 import warnings
@@ -26,7 +27,6 @@ from functools import cache, lru_cache, partial
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from bristle.apps.study.plan import Block
@@ -44,11 +44,11 @@ from bristle.core import (
 TRIES = 5  # of the processes of this machine, if they fail to start
 PATIENCE = 0.2  # [s]: interval of checks for signals
 AHEAD = 4  # blocks for each worker: one in simulation, others in its queue
-WANTED_BY = (
-    "bristle study --scheduler",
-    "study",
-)  # command that needs a cluster, and the extra with its libraries
+# Command that needs a cluster, and the extra with its libraries.
+WANTED_BY = ("bristle study --scheduler", "study")
+WANTED_HERE = ("bristle study --workers", "study")
 ANSWERS = 10.0  # [s] timeout for an answer of the scheduler
+ENDS = 3.0  # [s] timeout for the end of the processes of this machine
 WORKERS_JOIN = 60.0  # [s] timeout for the first worker, and for the next worker of this machine
 # A worker or scheduler ends if it cannot unpickle a function of bristle, so tasks call built-in functions.
 SIMULATED = (
@@ -57,6 +57,9 @@ SIMULATED = (
 SINGLE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 DASK = {
     "DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL": "None",  # a long run in compiled code is no sign of a dead worker
+    "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "3",  # workers that may end in a block
+    "DASK_DISTRIBUTED__SCHEDULER__HTTP__ROUTES": "[]",  # other users of this machine could read them
+    "DASK_DISTRIBUTED__WORKER__HTTP__ROUTES": "[]",
     "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",  # a tenth of the processor time
 }
 Make = Callable[[Any], Any]  # what makes the simulator of a study
@@ -87,21 +90,22 @@ class Here:
         if self.workers == 1:
             yield from ((block, self.simulate(block)) for block in blocks)
             return
-        with warnings.catch_warnings(
-            action="ignore"
-        ):  # around all threads, because each thread would restore the filters of another
+        # Around all threads, because each thread would restore the filters of another.
+        with warnings.catch_warnings(action="ignore"):
             yield from _in_threads(self.simulate, blocks, self.workers)
 
 
 class Cluster:
     """Workers of a Dask cluster; they may come and go, and their blocks move to others."""
 
+    wanted_by = WANTED_BY
+
     def __init__(self, study: Any, make: Make, address: str) -> None:
         self.study = study
         self.make = make
         self.address = address
         self.lost: list[Block] = []
-        self._library = library("distributed", *WANTED_BY)
+        self._library = library("distributed", *self.wanted_by)
         self._security = self._library.Security()
 
     def results(self, blocks: Iterable[Block]) -> Results:
@@ -114,10 +118,8 @@ class Cluster:
             self._announce_code()
             pool = client.get_executor(pure=False)
             content = pickle.dumps((self.make, self.study), protocol=pickle.HIGHEST_PROTOCOL)
-            with warnings.catch_warnings():
-                warnings.filterwarnings(
-                    "ignore", "Sending large graph"
-                )  # the study is sent only once
+            with warnings.catch_warnings():  # the study is sent only once
+                warnings.filterwarnings("ignore", "Sending large graph")
                 plan = client.submit(bytes, content, pure=False)
 
             def submit(block: Block) -> Future[Any]:
@@ -200,6 +202,15 @@ class Cluster:
     def _fault(self, message: str, mend: str) -> BristleError:
         return InputError(message, path="--scheduler", value=self.address, mend=mend)
 
+    def _unfit(self, software: str) -> BristleError:
+        return InputError(
+            "the software of a worker differs",
+            path=self.address,
+            value=software,
+            allowed=", ".join(f"{name} {value}" for name, value in described().items()),
+            mend="Install the allowed versions on this worker and restart the worker, or stop it",
+        )
+
     def _arrived(self, futures: Iterator[tuple[Block, Future[Any]]]) -> Results:
         """Yield blocks with their columns; note those whose workers ended."""
         for block, future in futures:
@@ -215,34 +226,24 @@ class Cluster:
             if outcome == "failed":
                 raise WorkerError.at(block, content)
             if outcome == "unfit":
-                mend = (
-                    "Install the allowed versions on this worker and restart the worker, or stop it"
-                )
-                allowed = ", ".join(f"{name} {value}" for name, value in described().items())
-                raise InputError(
-                    "the software of a worker differs",
-                    path=self.address,
-                    value=content,
-                    allowed=allowed,
-                    mend=mend,
-                )
+                raise self._unfit(content)
             yield block, content
 
 
 class OwnCluster(Cluster):
     """A Dask cluster of processes of this machine. They end with the study, or with this process."""
 
+    wanted_by = WANTED_HERE
+
     def __init__(self, study: Any, make: Make, workers: int) -> None:
         super().__init__(study, make, "")
-        library("cryptography", *WANTED_BY)
+        library("cryptography", *self.wanted_by)
         self.workers = workers
-        self._last_alive = time.monotonic()
 
     @contextmanager
     def _connected(self) -> Iterator[Any]:
-        self._security = (
-            self._library.Security.temporary()
-        )  # other users of this machine can reach the scheduler
+        # Other users of this machine can reach the scheduler.
+        self._security = self._library.Security.temporary()
         with self._held(), super()._connected() as client:
             self._last_alive = time.monotonic()
             yield client
@@ -253,28 +254,23 @@ class OwnCluster(Cluster):
         code = f"import sys; sys.path[:] = {sys.path!r}; from bristle.apps.study.holder import hold_cluster; hold_cluster()"
         pipe = subprocess.PIPE
         ending = 0
-        with TemporaryDirectory(prefix="bristle-", ignore_cleanup_errors=True) as folder:
-            options = {
-                "n_workers": self.workers,
-                "security": self._security,
-                "local_directory": folder,
-            }
-            for _ in range(TRIES):
-                with subprocess.Popen(
-                    [sys.executable, "-c", code],
-                    env=os.environ | SINGLE | DASK,
-                    stdin=pipe,
-                    stdout=pipe,
-                    stderr=subprocess.DEVNULL,
-                ) as holder:
-                    try:
-                        self.address = _answer(holder, options)
-                        if self.address:
-                            yield
-                            return
-                        ending = holder.wait()
-                    finally:
-                        holder.kill()
+        options = {"n_workers": self.workers, "security": self._security}
+        for _ in range(TRIES):
+            with subprocess.Popen(
+                [sys.executable, "-c", code],
+                env=_environment(),
+                stdin=pipe,
+                stdout=pipe,
+                stderr=subprocess.DEVNULL,
+            ) as holder:
+                try:
+                    self.address = _answer(holder, options)
+                    if self.address:
+                        yield
+                        return
+                    ending = holder.wait()
+                finally:
+                    _end(holder)
         cause = f"with code {ending}"
         if ending < 0:
             cause = f"by signal {-ending}"
@@ -294,20 +290,46 @@ class OwnCluster(Cluster):
             raise self._fault("no process starts any more", "")
         return threads
 
+    def _unfit(self, software: str) -> BristleError:
+        return WorkerError(
+            f"the code of bristle changed while the study ran ({software}). The finished runs stay. Repeat the command"
+        )
+
     def _fault(self, message: str, mend: str) -> BristleError:
         return WorkerError(
             f"on this machine, {message}. The finished runs stay. Check the free memory, then repeat the command"
         )
 
 
+def _environment() -> dict[str, str]:
+    """Return the environment of the processes of this machine, without the settings of the user for Dask."""
+    own = {name: text for name, text in os.environ.items() if not name.startswith("DASK_")}
+    return own | SINGLE | DASK
+
+
 def _answer(process: Any, message: object) -> str:
-    """Return the line that a process answers to a message; an empty one if the process ended."""
+    """Return the line that a process answers to a message; an empty one if the process ended, or did not answer in time."""
+    too_long = threading.Timer(WORKERS_JOIN, process.kill)
+    too_long.daemon = True
+    too_long.start()
     try:
         pickle.dump(message, process.stdin)
         process.stdin.flush()
+        return process.stdout.readline().decode().strip()
     except OSError:
         return ""
-    return process.stdout.readline().decode().strip()
+    finally:
+        too_long.cancel()
+
+
+def _end(process: Any) -> None:
+    """End a process that ends with its input and cleans up; kill it if that takes too long."""
+    try:
+        with suppress(OSError, subprocess.TimeoutExpired):
+            process.stdin.close()
+            process.wait(timeout=ENDS)
+    finally:
+        process.kill()
 
 
 @contextmanager
