@@ -75,8 +75,10 @@ def test_any_number_of_processes_and_of_threads_writes_the_same_bytes(
         "bristle.apps.study.run.OwnCluster",
         Mock(side_effect=MissingExtraError("without the extra")),
     )
-    for name, count in (("threads", 3), ("as many as cores", None)):
-        run_study(study, bench.folder / name, workers=count)
+    with pytest.warns(br.core.InputWarning, match="threads of one process do the work"):
+        run_study(study, bench.folder / "threads", workers=3)
+    run_study(study, bench.folder / "as many as cores")
+    for name in ("threads", "as many as cores"):
         assert (
             content(bench.folder / name)
             == content(bench.folder / "two")
@@ -479,7 +481,7 @@ def test_without_a_library_of_the_extra_threads_do_the_work(library, monkeypatch
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.warns(
         br.core.InputWarning,
-        match=r"bristle study --workers needs .* Until then, threads of one process do the work",
+        match=r"^--workers needs .* Until then, threads of one process do the work",
     ):
         crew = run._crew(None, 3, 2, None, simulator(False))
     assert (type(crew), crew.workers, crew.simulate) == (Here, 2, len)

@@ -46,7 +46,7 @@ PATIENCE = 0.2  # [s]: interval of checks for signals
 AHEAD = 4  # blocks for each worker: one in simulation, others in its queue
 # Command that needs a cluster, and the extra with its libraries.
 WANTED_BY = ("bristle study --scheduler", "study")
-WANTED_HERE = ("bristle study --workers", "study")
+WANTED_HERE = ("--workers", "study")
 ANSWERS = 10.0  # [s] timeout for an answer of the scheduler
 ENDS = 3.0  # [s] timeout for the end of the processes of this machine
 WORKERS_JOIN = 60.0  # [s] timeout for the first worker, and for the next worker of this machine

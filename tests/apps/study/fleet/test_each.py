@@ -182,7 +182,8 @@ def test_a_killed_worker_loses_no_rows(logs, tmp_path, monkeypatch):
     monkeypatch.undo()
     each(logs, tmp_path / "alone")
     monkeypatch.setitem(sys.modules, "distributed", None)
-    each(logs, tmp_path / "threads", workers=3)
+    with pytest.warns(br.core.InputWarning, match="--workers needs an optional dependency"):
+        each(logs, tmp_path / "threads", workers=3)
     assert content(tmp_path / "out") == content(tmp_path / "threads") == content(tmp_path / "alone")
 
 
