@@ -541,16 +541,22 @@ def test_a_script_needs_no_guard_and_is_run_once(bench):
     not Path("/proc/self/task").exists(), reason="looks for processes as Linux shows them"
 )
 @pytest.mark.slow
-def test_processes_end_in_the_midst_of_a_block_where_the_command_is_gone(slow_bench):
+def test_processes_end_in_the_midst_of_a_block_where_the_command_is_gone(
+    slow_bench, tmp_path_factory, monkeypatch
+):
+    temporary = tmp_path_factory.mktemp("temporary")
+    monkeypatch.setenv("TMPDIR", str(temporary))
     slow_bench.study(runs=("runs = 12", "runs = 8000"), block=("block = 4", "block = 4000"))
     process = begun(slow_bench.folder / "study.toml", slow_bench.folder / "out", "--workers", "2")
     until(lambda: len(own_workers(process.pid)) == 2, "two workers")
     time.sleep(3.0)  # their blocks take a minute
     family = [*children(process.pid), *own_workers(process.pid)]
+    assert len(list(temporary.iterdir())) == 1
     process.kill()
     process.communicate()
     assert len(family) == 3
     until(lambda: not any(lives(pid) for pid in family), "workers to end")
+    until(lambda: not list(temporary.iterdir()), "no temporary files")
 
 
 @pytest.mark.skipif(

@@ -18,16 +18,15 @@ def hold_cluster() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # keep prints of user models out of the answers
-    options = pickle.load(sys.stdin.buffer)
     with TemporaryDirectory(prefix="bristle-", ignore_cleanup_errors=True) as folder:
-        os.environ["DASK_TEMPORARY_DIRECTORY"] = folder
+        os.environ["DASK_TEMPORARY_DIRECTORY"] = folder  # before the options load Dask
+        options = pickle.load(sys.stdin.buffer)
         distributed = library("distributed", "bristle study")
         with distributed.LocalCluster(
             threads_per_worker=1,
             memory_limit=None,
             dashboard_address=None,
             scheduler_kwargs={"dashboard_address": "127.0.0.1:0", "dashboard": False},
-            local_directory=folder,
             **options,
         ) as cluster:
             print(cluster.scheduler_address, file=answers, flush=True)
