@@ -14,10 +14,8 @@ from importlib.resources import files
 import numpy as np
 
 LAW, IDENTIFIED = "adaptive_hysteresis", "maxwell_slip_feedforward"
-PERIOD, NEAR = (
-    4.0,
-    1.15,
-)  # [s], one of the motion; share of the error of the compensator that was identified
+# [s], one of the motion; share of the error of the compensator that was identified
+PERIOD, NEAR = (4.0, 1.15)
 
 
 def errors_by_period(outcome) -> np.ndarray:

@@ -49,9 +49,8 @@ def cluster() -> Iterator[Ratio]:
             studies = [
                 _study(Path(name), rig, level, spread, block, block * blocks) for blocks in counts
             ]
-            _spent(
-                studies[0], Path(name), idle, parts, scheduler=there.address
-            )  # what is needed is compiled
+            # What is needed is compiled.
+            _spent(studies[0], Path(name), idle, parts, scheduler=there.address)
             ours = _for_a_block(studies, Path(name), idle, parts, scheduler=there.address)
             theirs = _for_a_block(studies, Path(name), {}, {}, workers=1)
             shares = ", ".join(f"{part} {1e3 * seconds:.1f} ms" for part, seconds in ours.items())

@@ -39,11 +39,8 @@ RECORDS = {
     "sensor": "two encoders and a sensor",
     "no_scale": "one encoder and a sensor",
 }
-CLOSE, CLOSE_MASS, CLOSE_STIFFNESS = (
-    3.0,
-    1.0,
-    5.0,
-)  # % of the frequencies, of the sum of the masses, of the stiffness
+# % of the frequencies, of the sum of the masses, of the stiffness
+CLOSE, CLOSE_MASS, CLOSE_STIFFNESS = (3.0, 1.0, 5.0)
 
 
 class Tried(NamedTuple):
@@ -58,9 +55,8 @@ class Tried(NamedTuple):
     first: bool
     play: bool
     inside: tuple[bool, ...]
-    of_masses: dict[
-        str, bool
-    ]  # whether the true values of both masses are in their intervals; empty if the report refuses them
+    # Whether the true values of both masses are in their intervals; empty if the report refuses them.
+    of_masses: dict[str, bool]
 
     @property
     def close(self) -> bool:

@@ -16,12 +16,8 @@ import numpy as np
 from benchmarks.timing import Ratio, busy_side_by_side
 
 MODELS = ("lugre", "dahl", "elastoplastic", "maxwell_slip", "gms", "preisach_lugre")
-FLAGS = (
-    "-O3",
-    "-DNDEBUG",
-    "-std=c99",
-    "-ffp-contract=off",
-)  # those of a release by the CMakeLists.txt of an export
+# Those of a release by the CMakeLists.txt of an export.
+FLAGS = ("-O3", "-DNDEBUG", "-std=c99", "-ffp-contract=off")
 STEPS, DT, RUNS, LIMIT = 50_000, 5e-4, 25, 1.15
 LOOP = """
 #include "axis_x.h"

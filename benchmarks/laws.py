@@ -54,12 +54,8 @@ def summary(values: list[float]) -> str:
 
 def observer() -> None:
     """Print the error of the observed force, and the following error, on frictions of three structures."""
-    plugged: dict[str, Any] = {
-        "g_1": 1e-9,
-        "g_2": 1e9,
-        "F_C": 1e9,
-        "sigma_0": 0.0,
-    }  # an observer that observes nothing
+    # An observer that observes nothing.
+    plugged: dict[str, Any] = {"g_1": 1e-9, "g_2": 1e9, "F_C": 1e9, "sigma_0": 0.0}
     laws = {
         "PD": PD,
         "disturbance observer, 60 1/s": controllers.disturbance_observer(**GAINS, g=60.0),

@@ -16,10 +16,8 @@ __all__ = ["AXIS", "LAW", "MASS", "recorded_in_loop"]
 
 MASS = 20.0  # kg
 ENCODER, DT = 0.125e-6, 1e-3  # m, s
-SCATTER, NOISE = (
-    0.05,
-    0.005,
-)  # of the level of friction from reversal to reversal; of the largest friction
+# Of the level of friction from reversal to reversal; of the largest friction.
+SCATTER, NOISE = (0.05, 0.005)
 FINER = 8  # times as many steps as an identification takes
 LAW = controllers.cascade(k_p=120.0, k_v=6000.0, k_i=2e5)
 AXIS = Axis(resolution=ENCODER, controller=LAW, method="output_error", held=True)

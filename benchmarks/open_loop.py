@@ -56,9 +56,8 @@ def cases() -> Iterator[Case]:
         yield Case(f"{name}, pulled", pulled, models[name], rest, 1e-5)
     for name in ("LuGre", "Stribeck"):
         yield Case(f"{name}, force switched", mass, models[name], switched, 1e-5)
-    yield Case(
-        "Dahl on a spring, sine", spring, models["Dahl"], sine, 1e-6, 1.5
-    )  # smooth: as many steps as of one length
+    # smooth: as many steps as of one length
+    yield Case("Dahl on a spring, sine", spring, models["Dahl"], sine, 1e-6, 1.5)
     for name in ("LuGre", "Preisach-LuGre", "Stribeck"):
         yield Case(f"{name}, sine held from sample to sample", mass, models[name], sine, 1e-5)
 

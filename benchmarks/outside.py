@@ -17,12 +17,8 @@ __all__ = ["AXIS", "KINDS", "record"]
 KINDS = ("shape", "place", "drift", "root", "all")
 SAMPLE_TIME, SECONDS, MASS, ENCODER, NOISE = 1e-3, 20.0, 3.0, 1e-7, 0.05  # [s, s, kg, m, N]
 AXIS = Axis(kind="translational", resolution=ENCODER)
-SINES = (
-    (10e-3, 0.1, 0.4),
-    (2e-3, 0.4, 1.0),
-    (60e-6, 1.0, 3.0),
-    (8e-6, 2.0, 5.0),
-)  # largest amplitude [m], frequencies [Hz]
+# Largest amplitude [m], frequencies [Hz]
+SINES = ((10e-3, 0.1, 0.4), (2e-3, 0.4, 1.0), (60e-6, 1.0, 3.0), (8e-6, 2.0, 5.0))
 
 
 def record(kind: str, seed: int, number: int) -> Log:

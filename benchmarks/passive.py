@@ -38,9 +38,8 @@ class Rows:
 
     effort: np.ndarray
     explained: np.ndarray
-    passive: (
-        np.ndarray
-    )  # (row, column): elements, monotone functions, friction of the model with the sign reversed
+    # (row, column): elements, monotone functions, friction of the model with the sign reversed
+    passive: np.ndarray
     lossless: np.ndarray  # (row, 2): acceleration and a constant
     state: np.ndarray  # (row, feature): deflections of the elements with constant limits over these limits, and the velocity
     near: np.ndarray
@@ -150,9 +149,8 @@ class Passive:
             np.full(count, (RIDGE * target.size) ** 0.5),
         )
         low[-lossless:], penalty[-lossless:] = -np.inf, 0.0
-        high[-lossless - 1] = scale[
-            -lossless - 1
-        ]  # the factor of the model's friction does not fall below 0
+        # The factor of the model's friction does not fall below 0
+        high[-lossless - 1] = scale[-lossless - 1]
         stacked = np.column_stack(
             [np.vstack([A / scale, np.diag(penalty)]), np.concatenate([target, np.zeros(count)])]
         )

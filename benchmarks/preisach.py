@@ -16,10 +16,8 @@ from benchmarks.timing import Ratio, side_by_side
 SOURCE = Path(__file__).with_name("preisach.c")
 COUNT = 1_000_000
 GRID, GRID_SAMPLES = 100, 2_000
-AMPLITUDES = (
-    0.5,
-    5.0,
-)  # of the walk through the relays, in f_p/s: in pre-sliding, and into saturation
+# Of the walk through the relays, in f_p/s: in pre-sliding, and into saturation.
+AMPLITUDES = (0.5, 5.0)
 
 
 class _Parameters(ctypes.Structure):

@@ -182,9 +182,8 @@ def _judged(
         x = moves(move["distance"], rig.dt, 0.05, ahead)
         desired = x[: x.size - ahead]
         inertia = rig.mass * np.gradient(np.gradient(desired, rig.dt), rig.dt)
-        gains = replace(
-            machine.gains, k_ff=1.0
-        )  # the loop that files state has velocity and inertia fed forward
+        # The loop that files state has velocity and inertia fed forward.
+        gains = replace(machine.gains, k_ff=1.0)
         without = _error(rig, rig.run(gains, desired, inertia))
         if drive is not None:
             with_it = _error(rig, rig.run(gains, desired, inertia + drive(x, rig.dt)[ahead:]))
@@ -345,9 +344,8 @@ def of_tf5200(folder: Path, machine: Machine) -> Drive:
 def of_ax8000(folder: Path, machine: Machine) -> Drive:
     """Slip a spring at the static friction, and add the dynamic factor times the velocity of the motor."""
     values = {row[0]: float(row[1]) for row in _table_rows(_text(folder, ".csv"))[1:]}
-    turn = (
-        2.0 * math.pi * machine.ratio / machine.lead if machine.lead else 1.0
-    )  # of the motor, for 1 m [rad]
+    # Of the motor, for 1 m [rad]
+    turn = 2.0 * math.pi * machine.ratio / machine.lead if machine.lead else 1.0
     static, dynamic, spring = (values.get(f"0x3144:0{place}", 0.0) for place in (2, 3, 1))
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:

@@ -25,10 +25,8 @@ __all__ = ["Judged", "Rotor", "made", "rotors", "tried"]
 
 FINE = 20  # steps of the integrator in a sample
 BAND = 20.0, 40.0  # Hz: of the error of the encoder
-TIMES = (
-    30.0,
-    100.0,
-)  # of the error over what rounding has in that band, or in every other log over all of it
+# Of the error over what rounding has in that band, or in every other log over all of it.
+TIMES = (30.0, 100.0)
 FIRST, LOGS = 1000, 40
 MODEL, NORMAL = "stribeck", 1.96
 BANDS, STEADY, SHARP = (100.0, 25.0), 8.0, 35.0  # Hz: of the rows; of the inertia [%]

@@ -35,9 +35,8 @@ LAG = 0.02  # [s]
 PLAY = 10.0  # times the play that is drawn
 SHOWS = 0.01  # of friction: a missing force that matters
 SMOOTH = 0.01  # [s]
-FALLS = np.geomspace(
-    2e-3, 1.0, 24
-)  # of the largest speed, over which a law of the right structure may fall
+# Of the largest speed, over which a law of the right structure may fall.
+FALLS = np.geomspace(2e-3, 1.0, 24)
 
 
 class Tried(NamedTuple):

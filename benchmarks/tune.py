@@ -37,10 +37,8 @@ from bristle.report.compared import compare
 FIRST = 3000  # seeds from here on were not used to build the program
 WINDOW = 0.1  # around a reversal [s]
 PATIENCE = 2.5  # of the guard in HAL, with its ramp [s]
-CYCLES, WARM_UP = (
-    4,
-    (0, 0, 0, 0, 0, 0),
-)  # of a record that is compared; records that warm an axis up
+# Of a record that is compared; records that warm an axis up.
+CYCLES, WARM_UP = (4, (0, 0, 0, 0, 0, 0))
 STOPS = 12  # times four stops: with the feedforward and without it, twice each
 
 
@@ -428,9 +426,8 @@ def hal_kills(each: int = 1) -> bool:
                 else:
                     tune(target / "machine.toml", target / "out", options=OPTIONS)
                 same = _as_read(machine.state()) == untouched
-                if (
-                    was_killed or place[0] != "warm_up"
-                ):  # whose cycles agree after fewer or more pairs in another run
+                # Whose cycles agree after fewer or more pairs in another run.
+                if was_killed or place[0] != "warm_up":
                     fates.append(was_killed and same and seconds <= PATIENCE)
                 words = " ".join(
                     str(entries[line].get(key, "")) for key in ("step", "event", "what", "gain")

@@ -31,9 +31,8 @@ class Drive:
     antiresonance: float  # Hz
     damping: float  # ratio of the load on its spring
     gap: float  # of the play
-    friction: tuple[
-        tuple[float, ...], tuple[float, ...]
-    ]  # of motor and load: kind, level, break-away, Stribeck speed, stiffness, ...
+    # Of motor and load: kind, level, break-away, Stribeck speed, stiffness, ...
+    friction: tuple[tuple[float, ...], tuple[float, ...]]
     sample_time: float
     delay: int  # samples from the encoder to the effort
     lag: float  # of the current
@@ -44,10 +43,8 @@ class Drive:
     with_reference: bool
     seed: int
     nut: float = 0.0  # friction of the motor per force of the coupling
-    hysteresis: tuple[float, float] = (
-        0.0,
-        0.0,
-    )  # of the coupling: an element of a share of its stiffness, which slips after a distance
+    # Of the coupling: an element of a share of its stiffness, which slips after a distance.
+    hysteresis: tuple[float, float] = (0.0, 0.0)
     sensor: float = 0.0  # noise of a sensor of force, 0 without a sensor
     screw: float = 0.0  # part of the motor's mass behind the sensor
 

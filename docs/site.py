@@ -92,9 +92,8 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
     if not page.file.src_uri.endswith(".md"):
         return markdown
-    markdown = re.sub(
-        r"^```(\w+) [\w -]+$", r"```\1", markdown, flags=re.MULTILINE
-    )  # words for tests, not for readers
+    # Words for tests, not for readers.
+    markdown = re.sub(r"^```(\w+) [\w -]+$", r"```\1", markdown, flags=re.MULTILINE)
     parts = re.split(r"(^```.*?^```$)", markdown, flags=re.DOTALL | re.MULTILINE)
     return "".join(part if part.startswith("```") else LINK.sub(led, part) for part in parts)
 

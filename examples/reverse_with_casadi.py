@@ -23,10 +23,8 @@ TIME = DT * np.arange(STEPS)
 PATH = 2.5e-3 * (1.0 - np.cos(2.0 * np.pi * TIME / (DT * STEPS)))  # forth and back in 0.4 s
 REVERSAL = slice(STEPS // 2 - 50, STEPS // 2 + 50)
 LEVELS = np.linspace(0.2, 1.8, 60)
-SHARE, SLIP = (
-    LEVELS**-0.5 / np.sum(LEVELS**-0.5),
-    8e-6 * LEVELS**2,
-)  # share of the force, and deflection at which an element slips [m]
+# Share of the force, and deflection at which an element slips [m]
+SHARE, SLIP = (LEVELS**-0.5 / np.sum(LEVELS**-0.5), 8e-6 * LEVELS**2)
 
 
 def on_rig(path, feedforward, parts=20):

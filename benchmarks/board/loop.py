@@ -13,11 +13,8 @@ from bristle import friction, plants
 from bristle.core import Experiment
 from bristle.simulation import compensation_experiment, simulate
 
-PASSES, MEMORY, RELAXED = (
-    12,
-    4,
-    0.5,
-)  # loops; earlier passes that determine the next motion; share of the change in it
+# Loops; earlier passes that determine the next motion; share of the change in it.
+PASSES, MEMORY, RELAXED = (12, 4, 0.5)
 SETTLED = 1e-3  # of the largest change of the first pass
 
 

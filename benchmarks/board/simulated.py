@@ -16,11 +16,8 @@ from bristle.apps.paper.robust.truths import SIMULATED, truths_named
 from bristle.core import Axis, Experiment, Feedforward, Model, Run, Variant
 from bristle.simulation import simulate
 
-DT, RESOLUTION, NOISE = (
-    1e-3,
-    10e-9,
-    2e-9,
-)  # [s, m, m] of the known axes; with a coarser encoder, vibrations of the loop let LuGre creep
+# [s, m, m] of the known axes; with a coarser encoder, vibrations of the loop let LuGre creep
+DT, RESOLUTION, NOISE = (1e-3, 10e-9, 2e-9)
 CUTOFF = 60.0  # [Hz]
 BANDWIDTH = 150.0  # [1/s] of their position loop; that of the velocity loop is twice as high
 

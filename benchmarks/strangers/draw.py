@@ -13,9 +13,8 @@ from benchmarks.strangers.truth import FAMILIES, Axis, Friction, Record, Truth
 __all__ = ["draw", "make"]
 
 UM = 1e-6  # [m] one micrometre of a linear axis
-SCREW = (
-    2.0 * np.pi / 0.01
-)  # [rad/m]: by which a rotary axis takes it, as a screw of 10 mm a turn does
+# [rad/m]: by which a rotary axis takes it, as a screw of 10 mm a turn does
+SCREW = 2.0 * np.pi / 0.01
 
 
 def draw(

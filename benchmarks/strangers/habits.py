@@ -87,10 +87,8 @@ def effort_without_feedforward(
         np.pad(r, n, mode="edge"), np.hanning(2 * n + 1) / np.hanning(2 * n + 1).sum(), "valid"
     )
     a = np.gradient(np.gradient(smooth, truth.period), truth.period)
-    a[: 2 * n], a[-2 * n :] = (
-        a[2 * n],
-        a[-2 * n - 1],
-    )  # the smoothing sees no motion beyond the ends
+    # The smoothing sees no motion beyond the ends.
+    a[: 2 * n], a[-2 * n :] = (a[2 * n], a[-2 * n - 1])
     mass = 0.9 * truth.mass
     effort = record.effort - mass * a / truth.recording.force_per_effort
     return (

@@ -317,9 +317,8 @@ def _tiny(truth: Truth, um: float) -> Truth:
     if friction.break_away > 0.0:
         stiffness = max(friction.F_S) / friction.break_away
         pace = loop.ki * (1.0 if loop.kind == "pid" else loop.kp) / stiffness
-        most = (
-            1000.0 if size < 0.7 * friction.break_away else 6.0
-        )  # past break-away a high integral hunts
+        # Past break-away a high integral hunts.
+        most = 1000.0 if size < 0.7 * friction.break_away else 6.0
         loop = replace(loop, ki=loop.ki * float(np.clip(4.0 / pace, 1.0, most)))
     return replace(truth, motion=motion, encoder=encoder, loop=loop)
 

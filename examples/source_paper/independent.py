@@ -90,9 +90,8 @@ def move(corner, count, last, x):
         if (last - before) * toward < 0.0:  # last was a turning point
             corner[count] = last
             count += 1
-        while (
-            count > 1 and (x - corner[count - 2]) * toward >= 0.0
-        ):  # passed the last but one: the loop is closed
+        # Passed the last but one: the loop is closed.
+        while count > 1 and (x - corner[count - 2]) * toward >= 0.0:
             count -= 2
         if count > 0 and abs(x) >= abs(corner[0]):  # beyond all history: first loading again
             count = 0
@@ -143,9 +142,8 @@ def compensation(name, fine=10):
     if name == "printed":
         step = SAMPLE / fine
         return printed_model(reference(step * np.arange(len(TIME) * fine))[1], fine, step)
-    if (
-        name == "position"
-    ):  # CHOICE: the two halves are scaled first, the offset is added afterwards
+    # CHOICE: the two halves are scaled first, the offset is added afterwards.
+    if name == "position":
         f = 0.64 * hysteresis_of(reference(TIME)[0])
         return np.where(f > 0.0, 1.15, 0.85) * f + 3.1416
     return np.zeros(len(TIME))

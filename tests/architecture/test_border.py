@@ -12,12 +12,8 @@ import bristle
 ROOT = Path(bristle.__file__).parent
 PROJECT = Path(__file__).parents[2]
 MOST_NAMES = 293
-OPEN = (
-    "bristle.core.loading",
-    "bristle.core.palette",
-    "bristle.core.former",
-    "bristle.models",
-)  # lazy loading, colours and families, former names, for every package
+# Lazy loading, colours and families, former names, for every package.
+OPEN = ("bristle.core.loading", "bristle.core.palette", "bristle.core.former", "bristle.models")
 
 
 def storeys():
@@ -68,9 +64,8 @@ def border():
     result = {}
     for room in applications:
         for path in sorted(ROOT.joinpath(room.removeprefix("bristle.")).rglob("*.py")):
-            if (
-                ROOT / "apps" / "targets" in path.parents
-            ):  # it continues the exports, and knows how they are made
+            # It continues the exports, and knows how they are made.
+            if ROOT / "apps" / "targets" in path.parents:
                 continue
             imports = [
                 pair

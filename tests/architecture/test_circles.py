@@ -134,9 +134,8 @@ def test_all_files_are_looked_at(arrows):
     assert len(arrows) == len(list(ROOT.rglob("*.py")))
     assert "bristle.logs.assembly" in arrows["bristle.logs.log"]
     assert "bristle.files.user_model" in arrows["bristle.files.model"]  # inside a function
-    assert (
-        "bristle.files.axis" in arrows["bristle.report.model_in_hand"]
-    )  # by the package that offers the name
+    # By the package that offers the name.
+    assert "bristle.files.axis" in arrows["bristle.report.model_in_hand"]
 
 
 @pytest.mark.parametrize(

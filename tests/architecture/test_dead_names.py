@@ -139,12 +139,13 @@ class Package:
             parts = (root.name, *path.relative_to(root).with_suffix("").parts)
             name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
             self.modules[name] = Module(name, path)
+        # Python calls it at an import.
         self.live, self.waiting, self.as_values, self.attributes = (
             set(),
             [],
             set(),
             {"exec_module"},
-        )  # Python calls it at an import
+        )
 
     def home(self, module, name):
         """Return where a name of a module is defined: module and name; name is None for a module."""
@@ -223,9 +224,8 @@ class Package:
                 module, name = self.waiting.pop()
                 for node in self.modules[module].definitions[name]:
                     self.take(node, module)
-            for module in (
-                self.as_values & self.modules.keys()
-            ):  # handed on: any attribute may be one of its names
+            # Handed on: any attribute may be one of its names.
+            for module in self.as_values & self.modules.keys():
                 for name in self.modules[module].definitions.keys() & self.attributes:
                     self.mark((module, name), is_value=False)
 

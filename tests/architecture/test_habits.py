@@ -99,16 +99,13 @@ def test_what_a_change_touches_comes_first_and_the_rest_takes_turns(slow):
 
 def test_each_run_of_ci_has_the_browser_and_a_site_without_broken_links(slow):
     (command,) = [part.command for part in slow.parts() if part.is_constant]
-    assert {"--ci", "tests/apps/lab/test_browser.py"} < set(
-        command.split()
-    )  # a missing browser fails the part
+    # A missing browser fails the part.
+    assert {"--ci", "tests/apps/lab/test_browser.py"} < set(command.split())
     (options,) = re.findall(
         r"mkdocs.*? build (.*)", (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     )
-    assert ("--strict" in options, "--quiet" in options) == (
-        True,
-        False,
-    )  # quiet, it counts no warnings
+    # Quiet, it counts no warnings.
+    assert ("--strict" in options, "--quiet" in options) == (True, False)
 
 
 def test_each_path_that_makes_a_part_due_exists():

@@ -20,12 +20,8 @@ OTHERS = {
     "files/permission.py": {"write_text", "unlink"},  # the state of a person: which code may run
     "apps/lab/server/cases.py": {"shutil.rmtree", "open", "unlink"},
     "apps/lab/server/gate.py": {"os.open", "unlink"},  # a file in the folder of a server
-    "apps/lab/server/run.py": {
-        "os.open",
-        "os.unlink",
-        "os.rmdir",
-        "shutil.rmtree",
-    },  # that of this server, of dead ones
+    # That of this server, of dead ones.
+    "apps/lab/server/run.py": {"os.open", "os.unlink", "os.rmdir", "shutil.rmtree"},
     "apps/lab/server/routes.py": {"shutil.rmtree", "unlink"},
     "apps/lab/server/worker.py": {"write_text", "open"},
     "exports/c.py": {"write_text"},  # temporary folders, gone when they are left

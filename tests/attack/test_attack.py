@@ -511,6 +511,5 @@ def test_models_of_a_persons_own(yard, how):
     (yard / "own.py").write_text(text.replace(old, new, 1))
     chatter = "x" * 100_000 + "\n"
     if assault(["check", "own.py", "--json"], yard, chatter)[0]:
-        assault(
-            [*IDENTIFY, "--model", "own.py"], yard, chatter
-        )  # one that meets the contract is compiled elsewhere
+        # One that meets the contract is compiled elsewhere.
+        assault([*IDENTIFY, "--model", "own.py"], yard, chatter)

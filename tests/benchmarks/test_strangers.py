@@ -49,9 +49,8 @@ def test_momentum_of_a_record(linear):
     truth = ideal(draw(4, "coulomb", "strokes", linear))
     record, period = make_record(truth), truth.recording.trace_period
     v, a = np.diff(record.position) / period, np.diff(record.position, 2) / period**2
-    effort = 0.5 * (
-        record.effort[1:-1] + record.effort[2:]
-    )  # a row shows the mean before its instant
+    # A row shows the mean before its instant.
+    effort = 0.5 * (record.effort[1:-1] + record.effort[2:])
     left = truth.mass * a + truth.steady(0.5 * (v[1:] + v[:-1])) + truth.axis.gravity - effort
     moving = np.minimum(np.abs(v[1:]), np.abs(v[:-1])) > 1e-3 * np.abs(v).max()
     assert moving.mean() > 0.3

@@ -126,9 +126,8 @@ def test_an_interruption_of_its_identification_ends_it(bristle, here, monkeypatc
 # --- what it does one after the other, with the work itself left out -------------------------------------------------
 
 
-module = importlib.import_module(
-    "bristle.cli.demonstration.run"
-)  # the package has the function by that name
+# The package has the function by that name.
+module = importlib.import_module("bristle.cli.demonstration.run")
 
 
 class Folder:
@@ -274,9 +273,8 @@ def test_elements_slip_after_their_distances_and_all_of_them_at_7_micrometres():
     shares, distances = spectrum(30, 7e-6, seed=7)
     assert (P.alpha_i.tolist(), P.r_i.tolist()) == (shares.tolist(), distances.tolist())
     assert (P.r_i.size, P.r_i.max()) == (30, pytest.approx(7e-6))
-    assert force[0] == pytest.approx(
-        0.5e-7 * 41.0 * np.sum(P.alpha_i / P.r_i), rel=1e-6
-    )  # in the middle of a step
+    # In the middle of a step.
+    assert force[0] == pytest.approx(0.5e-7 * 41.0 * np.sum(P.alpha_i / P.r_i), rel=1e-6)
     assert force[-1] == pytest.approx(1.06 * 41.0, rel=1e-6)
     assert force[60] < force[-1]
 

@@ -155,10 +155,11 @@ def test_the_loop_is_judged_only_if_the_axis_has_a_controller(bristle, place, mo
         None,
         data["parameters"],
     )
+    # Duration of the loop.
     assert [call.args[1] > 0.0 for call in task.call_args_list if call.args[:1] == ("",)] == [
         True,
         False,
-    ]  # duration of the loop
+    ]
 
 
 @pytest.mark.slow

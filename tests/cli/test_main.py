@@ -54,9 +54,8 @@ def test_help_loads_nothing_heavy(arguments):
     )
     # Newer releases of typer themselves read the options of a command through pydantic.
     by_typer = [] if arguments == ["--help"] else ["pydantic"]
-    listed = (
-        ["numpy"] if arguments == ["log", "--help"] else []
-    )  # its list of formats asks their readers
+    # Its list of formats asks their readers.
+    listed = ["numpy"] if arguments == ["log", "--help"] else []
     assert ended.stdout.splitlines()[-1] in (f"{listed} 0", f"{by_typer + listed} 0")
     assert ended.stderr == ""
 

@@ -70,9 +70,8 @@ def test_results_are_replaced_whole_and_restored_after_a_kill(tmp_path):
     assert (
         elsewhere(PRELUDE + KILLED + REPLACE.format(meanwhile="pass"), cwd=tmp_path).returncode == 9
     )
-    assert (
-        not out.exists()
-    )  # killed between two renames: no system without an exchange of names can do better
+    # Killed between two renames: no system without an exchange of names can do better.
+    assert not out.exists()
     refused = elsewhere(
         PRELUDE + REPLACE.format(meanwhile="pass").replace(", force=True", ""), cwd=tmp_path
     )

@@ -102,9 +102,8 @@ def test_differing_bits_are_reported_with_their_size():
     assert missed.fact.detail == "largest difference 0.5 in 2 steps"
     assert compiled_as_plain(lambda: np.array([1.0, 2.0]), "translational").value == 0.0
     zeros = iter([np.array([0.0]), np.array([-0.0])])
-    unmet(
-        lambda: compiled_as_plain(lambda: next(zeros), "translational")
-    )  # the same number, of other bits
+    # The same number, of other bits.
+    unmet(lambda: compiled_as_plain(lambda: next(zeros), "translational"))
 
 
 # --- trials ---------------------------------------------------------------------------------------------------------
@@ -123,9 +122,8 @@ def recorded(demand, **changed):
 
 
 def test_speeds_at_which_a_force_is_finite_are_of_both_signs_and_every_size():
-    tried = recorded(contract.finite_everywhere)[
-        50:
-    ]  # after the motions that a contact begins with
+    # After the motions that a contact begins with.
+    tried = recorded(contract.finite_everywhere)[50:]
     speeds = [motion.v for motion, dt in tried if dt == 1.0]
     assert speeds == [0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6]
     assert [math.copysign(1.0, v) for v in speeds[:4]] == [1.0, -1.0, 1.0, -1.0]

@@ -172,10 +172,8 @@ def test_completion_lists_the_parameters():
     [
         ("F_c", r"lugre has no parameter 'F_c'\. Did you mean 'F_C'\?"),
         ("quite_another", "It has F_C, F_S, v_S"),
-        (
-            "_repr_png_",
-            "'Model' object has no attribute '_repr_png_'",
-        ),  # what a notebook looks for is no parameter that was misspelt
+        # What a notebook looks for is no parameter that was misspelt.
+        ("_repr_png_", "'Model' object has no attribute '_repr_png_'"),
         ("__array__", "'Model' object has no attribute '__array__'"),
     ],
 )
@@ -212,9 +210,8 @@ def test_completion_shows_only_public_attributes(family):
 
 def test_channels_that_a_model_needs_are_those_that_a_log_records():
     assert [channel.name for channel in friction.find("lugre+load").channels_needed] == ["load"]
-    assert (
-        friction.find("coulomb_viscous+transmitted").channels_needed == []
-    )  # found from effort and motion
+    # Found from effort and motion.
+    assert friction.find("coulomb_viscous+transmitted").channels_needed == []
     assert friction.lugre.channels_needed == []
 
 

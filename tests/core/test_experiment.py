@@ -154,11 +154,8 @@ TWIN = {"effort": Effort(np.arange(3.0)), "disturbance": np.arange(5.0)}
         (TWIN, TWIN | {"effort": None}, False),
         ({}, {"plant": plants.inertia(M=3.0)}, False),
         ({}, {"sensor_at": "motor"}, False),
-        (
-            {"draws": {"F_C": np.arange(3.0)}},
-            {"draws": {"F_C": np.arange(4.0)}},
-            True,
-        ),  # a run does not depend on them
+        # A run does not depend on them.
+        ({"draws": {"F_C": np.arange(3.0)}}, {"draws": {"F_C": np.arange(4.0)}}, True),
     ],
 )
 def test_loops_are_equal_if_all_samples_are_equal(changes, others, alike):

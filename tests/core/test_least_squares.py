@@ -87,9 +87,8 @@ def test_without_each_block_the_others_are_solved():
     parts = left_out(A.T, b, 5, rcond=1e-12)
     assert [(part.shape, of_b.shape) for part, of_b, _ in parts] == [((4, 6), (6,))] * 5
     np.testing.assert_array_equal(parts[1][1], b[6:12])
-    np.testing.assert_allclose(
-        parts[1][2], TRUTH, rtol=1e-9
-    )  # the spoiled block is the one left out
+    # The spoiled block is the one left out.
+    np.testing.assert_allclose(parts[1][2], TRUTH, rtol=1e-9)
     for number in (0, 2, 3, 4):
         kept = np.r_[0 : 6 * number, 6 * number + 6 : 30]
         np.testing.assert_allclose(parts[number][2], unbounded(A[kept], b[kept]), rtol=1e-9)

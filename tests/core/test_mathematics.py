@@ -90,11 +90,8 @@ def test_sine_and_cosine_are_within_a_unit_of_the_last_place_up_to_a_million(nam
             ],
             0.85,
         ),
-        (
-            "log1p",
-            [decades(-17.0, -12.0, 900), decades(-12.0, -4.0, 200)],
-            0.501,
-        ),  # near 1, correctly rounded
+        # Near 1, correctly rounded.
+        ("log1p", [decades(-17.0, -12.0, 900), decades(-12.0, -4.0, 200)], 0.501),
         ("tanh", [decades(-300.0, 2.5), decades(-2.0, 0.5)], 3.0),
     ],
     ids=["log", "log1p", "log1p near 0", "tanh"],
@@ -318,12 +315,8 @@ ABOVE = newton_next(SEARCH, 1.0, 0.0)
         (ABOVE, -1.0, 0.0, (0.0, 3.0, 1.5, 3.0, 2)),
         (SEARCH, 1.0, 0.5, (0.0, 3.0, 1.0, 2.0, 1)),  # a step of Newton's within the interval
         (SEARCH, 1.0, 0.25, (0.0, 3.0, 1.5, 3.0, 1)),  # one beyond the interval
-        (
-            SEARCH._replace(step=3.0),
-            1.0,
-            0.5,
-            (0.0, 3.0, 1.5, 3.0, 1),
-        ),  # one that is no shorter than half of the last
+        # One that is no shorter than half of the last.
+        (SEARCH._replace(step=3.0), 1.0, 0.5, (0.0, 3.0, 1.5, 3.0, 1)),
         (SEARCH._replace(rounds=16), 1.0, 0.5, (0.0, 3.0, 1.5, 3.0, 17)),
         (SEARCH, 0.0, 1.0, (3.0, 8.0, 3.0, 0.0, 1)),
     ],

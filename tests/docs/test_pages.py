@@ -318,9 +318,8 @@ def test_the_main_job_has_five_steps():
 def test_the_steps_of_the_main_job_work_as_written(
     at_the_reader, results, tmp_path, capsys, monkeypatch
 ):
-    monkeypatch.setattr(
-        Determined, "by_simulated_logs", lambda *_, **__: ()
-    )  # ten more identifications
+    # Ten more identifications
+    monkeypatch.setattr(Determined, "by_simulated_logs", lambda *_, **__: ())
     for line in MAIN_JOB:
         # The results of the folder are there already; a second copy goes elsewhere. Two models stand for all of them.
         stand_ins = {"results": str(tmp_path / "again"), "all": "coulomb_viscous,viscous"}

@@ -89,9 +89,8 @@ def test_rejected_steps_do_not_change_the_memory(in_plain_python):
     effort = 160.0 * np.sin(20.0 * np.pi * np.arange(0.0, 0.04, 2e-3))
     model = friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, **SLIDING)
     rough = run_adaptive(inertia(M=M), model, effort, 2e-3, tolerance=1e-3, hold="zero")
-    fixed = run_open_loop(
-        inertia(M=M), model, effort, 2e-3, steps=200, hold="zero"
-    )  # rejects no step
+    # Rejects no step
+    fixed = run_open_loop(inertia(M=M), model, effort, 2e-3, steps=200, hold="zero")
     assert rough.rejected > 5
     assert np.max(np.abs(rough.position - fixed.position)) < 3e-4
 
@@ -149,13 +148,8 @@ def test_a_diverged_run_has_a_status():
 @pytest.mark.parametrize(
     ("effort", "hold", "knots", "starts", "ends"),
     [
-        (
-            [0.0, 1.0, 2.0, 3.0, 3.0, 3.0],
-            "linear",
-            [0.0, 1.5, 3.0],
-            [0.0, 3.0],
-            [3.0, 3.0],
-        ),  # bends
+        # Bends
+        ([0.0, 1.0, 2.0, 3.0, 3.0, 3.0], "linear", [0.0, 1.5, 3.0], [0.0, 3.0], [3.0, 3.0]),
         ([2.0, 2.0, 5.0, 5.0], "zero", [0.0, 1.0, 2.0], [2.0, 5.0], [2.0, 5.0]),  # jumps
         ([0.0, 1.0, 2.0], "zero", [0.0, 0.5, 1.0, 1.5], [0.0, 1.0, 2.0], [0.0, 1.0, 2.0]),
         ([4.0], "linear", [0.0, 0.5], [4.0], [4.0]),

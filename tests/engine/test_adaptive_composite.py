@@ -47,10 +47,8 @@ def case(name):
 
 
 LONGEST = (("elastoplastic", "pre-sliding"), ("elastoplastic", "stick-slip"))
-UNSTABLE = (
-    "paper",
-    "stick-slip",
-)  # steady sliding without the gate: errors grow, beyond the tolerance
+# Steady sliding without the gate: errors grow, beyond the tolerance.
+UNSTABLE = ("paper", "stick-slip")
 
 
 def model_and_reference(name, effort):

@@ -147,9 +147,8 @@ def test_an_edited_file_of_a_user_never_returns_an_old_number(
     assert probe(model, **place) == (forces[0], 0)
     stamp = edited.stat()
     edited.write_text(edited.read_text().replace(old, new))
-    os.utime(
-        edited, ns=(stamp.st_atime_ns, stamp.st_mtime_ns)
-    )  # same size, same time: only the text differs
+    # Same size, same time: only the text differs.
+    os.utime(edited, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))
     assert probe(model, **place) == (forces[1], 1)
 
 

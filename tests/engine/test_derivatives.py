@@ -151,22 +151,10 @@ def test_derivatives_are_continuous_at_shortcuts_of_a_power(name, field):
     agrees(derivatives, expected, 1e-6)
 
 
-CONTINUED = [
-    "stribeck",
-    "dahl",
-    "lugre",
-    "bouc_wen",
-    "elastoplastic",
-    "maxwell_stribeck",
-]  # laws that ask nothing about rest
-BRANCHING = [
-    "maxwell_slip",
-    "gms",
-    "gap_slider",
-    "reformed_dahl",
-    "preisach_lugre",
-    "leuven",
-]  # that take a branch of its own there
+# Laws that ask nothing about rest.
+CONTINUED = ["stribeck", "dahl", "lugre", "bouc_wen", "elastoplastic", "maxwell_stribeck"]
+# That take a branch of its own there.
+BRANCHING = ["maxwell_slip", "gms", "gap_slider", "reformed_dahl", "preisach_lugre", "leuven"]
 LONGEST = ["bouc_wen", "elastoplastic", "leuven"]
 
 

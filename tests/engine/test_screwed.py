@@ -212,17 +212,11 @@ def test_invalid_arguments_are_refused(call, words):
     ("twist", "turned", "force"),
     [
         (0.0, 0.05, 0.0),  # inside the gap
-        (
-            0.3,
-            0.2,
-            10.0 * 0.3 + 2.0 * 0.4,
-        ),  # in touch throughout: the mean of 0.2 and 0.4, and damping
+        # In touch throughout: the mean of 0.2 and 0.4, and damping.
+        (0.3, 0.2, 10.0 * 0.3 + 2.0 * 0.4),
         (-0.3, -0.2, -10.0 * 0.3 - 2.0 * 0.4),
-        (
-            0.0,
-            0.3,
-            (10.0 * 0.1 + 2.0 * 0.4) * 2.0 / 3.0,
-        ),  # comes into touch after a third of the way
+        # Comes into touch after a third of the way.
+        (0.0, 0.3, (10.0 * 0.1 + 2.0 * 0.4) * 2.0 / 3.0),
         (0.3, 0.0, 10.0 * 0.2),
         (0.05, 0.0, 0.0),
     ],

@@ -77,13 +77,8 @@ def test_samples_inside_a_step_follow_the_cubic_through_its_ends(part):
         (1.0, 1.0, 0.25, 0.0, 1.0 / 128.0),
         (1.0, 1.0, 0.125, 0.0, 9.0 / 256.0),
         (1.0, -1.0, -0.125, 0.0, 9.0 / 256.0),
-        (
-            2.0,
-            1.0,
-            0.25,
-            0.0,
-            9.0 / 128.0,
-        ),  # the same way to the stop over twice the time: twice as far
+        # The same way to the stop over twice the time: twice as far.
+        (2.0, 1.0, 0.25, 0.0, 9.0 / 128.0),
     ],
 )
 def test_a_cubic_deviates_if_the_body_stops_inside(h, v_0, x_1, v_1, distance):
@@ -260,9 +255,8 @@ def test_each_solve_starts_from_the_extrapolated_acceleration():
         def substeps(self, vectors, effort, effort_end, dt, steps):
             told.append(float(vectors.out[ACCELERATION]))
             super().substeps(vectors, effort, effort_end, dt, steps)
-            vectors.out[ACCELERATION] = 0.5 * (
-                effort + effort_end
-            )  # the mean acceleration of a mass of 1 kg
+            # The mean acceleration of a mass of 1 kg.
+            vectors.out[ACCELERATION] = 0.5 * (effort + effort_end)
 
     Told(thrown).run(
         course_of(1.0, 9.0, knots=[0.0, 8.0]),

@@ -43,9 +43,8 @@ def test_the_sensor_is_a_cause_under_its_name(folder, capsys):
     assert main(["design", str(folder / "rig.toml"), "--allow-code", "--json"]) == 0
     budget = json.loads(capsys.readouterr().out)["budget"]
     assert "an error of two periods per turn" in budget["causes"]["resolver"]["description"]
-    assert (
-        0.3e-6 < budget["causes"]["resolver"]["alone"]["peak_to_peak"] < 5e-6
-    )  # of 5 um that the loop mostly follows
+    # Of 5 um that the loop mostly follows.
+    assert 0.3e-6 < budget["causes"]["resolver"]["alone"]["peak_to_peak"] < 5e-6
     assert budget["nothing"]["peak_to_peak"] < 1e-9
 
 

@@ -9,11 +9,8 @@ from bristle.report.model_tables import drive_rows
 
 pytestmark = pytest.mark.slow
 
-LEAD, GEAR, RATED = (
-    10e-3,
-    3.0,
-    2.4,
-)  # m for a turn, turns of the motor for one of the screw, N*m of the motor
+# m for a turn, turns of the motor for one of the screw, N*m of the motor
+LEAD, GEAR, RATED = (10e-3, 3.0, 2.4)
 MASS, WEIGHT, LEVEL, VISCOUS = 42.0, 310.0, 95.0, 180.0  # kg, N, N, N*s/m, all at the load
 FASTEST = 0.25  # m/s
 PERCENT = 0.01 * RATED * GEAR * 2.0 * np.pi / LEAD  # N at the load for 1 % of rated

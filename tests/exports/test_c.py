@@ -121,9 +121,8 @@ def test_the_self_test_passes_and_the_example_runs(written, name, compiler):
     watched = "-fsanitize=undefined"
     if compiler is None or not builds(compiler):
         pytest.skip(f"needs {compiler or 'a C compiler'}")
-    watching = (
-        (watched,) if builds(compiler, watched) else ()
-    )  # some compilers come without the library of it
+    # Some compilers come without the library of it.
+    watching = (watched,) if builds(compiler, watched) else ()
     done = built(written / name, "axis_x_selftest.c", *watching, compiler=compiler)
     assert done.returncode == 0, done.stdout
     assert "identical to bristle" in done.stdout
@@ -275,9 +274,8 @@ def test_the_header_describes_each_parameter(tmp_path):
     assert result.files[:3] == ("knee.h", "knee.c", "knee_selftest.c")
     header = (tmp_path / "axis" / "knee.h").read_text()
     assert re.search(r"F_S +0\.04 +N\*m +>= 1e-12 +static", header)
-    assert re.search(
-        r"double position;.*\n.*begun;.*\n.*double force;", header
-    )  # apart, for the time of a step
+    # Apart, for the time of a step.
+    assert re.search(r"double position;.*\n.*begun;.*\n.*double force;", header)
     assert "[rad]" in header
     assert "[N*m]" in header
     assert all(len(line) <= 130 for line in header.splitlines())
@@ -1022,10 +1020,8 @@ def test_types_of_a_function_include_result_arguments_and_body():
             "a" * 50 + ", " + "b" * 20 + " ? " + "c" * 60,
             ["a" * 50 + ", " + "b" * 20, "        ? " + "c" * 60],
         ),
-        (
-            "a" * 30 + ", " + "b" * 90,
-            ["a" * 30 + ", " + "b" * 90],
-        ),  # in the first forty letters no line ends
+        # In the first forty letters no line ends.
+        ("a" * 30 + ", " + "b" * 90, ["a" * 30 + ", " + "b" * 90]),
     ],
 )
 def test_a_line_of_more_than_110_letters_breaks_after_a_comma_or_before_an_operator(line, lines):

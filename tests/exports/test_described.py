@@ -293,9 +293,8 @@ def test_options_become_a_request(requested, tmp_path):
         rest="middle",
         speed="2 mm/s",
     )
-    br.export(
-        COULOMB, replace(TARGETS["c"], name="of_a_person"), tmp_path / "own", mass="2 kg"
-    )  # which bristle cannot know to be unused
+    # Which bristle cannot know to be unused.
+    br.export(COULOMB, replace(TARGETS["c"], name="of_a_person"), tmp_path / "own", mass="2 kg")
     (_, request, accept_harm), (_, own, _) = requested
     assert (
         request.tunable,

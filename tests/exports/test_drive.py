@@ -689,12 +689,8 @@ def test_the_constant_force_does_not_count_as_an_error_of_a_direction():
 
 
 GIVEN = {"table_entries": 2, "position_delay": 0, "reversal_lookahead": 0, "scaling_factor": 1000}
-GIVEN |= {
-    "table[0].in": 0,
-    "table[0].out": 10,
-    "table[1].in": 100_000,
-    "table[1].out": 30,
-}  # 2 N, and 6 N at 100 mm/s
+# 2 N, and 6 N at 100 mm/s
+GIVEN |= {"table[0].in": 0, "table[0].out": 10, "table[1].in": 100_000, "table[1].out": 30}
 
 
 @pytest.mark.parametrize(

@@ -302,9 +302,8 @@ def test_the_feed_of_a_case_acts_later_than_expected(monkeypatch):
         return 1.0
 
     monkeypatch.setattr("bristle.exports.cases._error", error)
-    monkeypatch.setattr(
-        "bristle.exports.cases.cases_over", lambda reach: cases_over(reach)[:2]
-    )  # later, earlier
+    # Later, earlier
+    monkeypatch.setattr("bristle.exports.cases.cases_over", lambda reach: cases_over(reach)[:2])
     loop = loop_for(export_request())
     InLoop(loop, Limits(0.1, 1.6), REACH, 0.0, 1e-5).tried(
         lambda x, dt: np.arange(x.size, dtype=float)
@@ -404,9 +403,8 @@ def test_a_law_promises_for_the_share_of_an_identification_only(
 
 @pytest.mark.slow
 def test_an_export_that_worsens_long_moves_is_refused_unless_accepted():
-    loop = replace(
-        loop_for(export_request()), friction=LUGRE.with_values(F_C=10.0, F_S=12.0)
-    )  # the axis has a quarter of that friction
+    # The axis has a quarter of that friction.
+    loop = replace(loop_for(export_request()), friction=LUGRE.with_values(F_C=10.0, F_S=12.0))
     with pytest.raises(
         br.core.InputError,
         match=r"makes the error larger .the compensation can harm moves up to .*--accept-harm",

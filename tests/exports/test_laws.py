@@ -108,12 +108,8 @@ LAWS = {
         cutoff=400.0,
     ),
 }
-SECOND = (
-    "bristles",
-    "learning",
-    "observed",
-    "reversing",
-)  # what is fed forward enters them as it does the others'
+# What is fed forward enters them as it does the others'
+SECOND = ("bristles", "learning", "observed", "reversing")
 assert {law.name for law in LAWS.values()} == set(br.controllers.CONTROLLERS)
 PAPER = Feedforward(friction=CONTACT, gain=0.64, offset=3.1416, asymmetry=0.15)
 RISEN = br.friction.find("lugre+transmitted")(**STIFF, sigma_1=52430.0, sigma_2=4737.4, c_T=0.4)

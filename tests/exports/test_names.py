@@ -151,9 +151,8 @@ def test_each_parameter_is_an_input_of_structured_text(model):
     text = write(Request(model, "axis_x", 1e-3, tunable=True)).files["axis_x.st"]
     inputs = re.search(r"FUNCTION_BLOCK axis_x\nVAR_INPUT\n(.*?)END_VAR", text, flags=re.DOTALL)[1]
     names = [line.split(" : ")[0].strip().lower() for line in inputs.splitlines()]
-    assert (
-        len(set(names)) == len(names) == 2 + 12 + 4 + 2 + 3
-    )  # motion, numbers, two pairs, restart and clear, and the share of the feed
+    # Motion, numbers, two pairs, restart and clear, and the share of the feed.
+    assert len(set(names)) == len(names) == 2 + 12 + 4 + 2 + 3
 
 
 @needs_compiler

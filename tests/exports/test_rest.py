@@ -88,9 +88,8 @@ def test_the_feedforward_of_a_loop_follows_the_rule_at_rest(rule):
         Feedforward(friction=model, rest=rule), PLACES, np.zeros(PLACES.size), DT
     )
     for k, value in expected(model, rule).items():
-        assert fed[k - 1] == pytest.approx(
-            value, rel=1e-6
-        )  # the effort of a sample acts over the step behind it
+        # The effort of a sample acts over the step behind it.
+        assert fed[k - 1] == pytest.approx(value, rel=1e-6)
 
 
 def test_models_with_a_unique_force_at_rest_have_no_rule():
@@ -165,9 +164,8 @@ def test_outputs_are_identical_to_bristle(native, operator):
 
 
 INVERSE = OPERATORS["inverse_preisach"]
-BEYOND = [
-    share * INVERSE.values["f_p"] for share in (0.5, 2.0, 0.25)
-]  # the second force has no output
+# The second force has no output.
+BEYOND = [share * INVERSE.values["f_p"] for share in (0.5, 2.0, 0.25)]
 
 
 def repeated():

@@ -138,9 +138,8 @@ def test_a_function_is_specialized_for_its_arguments():
         if function.name == "mathematics_power"
     ]
     assert parts(squares, Call) == []  # neither exp nor log: its exponent is 2
-    assert [
-        function.name for function in unit.functions if "log" in function.name
-    ]  # of 3.5 and 0.5, not of 2
+    # Of 3.5 and 0.5, not of 2
+    assert [function.name for function in unit.functions if "log" in function.name]
     assert len({function.name for function in unit.functions}) == len(unit.functions)
 
 

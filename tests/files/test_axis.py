@@ -329,10 +329,8 @@ MISSPELT = {
             changed(kind="rotational", transmission={"gear_ratio": 50}, columns=SIDELESS),
             r"has no key `side`, but a gear .* side = \"motor\"",
         ),
-        (
-            MISSPELT,
-            r"columns\.positon: unknown key.*Did you mean 'position'",
-        ),  # before a missing column
+        # Before a missing column.
+        (MISSPELT, r"columns\.positon: unknown key.*Did you mean 'position'"),
         (
             changed(identification={"global_search": True}),
             r"identification\.global_search.* was removed.*Leave it out",

@@ -109,10 +109,8 @@ def cascade(axis=None, **values):
         (lambda: in_effort("3 kN", "force", "translational", AXIS, "limit"), "3 kN"),
         (lambda: in_effort("3 mm", "length", "translational", AXIS, "x"), "3 mm"),
         (lambda: in_effort("3", "force", "translational", AXIS, "limit"), "3"),
-        (
-            lambda: in_effort("3 A", "force", "translational", None, "limit"),
-            "3 A",
-        ),  # to be refused by its unit
+        # To be refused by its unit.
+        (lambda: in_effort("3 A", "force", "translational", None, "limit"), "3 A"),
         (lambda: component_named("coulomb", MODELS, "x"), MODELS["coulomb"]),
     ],
 )

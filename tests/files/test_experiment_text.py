@@ -88,9 +88,8 @@ def test_a_table_that_is_no_loop_is_refused(table, words):
 
 def test_decimals_of_stamps_leave_a_loop_even():
     assert read_loop(times(0.0, 1.0, 2.0000001, 3.0)).sample_time == pytest.approx(1.0)
-    late = [
-        1e6 + 1e-6 * k + 3e-6 * (k == 2) for k in range(40)
-    ]  # a hundred-thousandth of a stamp's last digits
+    # A hundred-thousandth of a stamp's last digits.
+    late = [1e6 + 1e-6 * k + 3e-6 * (k == 2) for k in range(40)]
     assert read_loop(times(*late)).sample_time == pytest.approx(1e-6, rel=0.01)
 
 
@@ -200,9 +199,8 @@ def test_a_log_without_a_reference_is_followed_by_a_sine_of_its_range_and_speed(
     assert numbers == {
         "amplitude": pytest.approx(amplitude, rel=1e-3),
         "offset": pytest.approx(offset, abs=1e-3 * amplitude),
-        "frequency": pytest.approx(
-            frequency, rel=0.01
-        ),  # 95 % of the speeds are below 0.997 of the largest
+        # 95 % of the speeds are below 0.997 of the largest
+        "frequency": pytest.approx(frequency, rel=0.01),
         "sample_time": 1e-3,
         "duration": pytest.approx(4.0 / frequency, rel=0.01),
         "settle": pytest.approx(1.0 / frequency, rel=0.01),

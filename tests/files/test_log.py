@@ -89,13 +89,8 @@ PARTS = {
             "rises by 2 s per sample by its unit in the log, but sample_time in the axis file is",
         ),
         ("Sample Period: 4 ms\nn,x", "silent", 0.004, 1e-3, ""),
-        (
-            "Sample Period: 4 ms\nx,time",
-            "role",
-            0.004,
-            1e-3,
-            "",
-        ),  # the axis file decides which column is the position
+        # The axis file decides which column is the position.
+        ("Sample Period: 4 ms\nx,time", "role", 0.004, 1e-3, ""),
         (
             "Sample rate: 500 Hz\ntime,x",
             "silent",

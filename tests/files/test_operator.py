@@ -70,10 +70,11 @@ def test_an_operator_for_a_kernel_is_named_by_its_file_or_by_its_table(tmp_path,
             "model": "preisach_contact",
             "kernel": made,
         }
+        # What is told goes before.
         assert (
             with_operator(entries | {"offset": 7.0}, "translational", "friction", read)["offset"]
             == 7.0
-        )  # what is told goes before
+        )
     table = {"kernel": {"model": "play", "r": "1 um"}}
     assert with_operator(table, "translational", "friction", read)["kernel"].values == {"r": 1e-6}
     assert with_operator({"kernel": made}, "translational", "friction", read) == {"kernel": made}

@@ -82,11 +82,8 @@ def test_unknown_values_must_be_filled_in(tmp_path):
             (T, POSITION, FRICTION),
             'constant = "?"  # torque per A, such as "0.12 N*m/A"',
         ),
-        (
-            "time [s],position [deg],force [N]",
-            (T, POSITION, FRICTION),
-            'kind = "rotational"',
-        ),  # before the unit of the effort
+        # Before the unit of the effort.
+        ("time [s],position [deg],force [N]", (T, POSITION, FRICTION), 'kind = "rotational"'),
         (
             "position [mm],force [N]",
             (POSITION, FRICTION),
@@ -133,11 +130,8 @@ SPEED = np.gradient(SHORT[1], SHORT[0])
     [
         ((T, POSITION), 3.0 * np.tanh(VELOCITY), False),
         ((T, POSITION), -3.0 * np.tanh(VELOCITY), True),
-        (
-            SHORT,
-            0.02 * np.gradient(SPEED, SHORT[0]) + 3.0 * np.tanh(SPEED),
-            False,
-        ),  # no motion that is closed
+        # No motion that is closed.
+        (SHORT, 0.02 * np.gradient(SPEED, SHORT[0]) + 3.0 * np.tanh(SPEED), False),
     ],
 )
 def test_an_effort_that_takes_work_out_of_the_axis_is_turned(tmp_path, motion, effort, is_named):
@@ -353,18 +347,15 @@ ASKED, KNOWN = ("effort.rated", "transmission.gear_ratio"), ("effort.rated",)
         ("motor angle [deg],load speed [rpm]", (60.0 * POSITION, WORM), KNOWN, (1.0 / 60.0, 78.0)),
         ("motor speed [rpm],load speed [rpm]", (60.0 * WORM, WORM), KNOWN, (1.0 / 60.0, 78.0)),
         ("load speed [rpm],Motordrehzahl [U/min]", (WORM, 60.0 * WORM), KNOWN, (1.0 / 60.0, 78.0)),
-        (
-            "angle [deg],speed [rpm]",
-            (POSITION, 60.0 * WORM),
-            ASKED,
-            (1.0, 78.0),
-        ),  # a gear, or a speed in rev/s
+        # A gear, or a speed in rev/s.
+        ("angle [deg],speed [rpm]", (POSITION, 60.0 * WORM), ASKED, (1.0, 78.0)),
+        # Of 10 mm a turn.
         (
             "position [mm],motor speed [rpm]",
             (POSITION, VELOCITY * 6.0),
             KNOWN,
             (1.0, 1.3 * 2.0 * math.pi / 0.01),
-        ),  # of 10 mm a turn
+        ),
     ],
 )
 def test_the_gear_of_a_motor_is_asked_for_where_no_second_speed_shows_it(

@@ -231,9 +231,8 @@ def test_a_folder_of_a_persons_own_is_never_replaced(tmp_path, make):
         name: item for name, item in state_of(tmp_path).items() if name.partition("/")[0] != "other"
     }
     if not ((place / NOTE).is_file() and b'"mine.txt"' in (place / NOTE).read_bytes()):
-        assert (
-            left == before
-        )  # what such a note claims as half written, in a folder named as ours, nobody can tell
+        # What such a note claims as half written, in a folder named as ours, nobody can tell.
+        assert left == before
     assert (place / "mine.txt").read_text() == "mine"
 
 
@@ -391,10 +390,11 @@ def test_a_place_that_cannot_be_is_refused(tmp_path, monkeypatch, place, words):
         (lambda place: (place / "run").write_text(""), "is a file"),
         (lambda place: (place / "run").mkdir(), "did not make it"),
         (lambda place: (place / "run").symlink_to(place), "contains other files than results"),
+        # By Python
         (
             lambda place: (place / "run").symlink_to("run"),
             "cannot be written|loop|is a link to run",
-        ),  # by Python
+        ),
         (lambda place: os.mkfifo(place / "run"), "is a file"),
     ],
 )
@@ -418,18 +418,10 @@ def test_a_link_to_the_results_or_above_them_is_followed(tmp_path, named, place)
 @pytest.mark.parametrize(
     ("name", "patched", "answer", "words"),
     [
-        (
-            "other",
-            (os, "access"),
-            lambda *_: False,
-            "permission",
-        ),  # the tests may run as root, who may everything
-        (
-            "run",
-            (Path, "is_mount"),
-            lambda _: True,
-            "mount point",
-        ),  # mounting takes rights that tests do not have
+        # The tests may run as root, who may everything.
+        ("other", (os, "access"), lambda *_: False, "permission"),
+        # Mounting takes rights that tests do not have.
+        ("run", (Path, "is_mount"), lambda _: True, "mount point"),
         ("other", (os, "write"), lambda *_: full(), "no space left"),
     ],
 )
@@ -577,9 +569,8 @@ def test_killed_at_each_step(out, step, way):
     assert ended in (0, 9)
     if way == "exchanged":
         assert mark_of(out) in ("old", "new")
-    refused(
-        out, "exists already", force=False
-    )  # in the other way, this gives the old results their name back
+    # In the other way, this gives the old results their name back.
+    refused(out, "exists already", force=False)
     assert mark_of(out) in ("old", "new")
     long_ago(out.parent)
     write_results(out, "last")
@@ -612,9 +603,8 @@ def test_the_later_of_two_simultaneous_writers_is_refused(out):
         _, errors = process.communicate()
         assert process.returncode != 0
         assert "another process" in errors
-        write_results(
-            out.with_name("another")
-        )  # clears what dead processes left, not what a living one writes
+        # Clears what dead processes left, not what a living one writes.
+        write_results(out.with_name("another"))
 
     write_results(out, "first", during=during)
     assert mark_of(out) == "first"
@@ -747,15 +737,12 @@ def test_results_that_were_put_aside_by_a_killed_process_are_known_by_their_note
         results, "rename_new", lambda old, new: put.append((old, new)) or os.rename(old, new)
     )
     write_results(out)
-    assert [new.suffix for _, new in put] == [
-        ".replaced",
-        "",
-    ]  # the old results aside, the new ones in their place
+    # The old results aside, the new ones in their place.
+    assert [new.suffix for _, new in put] == [".replaced", ""]
     with (out / NOTE).open("a") as note:
         note.write(line_of({"aside": "a" * 32}))
-    out.rename(
-        out.with_name(f"bristle-{'a' * 32}.replaced")
-    )  # and a process that ended between both names
+    # And a process that ended between both names.
+    out.rename(out.with_name(f"bristle-{'a' * 32}.replaced"))
     refused(out, "exists already", force=False)
     assert mark_of(out) == "new"
 

@@ -71,12 +71,8 @@ BEFORE = {
     "predict_with_band": "identify log.csv --axis axis.toml --model coulomb_viscous --draws 20 --out fit",
     "predict_curves": "identify curves.csv --axis curves.toml --model preisach --out operator",
 }
-SLOW = {
-    "demo",
-    "check",
-    "board",
-    "identify_pulls",
-}  # the last: the second pass is a near tie, so another processor decides otherwise
+# The last: the second pass is a near tie, so another processor decides otherwise.
+SLOW = {"demo", "check", "board", "identify_pulls"}
 
 
 def printed(name: str) -> dict[str, Any]:

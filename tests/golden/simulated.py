@@ -81,10 +81,8 @@ def late() -> Log:
 
 # Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
 ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
-SLOW = (
-    (30e-6, 14e-6, 6e-6),
-    (0.31, 0.83, 1.97),
-)  # amplitudes and frequencies in and out of pre-sliding
+# Amplitudes and frequencies in and out of pre-sliding.
+SLOW = ((30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
 
 
 def elements_log(
@@ -116,10 +114,8 @@ def elements_log(
     )
 
 
-SHARES, REACH = (
-    np.array([0.3, 0.4, 0.3]),
-    np.array([2e-6, 6e-6, 15e-6]),
-)  # of elements, and where each breaks away
+# Of elements, and where each breaks away.
+SHARES, REACH = (np.array([0.3, 0.4, 0.3]), np.array([2e-6, 6e-6, 15e-6]))
 SHAPE = {"v_S": 1e-3, "C": 2e3, "k_i": 28.0 * SHARES / REACH, "nu_i": SHARES}
 SLIDING = {"F_C": 20.0, "F_S": 28.0, "sigma_2": 300.0, "offset": 1.5}
 
@@ -175,9 +171,8 @@ def pulled(motion, seed=0, scatter=0.05) -> Log:
 
 # --- hysteresis -----------------------------------------------------------------------------------------------------
 
-MASING = hysteresis.preisach(
-    kernel="dahl_masing", s=1.0, f_p=1.0
-)  # in units of the saturation and of f_p/s
+# In units of the saturation and of f_p/s.
+MASING = hysteresis.preisach(kernel="dahl_masing", s=1.0, f_p=1.0)
 NOISE = 0.005
 
 

@@ -5,14 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-OF_THE_PLACE = {
-    "provenance",
-    "file",
-    "files",
-    "checksum",
-    "written",
-    "identify",
-}  # below them no text is kept
+# Below them no text is kept.
+OF_THE_PLACE = {"provenance", "file", "files", "checksum", "written", "identify"}
 LONGEST = 40  # characters of a name
 NAME = "name"
 ABSENT = "absent"

@@ -49,19 +49,11 @@ ESTIMATE = {
         (RELATIVE, {"a": {"b": 1}}, {"a": {}}, ["a.b"]),
         (RELATIVE, {"a": {}}, {"a": {"b": 1}}, []),
         (RELATIVE, {"a": ["x"]}, {"a": ["x", "y"]}, ["a.length"]),
-        (
-            RELATIVE,
-            {"a": [1e-12, 1.0]},
-            {"a": [0.0, 1.0]},
-            [],
-        ),  # next to nothing beside its neighbour
+        # Next to nothing beside its neighbour.
+        (RELATIVE, {"a": [1e-12, 1.0]}, {"a": [0.0, 1.0]}, []),
         (RELATIVE, {"a": [1e-8, 1.0]}, {"a": [0.0, 1.0]}, ["a[0]"]),
-        (
-            RELATIVE,
-            ESTIMATE,
-            ESTIMATE | {"value": 1e-3 + 3e-9},
-            [],
-        ),  # next to nothing beside its interval
+        # Next to nothing beside its interval.
+        (RELATIVE, ESTIMATE, ESTIMATE | {"value": 1e-3 + 3e-9}, []),
         (RELATIVE, ESTIMATE, ESTIMATE | {"value": 1e-3 + 5e-9}, ["value"]),
         (RELATIVE, ESTIMATE, ESTIMATE | {"std": 2.0 + 3e-9}, ["std"]),
         (RELATIVE, ESTIMATE, ESTIMATE | {"status": "held"}, ["status"]),

@@ -154,12 +154,8 @@ def _write_loop(folder: Path) -> None:
     (folder / "parts").mkdir(exist_ok=True)
     for day in range(6):
         name = folder / "parts" / f"2026-03-0{day + 1}.csv"
-        rows = columns[500 * day : 500 * day + 3000] * (
-            1.0,
-            1.0,
-            1.0,
-            1.0 if day else 1.5,
-        )  # the first has another gain of the drive
+        # The first has another gain of the drive.
+        rows = columns[500 * day : 500 * day + 3000] * (1.0, 1.0, 1.0, 1.0 if day else 1.5)
         np.savetxt(name, rows, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
     lines = (folder / "log.csv").read_text().splitlines()
     for row in (100, 300):

@@ -206,14 +206,8 @@ def test_up_to_the_band_of_one_mass_the_motor_feels_two_per_cent_more(ratio):
     assert abs(1.0 / (s**2 * moved[0])) == pytest.approx(1.02 * MASS, rel=1e-6)
 
 
-SEEDS = (
-    501,
-    504,
-    505,
-    509,
-    510,
-    511,
-)  # without and with play; `benchmarks.elastic` measures the rates over sixty drives
+# Without and with play; `benchmarks.elastic` measures the rates over sixty drives.
+SEEDS = (501, 504, 505, 509, 510, 511)
 
 
 @pytest.mark.slow

@@ -116,11 +116,8 @@ def loaded():
             10,
             {"k_L": pytest.approx(0.8, abs=0.03), "k_T": pytest.approx(-0.01, abs=1e-3)},
         ),
-        (
-            "coulomb_viscous+load",
-            20,
-            {"k_L": pytest.approx(0.8, abs=0.15)},
-        ),  # the search finds the same for no list of elements
+        # The search finds the same for no list of elements.
+        ("coulomb_viscous+load", 20, {"k_L": pytest.approx(0.8, abs=0.15)}),
     ],
 )
 def test_load_and_temperature_are_factors_of_friction(loaded, name, decimation, expected):
@@ -387,9 +384,8 @@ def test_the_reflection_of_a_fit_is_at_the_same_distance():
     space = space_of(("F_C", 0.0))
     best, theta = np.array([2e5, 1e5, 12.0, -1.5]), np.array([2.2e5, 1.1e5, 13.0, -1.0])
     bent = np.array([2.6e5, 0.9e5, 13.0, -1.0])
-    assert space.turned(bent, best).values["nu_i"] == pytest.approx(
-        space.values(bent)["nu_i"]
-    )  # the shape is that of the fit
+    # The shape is that of the fit.
+    assert space.turned(bent, best).values["nu_i"] == pytest.approx(space.values(bent)["nu_i"])
     turned = space.turned(theta, best)
     assert turned.numbers[:4] == pytest.approx(
         2.0 * space.numbers(best)[:4] - space.numbers(theta)[:4]

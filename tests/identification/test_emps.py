@@ -59,9 +59,8 @@ def test_symmetric_friction_as_published(symmetric):
     assert "motion_repeats" in {diagnostic.code for diagnostic in symmetric.diagnostics}
     for name, ratio in {"M": 1.8, "F_v": 5.5, "F_C": 4.8, "offset": 4.4}.items():
         parameter = symmetric.parameters[name]
-        assert parameter.robust_std / parameter.std == pytest.approx(ratio, rel=0.1), (
-            name
-        )  # residuals are correlated
+        # Residuals are correlated
+        assert parameter.robust_std / parameter.std == pytest.approx(ratio, rel=0.1), name
 
 
 def test_the_symmetric_model_lacks_directions_and_a_ripple_of_the_screw(undelayed):

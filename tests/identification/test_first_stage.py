@@ -199,10 +199,8 @@ def test_a_filter_is_removed_if_cutoffs_residuals_and_a_first_step_show_it(chang
         ((rung(),), []),
         ((rung(), rung(delay=6e-4)), []),
         ((rung(), rung(c=4e-6)), []),
-        (
-            (rung(c=2e-5), rung(c=1e-5)),
-            [0, 1],
-        ),  # the tail of a filter is no contradiction, and its growth is
+        # The tail of a filter is no contradiction, and its growth is.
+        ((rung(c=2e-5), rung(c=1e-5)), [0, 1]),
         ((rung(c=2e-5), rung(c=3e-5)), []),
     ],
 )

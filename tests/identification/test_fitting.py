@@ -635,9 +635,8 @@ def test_a_log_of_one_direction_does_not_identify_a_constant_with_a_level():
 
 def test_a_constant_with_directional_levels_is_guessed_if_the_effort_keeps_its_sign():
     velocity = (1.0, 2.0, -1.0, -2.0)
-    held = held_by("coulomb_viscous+asymmetry", velocity, (11.0, 14.0, 4.0, 1.0)).fixed[
-        "offset"
-    ]  # levels of 8 and 7, no weight
+    # Levels of 8 and 7, no weight.
+    held = held_by("coulomb_viscous+asymmetry", velocity, (11.0, 14.0, 4.0, 1.0)).fixed["offset"]
     assert (held.reason, held.numbers) == ("held_constant", {"levels": ("F_C_pos", "F_C_neg")})
     assert held.value == pytest.approx(7.5)
     # Rows below a tenth of the largest speed are not asked.
@@ -739,13 +738,8 @@ STAGES = Diagnostic("stages_differ", "M", "warning", {"first": 12.0, "value": 12
 
 
 @pytest.mark.parametrize(
-    (
-        "name",
-        "ends",
-        "first",
-        "interval",
-        "warning",
-    ),  # of replicates; of the first stage; of the estimate
+    # Of replicates; of the first stage; of the estimate.
+    ("name", "ends", "first", "interval", "warning"),
     [
         ("M", (12.6, 12.8), (12.0, 0.5), (11.5, 12.8), STAGES),
         ("M", (11.0, 11.4), (12.0, 0.5), (11.0, 12.5), STAGES),

@@ -81,13 +81,11 @@ def test_a_way_within_two_steps_or_eight_times_the_noise_is_rest():
             20_000 / 3.0,
             id="lasting",
         ),
-        pytest.param(
-            np.tile([1.0, -1.0], 50), -1.0, 100.0, id="alternating"
-        ),  # no more than there are
+        # No more than there are.
+        pytest.param(np.tile([1.0, -1.0], 50), -1.0, 100.0, id="alternating"),
         pytest.param(np.zeros(5), 0.0, 5.0, id="none"),
-        pytest.param(
-            np.ones(1000), 1.0, 1000 / 1999.0, id="constant"
-        ),  # a correlation counts as 0.999 at most
+        # A correlation counts as 0.999 at most.
+        pytest.param(np.ones(1000), 1.0, 1000 / 1999.0, id="constant"),
     ],
 )
 def test_correlated_rows_count_as_fewer(rows, correlation, independent):
@@ -483,9 +481,8 @@ def test_a_motion_between_samples_is_interpolated():
     exact = sines(6.0, DT / FINER)
     inner = slice(100 * FINER, 5900 * FINER)
     np.testing.assert_allclose(fine.time[inner], exact.time[inner], atol=1e-9)
-    np.testing.assert_allclose(
-        fine.position[inner], exact.position[inner], atol=2e-8
-    )  # means over a step
+    # Means over a step.
+    np.testing.assert_allclose(fine.position[inner], exact.position[inner], atol=2e-8)
     np.testing.assert_allclose(fine.velocity[inner], exact.velocity[inner], atol=2e-4)
     np.testing.assert_array_equal(fine.effort[::FINER], segment.effort)
 

@@ -104,13 +104,11 @@ def test_a_simulated_log_has_the_delay_and_the_encoder_of_the_recorded_log(ident
     assert np.argmin(off) == 4
     steps = np.diff(simulated.position.values) / STEP
     assert steps == pytest.approx(np.round(steps), abs=1e-6)
-    assert (
-        0.05 < simulated.position.values[0] / STEP % 1.0 < 0.95
-    )  # not the phase of the recorded log, which is 0
+    # Not the phase of the recorded log, which is 0
+    assert 0.05 < simulated.position.values[0] / STEP % 1.0 < 0.95
     assert np.min(np.abs(np.diff(np.unique(coarse.position.values)))) > 4.9 * STEP
-    assert (
-        np.std(simulated.position.values - identified.log.position.values) > STEP
-    )  # friction moves the axis by itself
+    # Friction moves the axis by itself.
+    assert np.std(simulated.position.values - identified.log.position.values) > STEP
 
 
 def test_a_simulated_log_has_the_filter_of_the_effort(identified):
@@ -231,12 +229,8 @@ def test_a_rejected_simulated_log_counts_and_an_error_is_raised_if_all_are(ident
         ([1.0, -1.0, 2.0, 0.0, -2.0, 1.0], 4, "determined", True),
         ([31.0, 29.0, 32.0, 30.0, 28.0, 31.0], 6, "rough", False),
         ([60.0, -55.0, 40.0, 30.0, -28.0, 31.0], 6, "not determined", False),
-        (
-            [1.0, -1.0, 2.0],
-            2,
-            "not determined",
-            False,
-        ),  # identified in no more than half of the logs
+        # Identified in no more than half of the logs.
+        ([1.0, -1.0, 2.0], 2, "not determined", False),
         ([np.nan] * 6, 6, "not determined", False),  # the true value is 0
     ],
 )

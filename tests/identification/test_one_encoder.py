@@ -43,9 +43,8 @@ from bristle.report.two_masses import (
     write_two_masses,
 )
 
-POINT = np.array(
-    [3.0, 5.0, 4e-4, 2e-3, 7.0, 9.0, 1.5e-3, 0.0, 0.0, 0.4]
-)  # masses, coupling, viscous friction, delay, hold
+# Masses, coupling, viscous friction, delay, hold.
+POINT = np.array([3.0, 5.0, 4e-4, 2e-3, 7.0, 9.0, 1.5e-3, 0.0, 0.0, 0.4])
 
 
 @cache
@@ -347,9 +346,10 @@ def test_a_precise_fit_that_contradicts_the_response_does_without_it(free, error
 def test_the_frequencies_of_a_contradicted_response_are_corrected():
     drive, coupling, with_both = found_in(635)
     truth = np.array([drive.antiresonance, drive.resonance])
+    # The error of the response.
     assert (
         np.min(np.abs(np.array([coupling.antiresonance, coupling.resonance]) / truth - 1.0)) > 0.1
-    )  # the error of the response
+    )
     assert (
         np.max(np.abs(np.array([with_both.antiresonance, with_both.resonance]) / truth - 1.0))
         < 0.01

@@ -119,9 +119,8 @@ def test_a_record_stated_as_not_periodic_starts_at_rest(log, fit):
 
 
 def test_a_diverging_model_ends_with_a_status(log):
-    wild = friction.bouc_wen_classic(
-        alpha=4e4, beta=1e5, gamma=-1.0, delta=0.0
-    )  # each cycle puts energy in
+    # Each cycle puts energy in.
+    wild = friction.bouc_wen_classic(alpha=4e4, beta=1e5, gamma=-1.0, delta=0.0)
     prediction = predict(PLANT, wild, log, RINGING, "open-loop")
     assert prediction.metrics["position_rmse"] is None
     assert prediction.status.name == "NOT_FINITE"

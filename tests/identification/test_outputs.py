@@ -125,18 +125,16 @@ def test_a_block_of_each_of_several_segments_is_held_out_with_its_rows():
         [6],
         [7],
     ]
-    _, unlike = folds_of(
-        *each, segment_of_row=np.zeros(8)
-    )  # a segment too short for the filters of the rows
+    # A segment too short for the filters of the rows.
+    _, unlike = folds_of(*each, segment_of_row=np.zeros(8))
     assert all(fold.of_dataset.all() for fold in unlike)
 
 
 def test_a_periodic_log_is_held_out_in_parts_of_its_period():
     period = 10
     phase = np.arange(20) % period / period
-    times = np.array(
-        [3.0, 3.15, 3.25, 3.95, 4.05, 4.2, 4.85, 4.99]
-    )  # from 3 s on, in periods of 1 s
+    # From 3 s on, in periods of 1 s.
+    times = np.array([3.0, 3.15, 3.25, 3.95, 4.05, 4.2, 4.85, 4.99])
     name, folds = folds_of(
         output(20, phase=phase, period=period),
         segments=(SimpleNamespace(time=times),),

@@ -254,9 +254,8 @@ def test_friction_of_a_gear_rises_with_the_transmitted_effort(geared):
     assert values["c_T"] == pytest.approx(truth.SHARE, rel=0.03)
     assert values["F_C"] == pytest.approx(truth.F_C, rel=0.03)
     assert with_slot.plant.values["g_sin"] == pytest.approx(truth.GRAVITY, rel=0.01)
-    assert "structure" not in {
-        diagnostic.code for diagnostic in with_slot.diagnostics
-    }  # no force is missing
+    # No force is missing.
+    assert "structure" not in {diagnostic.code for diagnostic in with_slot.diagnostics}
 
 
 def test_draws_have_the_friction_of_the_transmitted_effort():

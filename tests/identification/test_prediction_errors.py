@@ -400,12 +400,8 @@ def test_an_observer_without_draws_is_rejected(columns):
     [
         ("lugre", {}, 3.0, True),
         ("lugre", {}, 0.0, False),
-        (
-            "lugre",
-            {"keeps_rests": True},
-            3.0,
-            False,
-        ),  # the effort of a sensor next to the contact moves no mass
+        # The effort of a sensor next to the contact moves no mass.
+        ("lugre", {"keeps_rests": True}, 3.0, False),
         ("lugre", {"keeps_rests": True, "creeping": True}, 3.0, True),
         ("coulomb_viscous", {}, 3.0, False),
         ("lugre+transmitted", {}, 3.0, False),
@@ -492,10 +488,8 @@ def test_an_observer_finds_the_contact_despite_a_filtered_position(columns):
 def test_a_known_filter_is_removed_from_its_channel(of_position):
     time = DT * np.arange(2000)
     phase, lag = 2.0 * np.pi * 20.0 * time, 2.0 * np.pi * 20.0 * 3e-3
-    sharp, filtered = (
-        np.sin(phase),
-        np.sin(phase + lag - np.arctan(lag)) / np.hypot(1.0, lag),
-    )  # its mean delay is that of the log
+    # Its mean delay is that of the log.
+    sharp, filtered = (np.sin(phase), np.sin(phase + lag - np.arctan(lag)) / np.hypot(1.0, lag))
     log = Log.from_columns({"time": time, "position": filtered, "effort": filtered})
     alignment = Alignment(smoothing=-3e-3 if of_position else 3e-3, of_position=of_position)
     (part,) = observer._parts([log], alignment, DT)
@@ -523,9 +517,8 @@ def test_a_position_of_whole_steps_is_unfiltered_and_of_partial_steps_filtered()
     assert not off_grid(Some(segments=segments, resolution=STEP))
     assert off_grid(Some(segments=segments, resolution=1.6 * STEP))
     assert not off_grid(Some(segments=segments, resolution=0.0))
-    segments = [
-        Some(recorded=STEP * np.array([0.0, 1.0, 2.4, 5.1, 9.0]))
-    ]  # of no grid: the smallest step is no encoder's
+    # Of no grid: the smallest step is no encoder's.
+    segments = [Some(recorded=STEP * np.array([0.0, 1.0, 2.4, 5.1, 9.0]))]
     assert not off_grid(Some(segments=segments, resolution=STEP))
 
 

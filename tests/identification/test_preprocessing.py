@@ -161,9 +161,8 @@ def test_removal_of_a_position_filter_keeps_the_rests():
 
 @pytest.mark.parametrize("cutoff", [50.0, 100.0, 200.0, 300.0])
 def test_noise_of_the_effort_is_corrected_for_the_filter(cutoff):
-    effort = sliding_effort(
-        MOTION, noise=0.3, F_C=0.0
-    )  # no corners, of which a filter takes something away as well
+    # No corners, of which a filter takes something away as well.
+    effort = sliding_effort(MOTION, noise=0.3, F_C=0.0)
     assert treat(log_of(MOTION, effort), None, cutoff=cutoff).effort_noise == pytest.approx(
         0.3, rel=0.04
     )
@@ -290,9 +289,8 @@ def test_rows_are_kept_if_noise_hides_less_than_three_tenths_of_friction(long_ro
 def test_rows_are_reduced_until_noise_hides_three_hundredths_of_friction(long_rows, share):
     noisy = hiding(long_rows, share)
     rows, _ = calmed(noisy)
-    assert calmed(replace(noisy, decimation=rows))[1] == pytest.approx(
-        0.03, rel=0.1
-    )  # of whole samples
+    # Of whole samples
+    assert calmed(replace(noisy, decimation=rows))[1] == pytest.approx(0.03, rel=0.1)
 
 
 @pytest.mark.parametrize(("seconds", "expected"), [(60.0, 59), (25.0, 24), (9.0, 10)])

@@ -180,9 +180,8 @@ def test_a_derivative_is_never_taken_beyond_a_bound():
     assert len(requested) == count  # remembered
     linearised([1e9, 1e9], simulates=True).jacobian(np.array([1000.0, 0.5]))
     assert max(place[0] for place in requested) - 1000.0 == pytest.approx(1e-2)  # of a coordinate
-    assert max(place[1] for place in requested if place[0] > 900.0) - 0.5 == pytest.approx(
-        1e-5
-    )  # of 1
+    # Of 1
+    assert max(place[1] for place in requested if place[0] > 900.0) - 0.5 == pytest.approx(1e-5)
 
 
 def test_a_part_of_the_work_reports_its_share_of_the_total():

@@ -70,11 +70,8 @@ def order(*fits, spread=0.0):
 
 
 @pytest.mark.parametrize(
-    (
-        "worse",
-        "rich",
-        "first",
-    ),  # by how much the simple model is worse on each block; parameters of the rich one, unidentified ones
+    # By how much the simple model is worse on each block; parameters of the rich one, unidentified ones.
+    ("worse", "rich", "first"),
     [
         pytest.param((0.1,) * 5, (6, 0), "rich", id="every block agrees"),
         # The simple model is worse by 0.06 on average, and by 0.06 +- 0.18 as far as five blocks tell.
@@ -158,10 +155,11 @@ def test_the_spread_is_that_of_the_effort_between_repeats():
 
 
 def test_an_interrupted_fit_leads_if_its_error_is_far_below_the_best(made, fit):
+    # 3.1 % of the blocks
     finished, second = (
         made("finished", BLOCKS, 3),
         made("second", [2.0 * block for block in BLOCKS], 3),
-    )  # 3.1 % of the blocks
+    )
     for percent, names in (
         (2.1, ["part", "finished", "second"]),
         (2.2, ["finished", "second", "part"]),

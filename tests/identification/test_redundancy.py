@@ -184,9 +184,8 @@ def against(state, memory, motion, dt, p):
 
 
 LEVEL = Variable("force", "level against the motion", min=0.0, excitation="sliding")
-OWN = own_model(
-    against, {"F_neg": LEVEL}, "against", linear=True
-)  # a level whose name ends as one of a direction
+# A level whose name ends as one of a direction.
+OWN = own_model(against, {"F_neg": LEVEL}, "against", linear=True)
 
 
 def test_a_level_named_like_a_directional_level_does_not_fix_the_offset():

@@ -273,9 +273,8 @@ def ripple(friction=SLIDING, lead=None, **facts):
 
 def test_a_ripple_has_a_period_an_amplitude_and_the_directions_in_which_it_pulls():
     assert ripple()["period"] == 0.005
-    assert ripple()["amplitude"] == pytest.approx(
-        2.0 * 2.0**0.5
-    )  # of a sine, over its root mean square
+    # Of a sine, over its root mean square.
+    assert ripple()["amplitude"] == pytest.approx(2.0 * 2.0**0.5)
     assert [ripple(alike=alike)["pulls"] for alike in (True, False, None)] == [
         "alike",
         "turning",
@@ -360,10 +359,8 @@ def test_the_treatment_of_a_log_is_reported_in_numbers():
 def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(monkeypatch):
     estimates, other = (estimate("F_C"), estimate("F_v", status="held")), Diagnostic("correlated")
     fit = FakeFit(SLIDING, TRACES, (other,), estimates)
-    for scale, severity in (
-        (1.0, "warning"),
-        (0.0045, "note"),
-    ):  # of a friction of 4 N; 0.6 % of it may matter
+    # Of a friction of 4 N; 0.6 % of it may matter.
+    for scale, severity in ((1.0, "warning"), (0.0045, "note")):
         forces = (Missing("position", 0.4, 3.0 * scale), Missing("speed", 0.2, 4.0 * scale))
         monkeypatch.setattr(
             "bristle.identification.structure.missing_in", lambda *_, forces=forces: (forces, 0.7)

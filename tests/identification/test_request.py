@@ -57,9 +57,8 @@ def test_models_named_with_all_come_first_and_once():
 
 @pytest.mark.slow
 def test_among_all_models_the_true_one_is_not_beaten(monkeypatch):
-    monkeypatch.setattr(
-        least_squares, "STARTS", 1
-    )  # the best of few candidates is one enough for a log so plain
+    # The best of few candidates is one enough for a log so plain.
+    monkeypatch.setattr(least_squares, "STARTS", 1)
     monkeypatch.setattr(least_squares, "CANDIDATES", 8)
     motion = sines(6.0, 4e-3)
     identification = identify(log_of(motion, sliding_effort(motion)), "all", blocks=3, draws=0)
@@ -362,9 +361,8 @@ def test_a_table_shows_the_thresholds_that_were_changed():
     assert changed_settings(DEFAULT) is None
     table = changed_settings(changed)
     assert [tuple(row[:3]) for row in table.rows] == [("unsure_std", "0.25", "0.5")]
-    assert set(changed.as_data()) == {
-        threshold.name for threshold in Settings.described()
-    }  # all of them stand in summary.json
+    # All of them stand in summary.json.
+    assert set(changed.as_data()) == {threshold.name for threshold in Settings.described()}
 
 
 THRESHOLDS_OF_0_2 = """

@@ -124,6 +124,7 @@ def test_the_note_about_a_constant_force_names_the_first_model_and_a_line():
     )
     assert 'offset = "2.1 N" under [plant]' in note
     assert notes_of(fit_with("best", *LEVELS), fit_with("other", constant(5.0))) == ()
+    # No level to compare with.
     assert (
         len(
             notes_of(
@@ -131,7 +132,7 @@ def test_the_note_about_a_constant_force_names_the_first_model_and_a_line():
             )
         )
         == 1
-    )  # no level to compare with
+    )
 
 
 def test_omitted_models_are_named_last():

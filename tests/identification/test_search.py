@@ -95,24 +95,16 @@ def test_a_search_starts_from_the_sliding_fit(variable, value):
 @pytest.mark.parametrize(
     ("variable", "low", "high", "mean"),
     [
-        (
-            {"name": "sigma_0", "quantity": "force/length"},
-            20.0,
-            100.0,
-            60.0,
-        ),  # stiffness shared with what is in front of it
+        # Stiffness shared with what is in front of it.
+        ({"name": "sigma_0", "quantity": "force/length"}, 20.0, 100.0, 60.0),
         (
             {"name": "x", "form": "log", "low": np.log(2.0), "high": np.log(8.0)},
             2.0,
             8.0,
             6.0 / np.log(4.0),
         ),
-        (
-            {"name": "x"},
-            0.04,
-            40.0,
-            4.0 * (10.0 - 0.01) / (3.0 * np.log(10.0)),
-        ),  # from a hundredth of its magnitude to ten times
+        # From a hundredth of its magnitude to ten times.
+        ({"name": "x"}, 0.04, 40.0, 4.0 * (10.0 - 0.01) / (3.0 * np.log(10.0))),
     ],
 )
 def test_a_parameter_outside_sliding_is_drawn_from_its_range(variable, low, high, mean):

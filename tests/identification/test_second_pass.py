@@ -64,9 +64,8 @@ def fitted(monkeypatch):
 def once_more(passes, cogged, monkeypatch):
     """Identify with both passes as they were, where a test changes what follows them."""
     first, second = (call.returned for call in passes[0])
-    ranked = first._replace(
-        fits=[first.fits[0], replace(first.fits[0], held_out=None)]
-    )  # the first fit is the best
+    # The first fit is the best.
+    ranked = first._replace(fits=[first.fits[0], replace(first.fits[0], held_out=None)])
     monkeypatch.setattr(
         IDENTIFYING, "_passed", lambda pairs, *_, **__: second if pairs[0][1].cogging else ranked
     )
@@ -335,9 +334,8 @@ mass = 3.0
 """
 
 
-@pytest.mark.parametrize(
-    ("turner", "lead"), [("screw", "7 mm"), ("motor", "")]
-)  # without a lead, the turning part is the motor
+# Without a lead, the turning part is the motor.
+@pytest.mark.parametrize(("turner", "lead"), [("screw", "7 mm"), ("motor", "")])
 def test_lines_enter_the_text_of_an_axis_file_and_keep_its_comments(turner, lead):
     axis = read_axis((PLAIN + (f'[transmission]\nlead = "{lead}"\n' if lead else "")).encode())
     ripple = Diagnostic(

@@ -190,9 +190,8 @@ def test_the_jacobian_of_a_search_is_that_of_its_residual(rows, order):
         problem, parameters=replace(problem.parameters, free=problem.parameters.free[::order])
     )
     search: Search = context_of(rows, PriorKnowledge(plant=inertia)).search(problem)
-    assert (search.space.names == problem.parameters.free) is (
-        order == 1
-    )  # F_S is computed from F_C
+    # F_S is computed from F_C
+    assert (search.space.names == problem.parameters.free) is (order == 1)
     theta, some = search.space.theta(values), np.arange(rows.effort.size) % 3 == 0
     linearised = Linearised(search, some)
     assert linearised.at(theta)[1] == pytest.approx(search.residuals([theta], some)[0], abs=1e-12)

@@ -232,10 +232,8 @@ def test_gravity_of_a_link_is_preferred_and_named_as_in_the_axis_file():
     [
         ("rotational", lambda q: WEIGHT * q),
         ("rotational", lambda q: WEIGHT * q**2),
-        (
-            "translational",
-            lambda q: LEVEL * np.sin(q),
-        ),  # an axis that moves along a line has no link
+        # An axis that moves along a line has no link.
+        ("translational", lambda q: LEVEL * np.sin(q)),
     ],
 )
 def test_another_force_of_the_position_is_not_taken_for_gravity_of_a_link(kind, force):
@@ -429,9 +427,8 @@ def test_a_drive_that_knocks_from_flank_to_flank_has_play_and_all_shocks_count(m
     told = about(fit, "play")
     assert told.numbers["ratio"] > 3.0
     assert "play" in message(told)
-    monkeypatch.setattr(
-        "bristle.identification.play.MOST_OF_ONE", np.inf
-    )  # no single one dominates
+    # No single one dominates.
+    monkeypatch.setattr("bristle.identification.play.MOST_OF_ONE", np.inf)
     assert (
         about(fit_of(motion, knocking(motion, 6.0)), "play").numbers["ratio"]
         == told.numbers["ratio"]
@@ -510,10 +507,8 @@ def elements(*shares_and_ways):
     ("model", "share"),
     [
         (elements((0.75, 1e-5), (0.25, 0.5)), 0.25),
-        (
-            elements((0.9, 5e-3), (0.1, 2.0)),
-            0.05,
-        ),  # the force of an element that would slip after two strokes
+        # The force of an element that would slip after two strokes.
+        (elements((0.9, 5e-3), (0.1, 2.0)), 0.05),
         (elements((0.2, 1e-5), (0.8, 0.3)), 0.8),
         (elements((0.995, 1e-5), (0.005, 0.5)), 0.0),
         (elements((0.5, 1e-4), (0.5, 8e-3)), 0.0),

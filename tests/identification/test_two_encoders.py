@@ -173,9 +173,8 @@ def test_hysteresis_of_the_coupling_has_the_width_and_the_stiffness_of_its_eleme
         amplitude = 0.5 * (
             float(np.ptp(np.quantile(record.motor - record.load, [0.005, 0.995]))) - drive.gap
         )
-        assert loop.loss == pytest.approx(
-            2.0 * loop.width * (amplitude - distance), rel=0.15
-        )  # three elements share the distance
+        # Three elements share the distance.
+        assert loop.loss == pytest.approx(2.0 * loop.width * (amplitude - distance), rel=0.15)
 
 
 @pytest.mark.slow
@@ -190,9 +189,8 @@ def test_friction_of_a_known_nut_is_not_taken_for_a_larger_load():
     known = masses_of(records, drive.step, prior=Prior(nut=0.15, nut_error=0.02))
     assert known.values[:2] == pytest.approx([drive.motor, drive.load], rel=0.02)
     assert known.stiffness == pytest.approx(drive.stiffness, rel=0.02)
-    assert (
-        0.005 * drive.load < known.errors[1] < 0.02 * drive.load
-    )  # the error of the nut is that of the load
+    # The error of the nut is that of the load.
+    assert 0.005 * drive.load < known.errors[1] < 0.02 * drive.load
 
 
 @pytest.mark.slow
@@ -492,9 +490,8 @@ def test_the_first_screen_has_masses_coupling_and_friction_of_either_side(masses
     ]
     assert cards["Mass, motor / load"].value.split("\u00a0") == ["2.00 / 10.0", "kg"]
     assert cards["Mass, motor / load"].half == pytest.approx(2.0)
-    assert cards["Antiresonance / resonance"].value.startswith(
-        "100 / 245"
-    )  # 100 Hz times the root of 6
+    # 100 Hz times the root of 6
+    assert cards["Antiresonance / resonance"].value.startswith("100 / 245")
     percent = f"{masses.motor.best.error_percent:.3g}"
     assert title_of(result).startswith(f"Model error: motor {percent}")
     assert models_of(result) == "stribeck"
@@ -732,9 +729,8 @@ def test_without_a_scale_the_load_is_rigid_behind_the_sensor(tmp_path):
     assert found.motor.best.parameters["F_C"].value == pytest.approx(1.8, rel=0.05)
     assert found.load.best.parameters["F_C"].value == pytest.approx(1.2, rel=0.05)
     assert not found.is_elastic
-    assert (
-        found.as_data()["quantities"]["load"]["half_width"] is None
-    )  # unknown without the motion of the load
+    # Unknown without the motion of the load.
+    assert found.as_data()["quantities"]["load"]["half_width"] is None
     low, high = found.load.best.parameters["F_C"].ends
     assert high - low > 0.29 * 1.2
     result = SimpleNamespace(two_masses=found, log=log)

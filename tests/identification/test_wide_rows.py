@@ -143,12 +143,10 @@ def test_rows_have_weight_from_a_twentieth_of_the_top_speed_and_full_from_three(
     (stretch,) = rows.stretches
     share = np.abs(MOTION.velocity) / np.quantile(np.abs(MOTION.velocity), 0.995)
     assert np.all(stretch.weight[share < 0.045] == 0.0)
-    assert np.max(stretch.weight[(share > 0.095) & (share < 0.105)]) == pytest.approx(
-        0.5, abs=0.1
-    )  # half way
-    assert np.max(stretch.weight[(share > 0.12) & (share < 0.13)]) == pytest.approx(
-        0.844, abs=0.08
-    )  # of a smooth rise
+    # Half way
+    assert np.max(stretch.weight[(share > 0.095) & (share < 0.105)]) == pytest.approx(0.5, abs=0.1)
+    # Of a smooth rise.
+    assert np.max(stretch.weight[(share > 0.12) & (share < 0.13)]) == pytest.approx(0.844, abs=0.08)
     assert np.median(stretch.weight[share > 0.16]) == pytest.approx(1.0)
     assert np.max(stretch.weight) == pytest.approx(1.0)
     assert np.all(stretch.weight[(MOTION.time < 0.49) | (MOTION.time > 12.0 - 0.49)] == 0.0)

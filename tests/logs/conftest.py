@@ -40,9 +40,8 @@ def here(monkeypatch):
             with damage_refused(request.source):
                 return resolve_name(reader)(data, request)
         finally:
-            if (
-                "nptdms.log" in sys.modules
-            ):  # where each read collects remarks as if it were the only one
+            # Where each read collects remarks as if it were the only one.
+            if "nptdms.log" in sys.modules:
                 sys.modules["nptdms.log"].log_manager.console_handler.filters.clear()
 
     monkeypatch.setattr(apart, "read_apart", read_here)
@@ -83,10 +82,8 @@ def write_tdms(
 ) -> Path:
     nptdms = pytest.importorskip("nptdms")
     with nptdms.TdmsWriter(path) as writer:
-        for half in (
-            slice(0, COUNT // 2),
-            slice(COUNT // 2, None),
-        ):  # two segments, as a stream has many
+        # Two segments, as a stream has many.
+        for half in (slice(0, COUNT // 2), slice(COUNT // 2, None)):
             writer.write_segment(
                 [
                     nptdms.ChannelObject(

@@ -59,9 +59,8 @@ def by_speed(stamps=TIME, speed=SPEED, *, reference=None, **stated):
 
 def test_a_position_that_was_not_recorded_is_the_integral_of_the_speed():
     log = by_speed()
-    assert log.position.values == pytest.approx(
-        np.sin(2.0 * TIME), abs=2e-4
-    )  # trapezoids of steps of 0.01 s
+    # Trapezoids of steps of 0.01 s.
+    assert log.position.values == pytest.approx(np.sin(2.0 * TIME), abs=2e-4)
     assert log.position.values[1] == pytest.approx(0.5 * DT * (SPEED[0] + SPEED[1]))
     assert (log.position.unit, log.position.column, log.position.step) == (
         "m",

@@ -40,9 +40,8 @@ def test_break_away_is_the_peak_force_and_the_distance_to_nine_tenths(side):
     result = break_away._measured(*pull(side), 1.0)
     assert (result.speed, result.side) == (0.1, side)
     assert result.force == pytest.approx(10.0)
-    assert result.distance == pytest.approx(
-        0.9 * RISE * 1e-3, abs=2e-3
-    )  # of even steps of a millimetre
+    # Of even steps of a millimetre.
+    assert result.distance == pytest.approx(0.9 * RISE * 1e-3, abs=2e-3)
 
 
 def test_a_peak_within_three_deviations_of_the_sliding_force_is_noise():
@@ -88,9 +87,8 @@ def legs(*facts):
     return [break_away._Leg(speed, side, 1.0, 1.0) for speed, side in facts]
 
 
-STUDENT = 2.0 ** (
-    4.302653 / math.sqrt(3.0)
-)  # Student's t of 2 degrees of freedom, of a deviation of 1
+# Student's t of 2 degrees of freedom, of a deviation of 1
+STUDENT = 2.0 ** (4.302653 / math.sqrt(3.0))
 
 
 @pytest.mark.parametrize(

@@ -90,10 +90,8 @@ def test_a_clock_that_falls_back_began_anew_or_had_a_row_out_of_order(stamps, no
             lambda: order_of(np.random.default_rng(1).permutation(EVEN), "log"),
             r"is not in order: \d+ of its 199 steps go backward",
         ),
-        (
-            lambda: order_of(with_exchanged(*range(0, 104, 2)), "log"),
-            "is not in order",
-        ),  # more than a quarter
+        # More than a quarter.
+        (lambda: order_of(with_exchanged(*range(0, 104, 2)), "log"), "is not in order"),
         (lambda: order_of(np.tile(EVEN[:40], 52), "log"), "is not in order: 51 of its"),
         (
             lambda: without_repeats(Order(EVERY, np.repeat(np.arange(4.0), 3)), None, 5, "log"),

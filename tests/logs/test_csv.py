@@ -97,16 +97,14 @@ LABVIEW = (
     ("text", "names", "units"),
     [
         ("time;travel\ns;mm\n" + rows(";"), ["time", "travel"], {"time": "s", "travel": "mm"}),
+        # Where blanks separate
         (
             "# time [s]  actual (um)\n" + rows("  "),
             ["time", "actual"],
             {"time": "s", "actual": "um"},
-        ),  # where blanks separate
-        (
-            "t;x\n" + rows(";").replace("\n", ";\n"),
-            ["t", "x"],
-            {},
-        ),  # a delimiter at the end of each row
+        ),
+        # A delimiter at the end of each row.
+        ("t;x\n" + rows(";").replace("\n", ";\n"), ["t", "x"], {}),
         (
             LABVIEW
             + "X0\t0.0E+0\t\n***End_of_Header***\t\t\nX_Value\tForce\tComment\n"

@@ -18,9 +18,8 @@ def inner(signal, edge=200):
 @pytest.mark.parametrize(("frequency", "gain"), [(1.0, 1.0), (40.0, 0.5), (400.0, 0.0)])
 def test_a_sine_passes_below_the_cutoff_by_half_at_it_and_not_far_above(frequency, gain):
     sine = np.sin(2.0 * np.pi * frequency * TIME + 0.3)
-    assert inner(low_passed(sine, 40.0, DT)) == pytest.approx(
-        gain * inner(sine), abs=2e-4
-    )  # forward and backward: 3 dB twice
+    # Forward and backward: 3 dB twice.
+    assert inner(low_passed(sine, 40.0, DT)) == pytest.approx(gain * inner(sine), abs=2e-4)
 
 
 def test_a_constant_passes_unchanged_and_a_ramp_far_from_its_ends():

@@ -70,9 +70,8 @@ def test_a_coefficient_refers_to_the_unit_of_the_axis_file(tmp_path, log, second
         tmp_path, 'column = "p"\nunit = "bar"', 'column = "belt tension"\nfile = "belt.csv"'
     )
     values, error = fitted(log, axis)
-    assert (values["known_p"], values["known_belt_tension"]) == pytest.approx(
-        (2.0, 4.0), rel=0.01
-    )  # 2 N for 1 bar
+    # 2 N for 1 bar
+    assert (values["known_p"], values["known_belt_tension"]) == pytest.approx((2.0, 4.0), rel=0.01)
     assert error < 3.0
 
 

@@ -67,9 +67,10 @@ def test_a_contradicting_mass_is_named_with_the_gear_of_its_ratio():
 def test_changes_of_friction_are_measured_over_time_and_position():
     time = (MOTION.time - 4.0) / 4.0
     level, shares = look_at(effort_of() + 2.0 * time * SIDE).changes
+    # From its first value to its last.
     assert {place: share * level for place, share in shares.items()} == {
         -2: pytest.approx(4.0, rel=0.1)
-    }  # from its first value to its last
+    }
     level, shares = look_at(
         effort_of() - 2.0 * SIDE * MOTION.position / np.max(np.abs(MOTION.position))
     ).changes
@@ -147,10 +148,8 @@ COMMANDED = 1.15 * TOP * np.arctanh(TRUE / (1.15 * TOP))
         (TRUE - 0.35 * TOP * (TRUE / TOP) ** 3, 0.2),
         (COMMANDED, -0.2),  # the command of a drive no longer acts
         (effort_of(noise=5.0), None),  # noise of the effort itself
-        (
-            COMMANDED + 5.0 * np.sin(2.0 * np.pi * 2.7 * MOTION.time),
-            None,
-        ),  # most of what is left over is another force
+        # Most of what is left over is another force.
+        (COMMANDED + 5.0 * np.sin(2.0 * np.pi * 2.7 * MOTION.time), None),
     ],
 )
 def test_a_saturating_channel_reads_its_largest_value_wrong_by_a_fifth(effort, bend):
@@ -181,10 +180,8 @@ def test_a_step_of_the_scale_has_its_time_and_is_no_drift_of_the_level(change):
     [
         (STILL, False),
         (STILL + np.where(LATER, 2.0, 0.0) * SIDE, True),  # friction alone
-        (
-            STILL + np.where(LATER, GROWN, 0.0),
-            None,
-        ),  # a load: inertia and friction grow, but not alike
+        # A load: inertia and friction grow, but not alike.
+        (STILL + np.where(LATER, GROWN, 0.0), None),
     ],
 )
 def test_a_change_of_friction_or_of_a_load_is_no_step_of_the_scale(effort, drifts):
@@ -205,11 +202,8 @@ def high_passed(effort, cutoff):
         (high_passed(STILL, 0.4), 0.4, False),
         (STILL, None, False),
         (-STILL, None, True),
-        (
-            high_passed(effort_of(noise=1e-3), 0.003),
-            None,
-            False,
-        ),  # clear, and little beside friction
+        # Clear, and little beside friction.
+        (high_passed(effort_of(noise=1e-3), 0.003), None, False),
     ],
 )
 def test_a_high_passed_effort_has_its_cutoff_and_is_not_reversed(effort, cutoff, is_reversed):
@@ -337,9 +331,8 @@ def test_a_line_bends_with_friction_that_falls_over_a_tenth_or_a_fiftieth_of_the
     fall,
 ):
     drop = SIDE * np.exp(-np.abs(MOTION.velocity) / (fall * np.max(np.abs(MOTION.velocity))))
-    assert (
-        1.0 - look_at(effort_of(noise=0.0) + 20.0 * drop).plain.explained < 2.6e-4
-    )  # of the filter; with a fall over 0.2 it is 4e-4
+    # Of the filter; with a fall over 0.2 it is 4e-4
+    assert 1.0 - look_at(effort_of(noise=0.0) + 20.0 * drop).plain.explained < 2.6e-4
 
 
 @pytest.mark.parametrize("origin", [0.0, 0.3])

@@ -42,9 +42,8 @@ def test_stamps_of_a_host_in_bursts_lose_no_row_and_keep_the_clock(jitter, share
     clock = result(stamps[keep], place(TIME[keep]))
     assert len(clock.segments) == 1
     assert clock.stamps.size == keep.sum()
-    assert clock.sample_time == pytest.approx(
-        DT, rel=2e-4
-    )  # 1.2e-3 off where such rows were dropped
+    # 1.2e-3 off where such rows were dropped
+    assert clock.sample_time == pytest.approx(DT, rel=2e-4)
     shifts = np.linspace(-0.5 * DT, 0.5 * DT, 101)
     error = min(
         np.sqrt(np.mean((clock.sampled(place(TIME[keep])) - place(clock.time + shift)) ** 2))

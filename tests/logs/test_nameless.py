@@ -142,10 +142,8 @@ def test_names_with_a_meaning_are_no_numbers():
     [
         ("t,q1 [deg],q2 [deg],u1 [N*m],u2 [N*m]", 'position = { unit = "deg" }'),
         ("t,phi_1,phi_2,tau_1,tau_2", 'position = { unit = "?" }'),
-        (
-            "t,J1_act,J2_act,J1_cur,J2_cur",
-            'position = { unit = "?" }',
-        ),  # recognised by the signals only
+        # Recognised by the signals only.
+        ("t,J1_act,J2_act,J1_cur,J2_cur", 'position = { unit = "?" }'),
     ],
 )
 def test_numbered_names_are_joints(heads, unit):

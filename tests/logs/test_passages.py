@@ -422,23 +422,14 @@ def level_between(friction, *, count=90, begin=0.0, place=0.0):
     ("friction", "more", "is_level"),
     [
         (lambda way: 5.0 + 0.0 * way, {}, True),
-        (
-            lambda way: 5.0 + 0.0 * way,
-            {"place": 40.0},
-            True,
-        ),  # a force of the place is the same on both ways
+        # A force of the place is the same on both ways.
+        (lambda way: 5.0 + 0.0 * way, {"place": 40.0}, True),
         (lambda way: -5.0 + 0.0 * way, {}, False),  # it pushes
-        (
-            lambda way: 5.0 * (1.0 - np.exp(-way / 0.3)),
-            {},
-            False,
-        ),  # it builds up from the end of each way
+        # It builds up from the end of each way.
+        (lambda way: 5.0 * (1.0 - np.exp(-way / 0.3)), {}, False),
         (lambda way: 5.0 * (1.0 - np.exp(-way / 0.02)), {}, True),
-        (
-            lambda way: 5.0 + 0.0 * way,
-            {"count": 30},
-            False,
-        ),  # two samples between marks are too many for so few
+        # Two samples between marks are too many for so few.
+        (lambda way: 5.0 + 0.0 * way, {"count": 30}, False),
         (lambda way: 5.0 + 0.0 * way, {"begin": 0.55}, True),  # they share four tenths of a way
         (lambda way: 5.0 + 0.0 * way, {"begin": 0.65}, False),
         (lambda way: 5.0 + 4.0 * np.sin(1e4 * way), {"count": 900}, True),

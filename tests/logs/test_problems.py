@@ -113,10 +113,8 @@ def test_a_reading_that_leaves_and_returns_was_lost():
     [
         (changed(NOISY, at_10=3e6), [10]),
         (changed(NOISY, at_10=1e6), []),
-        (
-            np.where((np.arange(3000) >= 10) & (np.arange(3000) < 16), 3e6, NOISY),
-            [],
-        ),  # six samples on end move
+        # Six samples on end move.
+        (np.where((np.arange(3000) >= 10) & (np.arange(3000) < 16), 3e6, NOISY), []),
         (changed(NOISY, at_10=3e6, at_20=3e6), [10, 20]),
         (changed(NOISY, at_5=-2e30), [5]),
         (np.ones(50), []),

@@ -147,13 +147,8 @@ PULSES = np.where(np.arange(1200) % 200 < 100, 5.0, 0.0)
                 "optional column pulses is not in this log. If its name is 'Pulses_1', write this name in the axis file",
             ),
         ),
-        (
-            "pulses",
-            0.0 * PULSES,
-            (Injected("pulses", 2.0),),
-            0.0,
-            (),
-        ),  # never on, and no constant channel
+        # Never on, and no constant channel.
+        ("pulses", 0.0 * PULSES, (Injected("pulses", 2.0),), 0.0, ()),
     ],
 )
 def test_known_inputs_are_added_up_and_may_be_missing(read, column, values, known, effort, notes):
@@ -523,10 +518,8 @@ def test_small_jitter_is_resampled_with_a_note(write, axis, recording):
     ("late", "note"),
     [
         (lambda t: 1e-3 * t * t, "bristle resamples"),  # a clock that drifts
-        (
-            lambda t: np.select([t == 0.3, t == 0.301, t == 0.302], [1.9e-3, 1.2e-3, 0.5e-3]),
-            "",
-        ),  # late samples
+        # Late samples
+        (lambda t: np.select([t == 0.3, t == 0.301, t == 0.302], [1.9e-3, 1.2e-3, 0.5e-3]), ""),
     ],
 )
 def test_a_clock_that_drifts_and_late_samples_do_not_split_a_log(read, late, note):

@@ -79,9 +79,8 @@ def test_a_file_in_a_user_format_has_its_title(title, name):
 def test_a_reader_of_the_package_is_written_as_ones_own(tmp_path, recording):
     log_format = load_reader_file(json_records.__file__)
     checks = check_reader(log_format, bytes_of("new_format", tmp_path, recording))
-    assert [check.name for check in checks if not check.passed] == [
-        "leaves other files"
-    ]  # JSON is read by the package already
+    # JSON is read by the package already.
+    assert [check.name for check in checks if not check.passed] == ["leaves other files"]
 
 
 def test_the_reader_of_the_pages_meets_it():

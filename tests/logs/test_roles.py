@@ -52,11 +52,8 @@ NOISE = np.random.default_rng(1).standard_normal(TIME.size)
         (slope, (POSITION, 7.0 - 3.0 * POSITION), pytest.approx(-3.0)),
         (slope, (np.ones(9), np.arange(9.0)), 0.0),
         (roughness, (POSITION,), pytest.approx(0.05, abs=0.05)),
-        (
-            roughness,
-            (NOISE,),
-            pytest.approx(3.0**0.5, rel=0.05),
-        ),  # of white noise: root of 6 over root of 2
+        # Of white noise: root of 6 over root of 2
+        (roughness, (NOISE,), pytest.approx(3.0**0.5, rel=0.05)),
         (roughness, (np.ones(30),), np.inf),
         (explained, (EFFORT, POSITION), pytest.approx(1.0, abs=0.05)),
         (explained, (NOISE, POSITION), pytest.approx(0.0, abs=0.02)),
@@ -201,15 +198,11 @@ def chosen_effort(*names):
         (("torque a", "A"), ("torque b", "")),
         (("torque a", "%"), ("torque b", "")),
         (("torque a", ""), ("torque b", "V")),  # a voltage tells least
-        (
-            ("torque actual", "A"),
-            ("torque wanted", "N"),
-        ),  # what was measured outdoes a step of units
+        # What was measured outdoes a step of units.
+        (("torque actual", "A"), ("torque wanted", "N")),
         (("torque other", "A"), ("torque actual", "V")),  # and no more than that
-        (
-            ("torque other", "A"),
-            ("torque demand", "N"),
-        ),  # what was asked for is behind a measured one in a lesser unit
+        # What was asked for is behind a measured one in a lesser unit.
+        (("torque other", "A"), ("torque demand", "N")),
         (("torque demand", "N"), ("torque other", "V")),  # and before a voltage
     ],
 )
@@ -235,9 +228,8 @@ def test_the_effort_of_an_axis_is_that_with_its_number():
 def test_a_link_is_seen_where_its_angle_explains_a_quarter_of_the_rest(share, pulls):
     angle = 2.0 * np.pi * TIME  # at one speed its sine is no inertia and no friction
     angle += 0.02 * np.sin(40.0 * TIME)
-    amplitude = np.sqrt(
-        2.0 * share / (1.0 - share)
-    )  # noise of variance 1, a sine of half its square
+    # Noise of variance 1, a sine of half its square.
+    amplitude = np.sqrt(2.0 * share / (1.0 - share))
     assert pulls_as_a_link(NOISE + amplitude * np.sin(angle), angle) == pulls
 
 

@@ -56,10 +56,8 @@ ROWS = np.arange(TIME.size)
     [
         ([ROWS, FORCE, TIME, POSITION], {"time": "M[2]", "position": "M[3]", "effort": "M[1]"}),
         ([ROWS, FORCE, POSITION], {"position": "M[2]", "effort": "M[1]"}),
-        (
-            [POSITION, np.minimum(TIME, 1.99), FORCE],
-            {"position": "M[0]", "effort": "M[2]"},
-        ),  # a reference that halts
+        # A reference that halts.
+        ([POSITION, np.minimum(TIME, 1.99), FORCE], {"position": "M[0]", "effort": "M[2]"}),
     ],
 )
 def test_a_count_of_rows_and_a_reference_that_halts_are_no_time(tmp_path, columns, expected):

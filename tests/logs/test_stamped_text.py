@@ -69,15 +69,11 @@ def test_lines_above_a_header_are_facts():
         ({"name": "5 ms"}, None),
         ({"dt": "5 mm", "Takt": "3 ms"}, 3e-3),
         ({"Sample Period": "2 ms", "Scan rate": "500 samples per second"}, 2e-3),
-        (
-            {"Sampling Rate": "500 S/s", "Recording time": "20 s", "Period": "1 s"},
-            2e-3,
-        ),  # the others are no sampling
+        # The others are no sampling.
+        ({"Sampling Rate": "500 S/s", "Recording time": "20 s", "Period": "1 s"}, 2e-3),
         ({"Sample time": "2 ms", "Trace cycle": "4 ms"}, None),
-        (
-            {"Sampling rate": "1,000 Hz"},
-            1e-3,
-        ),  # a comma of thousands, as no axis is sampled at 1 Hz
+        # A comma of thousands, as no axis is sampled at 1 Hz.
+        ({"Sampling rate": "1,000 Hz"}, 1e-3),
         ({"Sampling rate": "10,000 Hz"}, None),
     ],
 )
@@ -116,11 +112,8 @@ def test_units_of_labview_are_in_a_separate_row():
             {0: [0.0, 1.5], 1: [0.0, 2.0], 2: [0.0, 0.25]},
         ),
         ("1.3.2024 9:05:00,5;x\n01.03.2024 09:05:02;x\n", (False, False), {0: [0.0, 1.5]}),
-        (
-            "2024-03-01 10:00:00;1\n2024-03-01 10:00:00;2\n",
-            (False, True),
-            {},
-        ),  # the clock stands still
+        # The clock stands still.
+        ("2024-03-01 10:00:00;1\n2024-03-01 10:00:00;2\n", (False, True), {}),
     ],
 )
 def test_dates_times_of_day_and_counts_are_seconds_from_the_first_row(body, numeric, stamps):
@@ -152,9 +145,8 @@ def test_columns_that_end_early_are_empty_cells():
     )
     comma = partly_empty(b"0,5;1\n1,5;\n", layout("t", "q", comma=True), "utf-8")
     assert comma[0].tolist() == [0.5, 1.5]
-    one_missing = "".join(
-        f"{k};{'' if k == 3 else k}\n" for k in range(10)
-    )  # of ten: no column that ends early
+    # Of ten: no column that ends early.
+    one_missing = "".join(f"{k};{'' if k == 3 else k}\n" for k in range(10))
     assert [
         partly_empty(body, layout("t", "q"), "utf-8")
         for body in (b"0;1\n1;x\n", one_missing.encode())

@@ -46,10 +46,8 @@ STAY = np.concatenate([np.arange(10.0), np.full(12, 10.0), np.arange(11.0, 21.0)
         (lambda: turning_points(np.array([0.0, -3.0, -2.5, -4.0, 0.0]), 1.0), [3]),
         (lambda: turning_points(np.array([0.0, 1.0, 0.0]), 1.0), []),  # no farther than the least
         # A rest lasts over whole windows, unlike a turning point.
-        (
-            lambda: np.flatnonzero(rests(STAY, 3, 1.0)),
-            list(range(9, 23)),
-        ),  # a step to either side is within one
+        # A step to either side is within one.
+        (lambda: np.flatnonzero(rests(STAY, 3, 1.0)), list(range(9, 23))),
         (lambda: np.flatnonzero(rests(np.arange(30.0), 3, 1.0)), []),
         (lambda: np.flatnonzero(rests(np.abs(np.arange(-15.0, 16.0)), 3, 1.0)), []),
         (lambda: np.flatnonzero(rests(np.zeros(8), 3, 1.0)), list(range(8))),
@@ -190,9 +188,8 @@ def test_legs_go_from_rest_to_turning_point_at_the_speed_of_their_cruise():
     )
     assert back.duration == pytest.approx(1.0, abs=0.06)
     assert 0.85 < outward.cruise_share < 1.0
-    assert position[outward.cruise.start] == pytest.approx(
-        0.2, abs=0.2
-    )  # where the speed is reached
+    # Where the speed is reached.
+    assert position[outward.cruise.start] == pytest.approx(0.2, abs=0.2)
 
 
 def test_a_tiny_leg_between_long_legs_merges_with_them():

@@ -137,9 +137,8 @@ def chosen(sources: dict[str, bytes], count: int, seed: int, left_out: set[str])
     return [item for _, item in sorted(drawn)[:count]]
 
 
-Place = tuple[
-    str, int, int, str
-]  # what is done, first byte, byte after the last one, what comes there
+# What is done, first byte, byte after the last one, what comes there.
+Place = tuple[str, int, int, str]
 
 
 class _Places:
@@ -275,9 +274,8 @@ def _children(node: ast.AST) -> list[ast.AST]:
             return []
         case ast.AnnAssign():
             return [node.value] if node.value else []
-        case ast.Call(
-            func=ast.Name(id="zip")
-        ):  # strict=True asserts what the lines above have made equal
+        # strict=True asserts what the lines above have made equal
+        case ast.Call(func=ast.Name(id="zip")):
             return list(node.args)
         case ast.FunctionDef():
             return [

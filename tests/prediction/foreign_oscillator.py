@@ -8,11 +8,8 @@ __all__ = ["AXIS_STEP", "recorded"]
 
 DT, STEPS = 1e-3, 30  # in a sample
 MASS, STIFFNESS, DAMPING = 2.0, 5e4, 10.0
-RISE, LEVEL, SHARE = (
-    4e5,
-    30.0,
-    0.6,
-)  # of the hysteretic force: stiffness, largest value, slip that depends on direction
+# Of the hysteretic force: stiffness, largest value, slip that depends on direction.
+RISE, LEVEL, SHARE = (4e5, 30.0, 0.6)
 AXIS_STEP = 1e-6
 
 

@@ -320,9 +320,8 @@ def test_all_explanations_as_good_as_the_best_are_named(monkeypatch):
         following, "_best_factor", lambda trial, name: Suspect(name, 2.0, left[name])
     )
     for name in ("_at", "_fed", "_shifted"):
-        monkeypatch.setattr(
-            following, name, lambda *asked: Suspect("late", 1.0, 0.6)
-        )  # does not explain half of the difference
+        # Does not explain half of the difference.
+        monkeypatch.setattr(following, name, lambda *asked: Suspect("late", 1.0, 0.6))
     assert [suspect.name for suspect in explanations(loop(), np.zeros(COUNT), 0.1)] == [
         "k_p",
         "position",

@@ -49,9 +49,8 @@ ESTIMATES = (
     estimate("e", 9.0, "held"),
     estimate("f", 3.0, half=None),
 )
-OTHER = log_of(
-    sines(1.0, amplitudes=(1e-4, 0.0, 0.0)), np.zeros(1000), step=1e-7
-)  # of other strokes than any log here
+# Of other strokes than any log here.
+OTHER = log_of(sines(1.0, amplitudes=(1e-4, 0.0, 0.0)), np.zeros(1000), step=1e-7)
 TRUTH = {"a": 5.0, "b": 5.0, "c": 1.0, "d": 2.0, "f": 0.0}
 
 
@@ -257,13 +256,8 @@ def test_motion_is_run_unless_drive_or_controller_is_at_its_limit(changes, level
             "LOG at.csv",
         ),
         ((50.0, 99.0), False, "with_care", "biased: b", "LOG"),
-        (
-            (7.0, 8.0),
-            False,
-            "no",
-            "no motion within the limits is better",
-            "at.csv",
-        ),  # no more than the scatter of half-widths
+        # No more than the scatter of half-widths.
+        ((7.0, 8.0), False, "no", "no motion within the limits is better", "at.csv"),
         (
             (50.0, 99.0),
             True,
@@ -499,10 +493,8 @@ def test_the_motion_names_the_half_widths_that_its_rehearsal_gives(fit, monkeypa
 @pytest.mark.parametrize(
     ("widths", "how"),
     [
-        (
-            {"stribeck": {"F_S": 4.0}},
-            {"off": 1.1},
-        ),  # the interval of the rehearsal misses its own truth
+        # The interval of the rehearsal misses its own truth.
+        ({"stribeck": {"F_S": 4.0}}, {"off": 1.1}),
         ({"stribeck": {"F_S": 4.0}}, {"exceeded": ("effort",)}),  # beyond the limits of the axis
         ({}, {}),  # the axis does not allow it
         ({"stribeck": {"F_S": 4.0}}, {"log": sliding_log()}),  # the log already holds it

@@ -97,16 +97,8 @@ def test_parameter_of_a_fleet_has_quantiles_and_half_width():
 
 
 SPREAD = (5.0, 5.1, 4.9, 5.0, 5.05, 9.0, 1.0, 30.0)
-AROUND_FIVE = (
-    4.8,
-    4.9,
-    4.9,
-    5.0,
-    5.0,
-    5.1,
-    5.1,
-    5.2,
-)  # the median of their distances from 5 is 0.1
+# The median of their distances from 5 is 0.1
+AROUND_FIVE = (4.8, 4.9, 4.9, 5.0, 5.0, 5.1, 5.1, 5.2)
 
 
 @pytest.mark.parametrize(

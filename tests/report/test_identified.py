@@ -525,9 +525,8 @@ def test_log_without_sliding_gives_no_level_and_no_table(never_slid, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(("target", "points"), [("table", 20), ("table", 3), ("tf5200", 20)])
 def test_drive_files_have_the_warning(never_slid, tmp_path, target, points, monkeypatch):
-    monkeypatch.setattr(
-        "bristle.exports.writing.effect_of_files", lambda *_, **__: None
-    )  # it runs the model uncompiled
+    # It runs the model uncompiled.
+    monkeypatch.setattr("bristle.exports.writing.effect_of_files", lambda *_, **__: None)
     never_slid.save(tmp_path / "out")
     plant, friction, info = read_model(tmp_path / "out" / "model.toml")
     source = Source(info["provenance"], info["uncertainty"])

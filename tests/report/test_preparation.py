@@ -71,9 +71,8 @@ def test_present_models_are_not_fitted_again_and_keep_the_order(tmp_path, monkey
     )
     assert fitted == [("first", file, 2000), ("third", file, 2000)]
     assert reports == pytest.approx([0.0, 1.0 / 6.0, 2.0 / 3.0, 5.0 / 6.0])
-    assert (
-        prepared.prepare(file)[0].best == "fit of first"
-    )  # whoever asks for no progress gets none
+    # Whoever asks for no progress gets none.
+    assert prepared.prepare(file)[0].best == "fit of first"
 
 
 def identified_of(tmp_path, monkeypatch, plan):

@@ -43,11 +43,8 @@ MIDDLE = np.array([0.05, 0.2, 0.3])
 @pytest.mark.parametrize(
     ("fed", "acceleration", "effort"),
     [
-        (
-            Feedforward(mass=2.0),
-            ACCELERATION,
-            [3.0, 6.0, 8.0],
-        ),  # the acceleration half way to the next sample
+        # The acceleration half way to the next sample.
+        (Feedforward(mass=2.0), ACCELERATION, [3.0, 6.0, 8.0]),
         (SHAPED, ACCELERATION, [15.0, 18.0, 20.0]),
         (replace(SHAPED, along="measured"), ACCELERATION, [3.0, 6.0, 8.0]),
         # In the middles of the steps the axis is at 0.05, 0.2, and goes on at its last velocity to 0.4.

@@ -17,9 +17,8 @@ def fit(train):
 def feedforward(fitted, reference):
     loop, contact = gains(reference), {name: fitted[name] for name in ("F_C", "sigma_0")}
     slow = OBSERVED * loop["K_1"]
-    fast = 1.001 * (
-        slow + 2.0 * math.sqrt(2.0 * contact["sigma_0"] / loop["J"])
-    )  # the condition of real eigenvalues
+    # The condition of real eigenvalues.
+    fast = 1.001 * (slow + 2.0 * math.sqrt(2.0 * contact["sigma_0"] / loop["J"]))
     return controllers.asymptotic_observer(
         **loop, **contact, g_1=slow, g_2=fast, band=BAND * reference.axis.resolution
     )

@@ -270,9 +270,8 @@ def _identify_friction(
         show_identification(
             outcome, verbose=verbose, quiet=output.quiet, results=results, following=following
         )
-        if (
-            out and not output.quiet
-        ):  # a rehearsal takes seconds: only a person who reads its line waits for it
+        # A rehearsal takes seconds: only a person who reads its line waits for it.
+        if out and not output.quiet:
             show_lines(_motion_to_record(identification, options["draws"], out, axis))
     if identification.unfinished:
         complain(identification.unfinished)

@@ -74,9 +74,8 @@ def _own_the_compiler() -> None:
     ]:
         del os.environ[name]
     dated = os.environ.get("SOURCE_DATE_EPOCH", "0")
-    if not (
-        dated.isdecimal() and len(dated) <= 10
-    ):  # libraries that read it fail beyond the year 2286
+    # Libraries that read it fail beyond the year 2286
+    if not (dated.isdecimal() and len(dated) <= 10):
         del os.environ["SOURCE_DATE_EPOCH"]
 
 

@@ -76,9 +76,8 @@ def _selected(name: str) -> dict[str, list[Component]]:
         raise InputError("is not a known model", path="NAME", value=name, mend=mend)
     chosen: Any = named[base]
     if plus and family_of[base] == "plant":
-        return {
-            "plant": [plants.find(name, ("motor_6_cos", "known_NAME"), "NAME")]
-        }  # examples of terms that can be repeated
+        # Examples of terms that can be repeated.
+        return {"plant": [plants.find(name, ("motor_6_cos", "known_NAME"), "NAME")]}
     if plus and family_of[base] != "friction":
         raise InputError(
             f"a {family_of[base]} has no slots", path="NAME", value=name, mend=f"Write {base}"

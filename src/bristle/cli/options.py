@@ -141,9 +141,8 @@ class Output:
     ) -> Iterator[tuple[Any, Callable[[float, str], None]]]:
         """Give the folder of results, or None without --out, and the callback for progress."""
         if self.out and draws:
-            import_module(
-                "bristle.report.figures"
-            )  # a broken matplotlib configuration ends a command before its work
+            # A broken matplotlib configuration ends a command before its work.
+            import_module("bristle.report.figures")
         from bristle.files import results_folder
         from bristle.report.results import figure_files
 

@@ -228,9 +228,8 @@ def _imports(frame: FrameType | None) -> bool:
 
 def _interrupt_main(number: int) -> None:
     if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(
-            threading.main_thread().ident or 0, number
-        )  # wakes a sleeping main thread
+        # Wakes a sleeping main thread.
+        signal.pthread_kill(threading.main_thread().ident or 0, number)
     else:
         import _thread
 

@@ -103,9 +103,8 @@ def show_table(table: Table) -> None:
     least = [
         max(len(word) for text in column for word in (text.split() or [""])) for column in cells
     ]
-    available = (
-        console.width - 3 * len(least) - 1
-    )  # beside the lines and the blanks between columns
+    # Beside the lines and the blanks between columns.
+    available = console.width - 3 * len(least) - 1
     if sum(least) <= available:
         from rich import box
         from rich.table import Table as Drawing

@@ -10,19 +10,8 @@ from bristle.core.contracts import Model, Motion
 from bristle.core.dimensions import exponents_of
 from bristle.core.variable import variables_of
 
-WALK = (
-    1e-4,
-    1e-3,
-    5e-3,
-    -1e-4,
-    -1e-3,
-    0.0,
-    -0.0,
-    2e-3,
-    -5e-3,
-    1e-4,
-    -2e-3,
-)  # speeds: forward, back, at rest after either direction
+# speeds: forward, back, at rest after either direction
+WALK = (1e-4, 1e-3, 5e-3, -1e-4, -1e-3, 0.0, -0.0, 2e-3, -5e-3, 1e-4, -2e-3)
 OTHER_UNIT = 16.0  # a power of two with an integer root: numbers of a consistent formula change by their exponents only
 
 

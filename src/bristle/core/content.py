@@ -238,9 +238,8 @@ def _pieces(opened: int, source: Path) -> Iterator[bytes]:
             continue
         try:
             piece = os.read(opened, CHUNK)
-        except (
-            BlockingIOError
-        ):  # another reader was faster, or a file of the kernel waits for its next line
+        # Another reader was faster, or a file of the kernel waits for its next line.
+        except BlockingIOError:
             time.sleep(0.01)
             continue
         if not piece:

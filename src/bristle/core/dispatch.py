@@ -44,9 +44,8 @@ def _dispatching(family: str, name: str, arguments: str) -> Callable[..., Any]:
 operator_trial = _dispatching("hysteresis", "trial", "state, memory, u, p")
 operator_commit = _dispatching("hysteresis", "commit", "state, memory, move, p")
 operator_measure = _dispatching("hysteresis", "measure", "p")
-everett = _dispatching(
-    "everett", "value", "alpha, beta, q"
-)  # the Everett function E(alpha, beta), alpha >= beta, of the measure q
+# The Everett function E(alpha, beta), alpha >= beta, of the measure q.
+everett = _dispatching("everett", "value", "alpha, beta, q")
 everett_slope = _dispatching("everett", "slope", "alpha, beta, side, q")
 virgin_curve = _dispatching("everett", "virgin", "u, q")
 virgin_slope = _dispatching("everett", "virgin_slope", "u, q")

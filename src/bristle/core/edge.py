@@ -482,9 +482,8 @@ def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
 FLAG: Converter = _flag
 TEXT: Converter = instance(str, "text")  # A text
 NAMES: Converter = _names  # Names, in a list or separated by commas
-Progress = Callable[
-    [float, str], None
-]  # Function that receives the completed share of the work and the stage in words
+# Function that receives the completed share of the work and the stage in words.
+Progress = Callable[[float, str], None]
 
 
 def between(report: Callable[..., None], low: float, high: float) -> Callable[..., None]:

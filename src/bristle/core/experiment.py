@@ -38,10 +38,8 @@ LONGEST_DELAY = 64.0  # samples: each adds a state to the loop; the poles are co
 SIDES = ("load", "motor")
 ALONG = ("desired", "measured")
 SCALED = ("force", "contact")  # what the gain of a friction feedforward scales
-RESTS = (
-    "held",
-    "middle",
-)  # Rules for the force of a memoryless friction model at rest; the first is the default of feedforward
+# Rules for the force of a memoryless friction model at rest; the first is the default of feedforward.
+RESTS = ("held", "middle")
 
 OF_A_SAMPLE = (
     1e-6  # tolerance of equal times, because decimals and means of differences are not exact

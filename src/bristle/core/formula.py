@@ -221,9 +221,8 @@ class _Reader:
         """Return the argument of a command as text: a group, or a token with its own arguments."""
         while self.tokens and self.tokens[0].isspace():
             self._next()
-        if (
-            self.depth > 40 or not self.tokens
-        ):  # nested groups; deeper nesting is not a realistic formula
+        # Nested groups; deeper nesting is not a realistic formula.
+        if self.depth > 40 or not self.tokens:
             return self._source()
         if self.tokens[0] == "{":
             return _Reader(self._source(), self.depth + 1).line()

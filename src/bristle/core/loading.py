@@ -48,7 +48,6 @@ def loaded_from(
         return getattr(import_module(module), inner)
 
     names = vars(sys.modules[package])
-    names["__dir__"] = lambda: sorted(
-        {*names, *names.get("__all__", ()), *places()}
-    )  # for completion
+    # For completion
+    names["__dir__"] = lambda: sorted({*names, *names.get("__all__", ()), *places()})
     return load

@@ -5,9 +5,8 @@ import re
 from markupsafe import Markup, escape
 
 NAMES = "alpha beta gamma delta epsilon zeta eta kappa lambda mu nu rho sigma tau phi psi omega"
-GREEK: dict[str, str] = dict(
-    zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True)
-)  # letters by their names in code
+# Letters by their names in code.
+GREEK: dict[str, str] = dict(zip(NAMES.split(), "αβγδεζηκλµνρστφψω", strict=True))
 SIDES = {"_pos": "+", "_neg": "\u2212"}
 _ALONE = re.compile(rf"(?<!\w)(?:F([+\u2212])(?!\w)|({'|'.join(GREEK)}|[A-Za-z])(?= [±≈] ))")
 _NAME = re.compile(

@@ -29,9 +29,8 @@ class Card(NamedTuple):
     @property
     def _rest(self) -> list[str]:
         """Remarks up to the limit, and the number of omitted rows and remarks."""
-        lines = [
-            shortened(in_one_line(remark), 100) for remark in self.remarks[:MOST_REMARKS]
-        ]  # characters of a remark
+        # Characters of a remark.
+        lines = [shortened(in_one_line(remark), 100) for remark in self.remarks[:MOST_REMARKS]]
         for left, noun in (
             (len(self.rows) - MOST_SHOWN, "rows"),
             (len(self.remarks) - MOST_REMARKS, "remarks"),

@@ -32,9 +32,8 @@ class Scale(NamedTuple):
 
 def escaped(text: str) -> str:
     """Return text that can be encoded: undecodable bytes of a file name become escape sequences."""
-    return re.sub(
-        "[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text
-    )  # surrogates of `os.fsdecode`
+    # Surrogates of `os.fsdecode`
+    return re.sub("[\udc80-\udcff]", lambda byte: f"\\x{ord(byte[0]) - 0xDC00:02x}", text)
 
 
 def printable(text: str) -> str:

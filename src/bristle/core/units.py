@@ -243,10 +243,8 @@ def is_unit(text: str) -> bool:
     """Return whether `text` is a unit."""
     if _decimal(_spelt(text)) is not None:
         return True
-    if text.strip().lower() in (
-        "mil",
-        "mils",
-    ):  # ambiguous: a thousandth of an inch, or a 6400th of a turn
+    # ambiguous: a thousandth of an inch, or a 6400th of a turn
+    if text.strip().lower() in ("mil", "mils"):
         return False
     try:
         _unit(_spelt(text))

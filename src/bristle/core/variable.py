@@ -8,12 +8,8 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 from bristle.core.dimensions import KINDS, Kind, canonical, unit_of  # noqa: F401  (re-exported)
 from bristle.core.errors import InputError, did_you_mean, located
 
-OF_SLOTS = (
-    "place",
-    "load",
-    "temperature",
-    "channel",
-)  # excitations for parameters of slots; the last is for user slots
+# Excitations for parameters of slots; the last is for user slots.
+OF_SLOTS = ("place", "load", "temperature", "channel")
 EXCITATIONS = (
     "",
     "sliding",

@@ -7,10 +7,8 @@ from bristle.core.edge import amount, instance, is_finite, model, optional, whol
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 
-FRICTION, OPERATOR = (
-    model("friction"),
-    model("hysteresis"),
-)  # converters to a friction model and to a hysteresis operator
+# Converters to a friction model and to a hysteresis operator.
+FRICTION, OPERATOR = (model("friction"), model("hysteresis"))
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)  # accepts a time step [s]
 PLACE, SPEED = amount(Variable("length", "position")), amount(Variable("length/time", "velocity"))
 STEPS = whole(1, 10**6)  # accepts a number of steps

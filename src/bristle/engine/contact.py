@@ -166,9 +166,8 @@ def steady_force(model: Model, v: float) -> float:
     component, p = model.component, unvaried(model).parameters
     state, memory = component.initial_state(p), component.new_memory(p)
     dt, x, force, before = 1e-6, 0.0, math.nan, math.nan
-    with np.errstate(
-        over="ignore", invalid="ignore"
-    ):  # a force that grows without bound is refused at the end
+    # A force that grows without bound is refused at the end.
+    with np.errstate(over="ignore", invalid="ignore"):
         for _ in range(200):
             x += v * dt
             force, move = component.trial(state, memory, Motion(v, x), dt, p)

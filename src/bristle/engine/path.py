@@ -58,9 +58,8 @@ def effort_along(x: np.ndarray, place: Place) -> np.ndarray:
     """Return the effort [N or N*m] of gravity, cogging and a spring at some positions [m or rad], shape (sample,)."""
     effort = np.empty(x.size)
     entry = compiled("effort_along", lambda: effort_entry, EffortAlong, (effort_at, gravity_at))
-    waves = (
-        np.array(part, dtype=float) for part in (place.waves, place.cosines, place.sines)
-    )  # writable copies
+    # Writable copies
+    waves = (np.array(part, dtype=float) for part in (place.waves, place.cosines, place.sines))
     entry(
         np.array([place.g_sin, place.g_cos, place.spring_1, place.spring_2, place.spring_3]),
         *waves,

@@ -14,9 +14,8 @@ from bristle.exports.printing import wrapped
 from bristle.exports.subject import capacity_of, digest_of
 from bristle.exports.tunable import Tunable, bounds_of
 
-Fields = Sequence[
-    tuple[str, Type, str, Any]
-]  # Fields of the state: name, type, meaning, and initial value
+# Fields of the state: name, type, meaning, and initial value.
+Fields = Sequence[tuple[str, Type, str, Any]]
 # Of the format: bits of the fraction, the number that shifts an integer into the last bits, masks, and library functions.
 BITS: dict[str, dict[str, Any]] = {
     "double": {
@@ -31,10 +30,8 @@ BITS: dict[str, dict[str, Any]] = {
         "of_one": f"0x{BITS_OF_ONE:X}",
         "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
     }
-    | {
-        "size": "__builtin_fabs",
-        "largest": "DBL_MAX",
-    },  # one instruction without a call, if the compiler has it
+    # One instruction without a call, if the compiler has it.
+    | {"size": "__builtin_fabs", "largest": "DBL_MAX"},
     "float": {
         "width": 32,
         "fraction": 23,

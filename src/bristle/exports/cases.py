@@ -50,19 +50,15 @@ PLAN = (
     (RARE, SHORT, True, 1, -LATER),
     (RARE, LONG, False, -1, LATER),
 )
-SPREAD, MOST = (
-    0.13,
-    0.9,
-)  # deviation of the friction level from an exact model, and the largest one, relative
+# Deviation of the friction level from an exact model, and the largest one, relative.
+SPREAD, MOST = (0.13, 0.9)
 NOISE = 0.005  # of the friction
 MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
 OF_SHORT_RESTS, OF_LONG_RESTS = 0.7, 0.5  # largest ratio of the errors of a promised move
 INERTIA = 0.04  # deviation of the inertia that a drive feeds forward, relative
 CAREFUL = 0.75  # promised factor over that of the worst case, because few cases do not show all that can happen
-POOR, CLEAR = (
-    0.85,
-    5.0,
-)  # ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least
+# Ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least.
+POOR, CLEAR = (0.85, 5.0)
 HUNTING = 4  # cases that get worse of which more belong to an axis that hunts
 SEEDS = (1, 2)
 

@@ -133,9 +133,8 @@ class Core(NamedTuple):
 
 def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
     """Return the step of a friction model, on the plant if there is one."""
-    scope = _scope(subject) | {
-        "__name__": "bristle.exports.fmu_core"
-    }  # for the names and hashes of its functions
+    # For the names and hashes of its functions.
+    scope = _scope(subject) | {"__name__": "bristle.exports.fmu_core"}
     begin = _numbers(subject.virgin)
     scope |= {
         inside_name(name): kind.cls

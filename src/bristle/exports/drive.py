@@ -44,11 +44,8 @@ from bristle.prediction.drive_units import (
 if TYPE_CHECKING:
     from bristle.exports.effect import Drive
 
-FEWEST, MOST, VALUES = (
-    2,
-    1000,
-    3,
-)  # entries of one direction; points of a table that are gravity, levels and viscous friction
+# Entries of one direction; points of a table that are gravity, levels and viscous friction.
+FEWEST, MOST, VALUES = (2, 1000, 3)
 VISCOUS = "force*time/length"
 ROUNDING = 1e-9  # of the largest force: smaller differences count as zero
 MEANINGS = {

@@ -15,16 +15,10 @@ from bristle.prediction.claims import FASTEST
 from bristle.prediction.drive_table import reversal_distance
 from bristle.simulation.two_masses import whole_inertia
 
-TIMES = (
-    1.0,
-    3.0,
-    10.0,
-    30.0,
-)  # Distances of the moves over the reach, or over the pre-sliding distance
-ASSUMED = {
-    "translational": 1e-5,
-    "rotational": 2e-4,
-}  # pre-sliding distance if neither model nor axis file has one
+# Distances of the moves over the reach, or over the pre-sliding distance.
+TIMES = (1.0, 3.0, 10.0, 30.0)
+# Pre-sliding distance if neither model nor axis file has one.
+ASSUMED = {"translational": 1e-5, "rotational": 2e-4}
 SIGNS = (1.0, 1.0, -1.0, -1.0, 1.0, -1.0)  # of the moves
 SHORTEST = 0.1  # duration of a quick move [s]
 SAMPLES = 1500  # of a move over 30 pre-sliding distances at full speed, at most

@@ -246,22 +246,14 @@ def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
 
 
 COUNT, SEED, FACTOR, TERM = 2000, 20260, 1664525, 1013904223
-SCALES = (
-    0.05,
-    0.5,
-    5.0,
-    50.0,
-)  # Longest step of each part of the walk, over the pre-sliding distance
+# Longest step of each part of the walk, over the pre-sliding distance.
+SCALES = (0.05, 0.5, 5.0, 50.0)
 PART, RESTS = 125, 16  # consecutive steps of one scale; one step in RESTS has length 0
 FNV_OFFSET, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
-FARTHEST = {
-    False: 1.0,
-    True: 1e6,
-}  # input of an operator: a force of an inverse, a field of a magnet
-USUAL, SLOW = (
-    1e-6,
-    1e6,
-)  # distance of a model without pre-sliding [m or rad]; duration of a step without viscosity [s]
+# Input of an operator: a force of an inverse, a field of a magnet.
+FARTHEST = {False: 1.0, True: 1e6}
+# Distance of a model without pre-sliding [m or rad]; duration of a step without viscosity [s]
+USUAL, SLOW = (1e-6, 1e6)
 
 
 @dataclass(frozen=True)

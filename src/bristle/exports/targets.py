@@ -109,9 +109,8 @@ class Request:
     @property
     def share(self) -> Rule:
         """The share of the friction that a compensator feeds forward."""
-        from bristle.models.controllers.feedforward import (
-            WHOLE,
-        )  # help must not load modules that compute
+        # Help must not load modules that compute.
+        from bristle.models.controllers.feedforward import WHOLE
 
         return self.rule or WHOLE
 
@@ -461,9 +460,8 @@ _LISTED = (
     _fmu(2),
     _fmu(3),
 )
-TARGETS: dict[str, Target] = {
-    target.name: target for target in _LISTED
-}  # Every target of bristle, by name
+# Every target of bristle, by name.
+TARGETS: dict[str, Target] = {target.name: target for target in _LISTED}
 WITHOUT_STEP = {"table", "tf5200", "ax8000", "sinumerik", "cogging", "mjcf"}
 WITHOUT_SPEED = {"wasm", "cuda", "warp", "casadi", "mjcf", "fmu2", "fmu3"}
 USERS = {  # the targets of options

@@ -20,10 +20,8 @@ from bristle.files.schema import AxisFile, ColumnEntry, InjectedEntry, validated
 from bristle.files.toml import as_toml, read_toml
 from bristle.logs.log import Log
 
-CYCLE, OF_CYCLE = (
-    "cycle",
-    Variable("time", "cycle of the controller"),
-)  # key under [controller], beside its gains
+# Key under [controller], beside its gains.
+CYCLE, OF_CYCLE = ("cycle", Variable("time", "cycle of the controller"))
 PLACES = {
     "table": "log.table",
     "span": "log.span",
@@ -98,10 +96,8 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
         name: getattr(getattr(file, place.split(".")[0]), place.split(".")[1])
         for name, place in places.items()
     }
-    seeks_delay, seeks_lag = (
-        raw["delay"] in (None, "identify"),
-        raw["lag"] == "identify",
-    )  # delays that the identification estimates
+    # Delays that the identification estimates.
+    seeks_delay, seeks_lag = (raw["delay"] in (None, "identify"), raw["lag"] == "identify")
     columns = {
         name: _column(name, entry, drive)
         for name in ("time", "position", "velocity", "effort", "reference", "following_error")
@@ -393,9 +389,8 @@ def _text_of(axis: Axis) -> bytes:
         axis.columns.get("effort"),
         unit_of("force", axis.kind),
     )
-    law = (
-        {} if axis.controller is None else axis.controller.values
-    )  # infinite values keep their default
+    # Infinite values keep their default.
+    law = {} if axis.controller is None else axis.controller.values
     endless = [
         name for name, value in law.items() if isinstance(value, float) and math.isinf(value)
     ]
@@ -412,9 +407,8 @@ def _text_of(axis: Axis) -> bytes:
         "timing.delay": None if axis.seeks_delay else axis.delay,
         "identification.rests": "keep" if axis.keeps_rests else None,
     }
-    if (
-        effort is not None and effort.base != unit
-    ):  # converts the unit of its column to a force or a torque
+    # Converts the unit of its column to a force or a torque.
+    if effort is not None and effort.base != unit:
         values["effort.force_constant" if linear else "effort.torque_constant"] = (
             f"{abs(effort.scale)!r} {unit}/{effort.base}"
         )

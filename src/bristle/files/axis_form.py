@@ -13,9 +13,8 @@ from bristle.files.components import open_in
 from bristle.files.schema import by_number, long_form
 from bristle.files.toml import read_toml
 
-CHANNELS = tuple(
-    name for name in COLUMNS if name not in RECORDED
-)  # the channels that a form for an axis file offers for a column
+# The channels that a form for an axis file offers for a column.
+CHANNELS = tuple(name for name in COLUMNS if name not in RECORDED)
 EMPTY = 'schema = 1\nname = "axis"\n'  # the smallest axis file
 # Default channels of a log of the motion.
 OF_MOTION = {"time": "time", "position": "length", "reference": "length", "effort": "force"}
@@ -96,9 +95,8 @@ def with_columns_of_motion(text: str) -> str:
     tables = read_toml(text.encode()).data
     if "columns" in tables:
         return text
-    kind = (
-        tables["kind"] if tables.get("kind") in KINDS else KINDS[0]
-    )  # the reader of the file refuses an invalid kind
+    # The reader of the file refuses an invalid kind.
+    kind = tables["kind"] if tables.get("kind") in KINDS else KINDS[0]
     entries = {f"columns.{name}.column": name for name in OF_MOTION}
     return edited(
         text,

@@ -247,12 +247,10 @@ def in_effort(value: Any, quantity: str, kind: Kind, axis: Axis | None, path: st
     forces, lengths = [(unit_of("force", kind), 1.0)], [(unit_of("length", kind), 1.0)]
     for counted, channel in ((forces, "effort"), (lengths, "position")):
         if axis is not None and (column := axis.columns.get(channel)) is not None:
-            counted.append(
-                (column.base, abs(column.scale))
-            )  # a negative scale reflects the wiring; a gain has no sign
-    if (
-        axis is not None and axis.arm is not None and kind == "translational"
-    ):  # N*m and rad are the units of a rotational axis
+            # A negative scale reflects the wiring; a gain has no sign.
+            counted.append((column.base, abs(column.scale)))
+    # N*m and rad are the units of a rotational axis.
+    if axis is not None and axis.arm is not None and kind == "translational":
         forces.append(("N*m", 1.0 / axis.arm))
         lengths.append(("rad", axis.arm))
     for (force, effort), (length, position) in product(forces, lengths):

@@ -95,11 +95,8 @@ def _header(kind: Kind) -> str:
 LOOP = "loop.csv"  # file with the signals of the loop of a log, beside its experiment file
 AS_RECORDED, FEEDFORWARD, COMPENSATED = LOOP_VARIANTS
 # Default gains for an unknown controller: their bandwidth is limited by the sampling and by the dynamics of most axes.
-FASTEST, OF_SAMPLING, FOR_POSITION = (
-    2.0 * math.pi * 20.0,
-    0.1,
-    0.25,
-)  # [rad/s], of 1/sample time, of the velocity loop
+# [rad/s], of 1/sample time, of the velocity loop
+FASTEST, OF_SAMPLING, FOR_POSITION = (2.0 * math.pi * 20.0, 0.1, 0.25)
 HEAD = """\
 # The identified axis in its loop: as recorded, with feedforward of inertia and gravity, and with friction too.
 # Simulate it: bristle run {name}; its margins: bristle design {name}
@@ -242,9 +239,8 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
     except (OSError, ValueError):  # on Windows, another drive
         file = ""
     if file and log.reference is not None and len(log.segments) == 1:
-        settle = min(
-            0.05 * log.sample_time * log.reference.values.size, 0.5
-        )  # of the duration, and in seconds
+        # Of the duration, and in seconds.
+        settle = min(0.05 * log.sample_time * log.reference.values.size, 0.5)
         head = '[reference]\nmodel = "recorded"            # the reference of the log\n'
         judged = f'[run]\nsettle = "{settle:.3g} s"           # excluded from the statistics, at the start\n'
         return f"{head}file = {quoted(file)}\n", judged
@@ -252,9 +248,8 @@ def _motion(log: Log, folder: Path) -> tuple[str, str]:
     low, high = float(position.min()), float(position.max())
     speed = float(np.quantile(np.abs(np.gradient(position, log.sample_time)), 0.95))
     amplitude = 0.5 * (high - low)
-    frequency = max(speed, 1e-9 * amplitude) / (
-        2.0 * math.pi * amplitude
-    )  # of the range: slower is no motion
+    # Of the range: slower is no motion.
+    frequency = max(speed, 1e-9 * amplitude) / (2.0 * math.pi * amplitude)
     reference = (
         "# A sine with the range and speed of the log: replace it by the motion of the machine.\n"
         f'[reference]\nmodel = "sine"\namplitude = "{amplitude:.4g} {unit}"\n'

@@ -201,9 +201,8 @@ def folder_wanted(out: str | os.PathLike[str]) -> Path:
 
 def extended(path: str) -> str:
     """Return the path of a folder with the prefix that Windows needs for long paths; a short path is unchanged."""
-    if len(path) < 200 or path.startswith(
-        _AS_IT_IS
-    ):  # for the folder only; Windows accepts 260 characters with the name of a file
+    # For the folder only; Windows accepts 260 characters with the name of a file.
+    if len(path) < 200 or path.startswith(_AS_IT_IS):
         return path
     return f"{_AS_IT_IS}UNC\\{path[2:]}" if path.startswith("\\\\") else _AS_IT_IS + path
 
@@ -222,11 +221,7 @@ def _rename(old: Path, new: Path, flag: int) -> bool:
     if not failed:
         return True
     code = ctypes.get_errno()
-    if code in (
-        errno.ENOSYS,
-        errno.EINVAL,
-        errno.ENOTSUP,
-        errno.EOPNOTSUPP,
-    ):  # not supported by the system
+    # Not supported by the system.
+    if code in (errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP):
         return False
     raise OSError(code, os.strerror(code), str(old), None, str(new))

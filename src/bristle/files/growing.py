@@ -277,9 +277,8 @@ def _looked_through(
             path=str(path),
             mend=mend,
         )
-    changed = [
-        name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]
-    ]  # others are unfinished
+    # Others are unfinished
+    changed = [name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]]
     if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
         mend = "Move these files to another place, because the command would replace them"
         raise InputError(

@@ -11,11 +11,8 @@ from bristle.files.axis import read_axis
 from bristle.files.components import table_at
 from bristle.files.toml import as_toml, read_toml
 
-JOINT, NUMBER, INDEX = (
-    "joint",
-    "{joint}",
-    "{joint0}",
-)  # table of a joint, and the texts that stand for its number from 1 and from 0
+# Table of a joint, and the texts that stand for its number from 1 and from 0
+JOINT, NUMBER, INDEX = ("joint", "{joint}", "{joint0}")
 
 
 def joints_in(content: Content) -> dict[str, dict[str, Any]]:
@@ -45,9 +42,8 @@ def joints_in(content: Content) -> dict[str, dict[str, Any]]:
         merged = _merged(common, own)
         base = _base_of_names(merged, name, number, base)
         described[name] = _numbered(merged, number)
-        for known in described[name].get(
-            "known", []
-        ):  # the file of a joint may be written to another folder
+        # The file of a joint may be written to another folder.
+        for known in described[name].get("known", []):
             if isinstance(known, dict) and isinstance(known.get("file"), str):
                 known["file"] = str(content.source.absolute().parent / known["file"])
     return described

@@ -185,11 +185,8 @@ def _line(key: str, value: Any, tables: Mapping[str, Any], facts: Mapping[str, s
     return f"{key.rpartition('.')[2]} = {quoted(value)}{hint}"
 
 
-LIKE_POSITION = (
-    "load_position",
-    "reference",
-    "following_error",
-)  # channels in the unit of the position
+# Channels in the unit of the position.
+LIKE_POSITION = ("load_position", "reference", "following_error")
 ORDER = ("time", "position", "load_position", "reference", "following_error", "velocity", "effort")
 # Header lines of some exports -> key in an axis file.
 FACTS = {
@@ -413,9 +410,8 @@ def _tables(table: Table, roles: Roles, **transmission: str | float) -> dict[str
     tables: dict[str, Any] = {"schema": 1, "name": table.source.stem or "axis"}
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
-    facts: dict[str, Any] = dict(
-        transmission
-    )  # data of the drive, from a second speed and from the lines above the columns
+    # Data of the drive, from a second speed and from the lines above the columns.
+    facts: dict[str, Any] = dict(transmission)
     for name, text in table.facts.items():
         for key, pattern in FACTS.items():
             amount = (

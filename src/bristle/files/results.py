@@ -266,14 +266,11 @@ def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
             note = owned.note_in(folder)
             if note is None:
                 if os.lstat(parent / name).st_mtime < time.time() - 60.0:  # [s]
-                    _remove_begun(
-                        parent / name
-                    )  # of a program killed before it wrote the note; otherwise empty
+                    # Of a program killed before it wrote the note; otherwise empty.
+                    _remove_begun(parent / name)
                 continue
-            if match[1] in (
-                note.token,
-                note.aside,
-            ):  # else a user folder: a copy, or a renamed folder
+            # Else a user folder: a copy, or a renamed folder.
+            if match[1] in (note.token, note.aside):
                 yield parent / name, note, _state_of(folder)
 
 

@@ -39,9 +39,8 @@ def by_number(value: Any) -> Any:
     )
 
 
-ColumnName = Annotated[
-    str, BeforeValidator(by_number)
-]  # The name of a column, or its number, counted from 1
+# The name of a column, or its number, counted from 1
+ColumnName = Annotated[str, BeforeValidator(by_number)]
 
 
 # By the type of the error of the library, whose messages name its classes.

@@ -18,9 +18,8 @@ TOML_LIMIT = FixedLimit(4 * 2**20)
 
 DEEPEST = 32  # tables in one another, and parts of a key
 _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
-_JOINTS = re.compile(
-    r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])"
-)  # dots between the parts of a key, not dots in a text
+# Dots between the parts of a key, not dots in a text.
+_JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")
 
 
 class Settings(NamedTuple):
@@ -121,9 +120,8 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
                 waiting.append((f"{path}.{key}" if path else key, item, depth + 1))
         elif not isinstance(value, list):
             _refuse_value(path, value)
-        elif not all(
-            type(number) is float and abs(number) <= LARGEST for number in value
-        ):  # fast path for long tables of numbers
+        # Fast path for long tables of numbers.
+        elif not all(type(number) is float and abs(number) <= LARGEST for number in value):
             waiting += [(f"{path}[{index}]", item, depth + 1) for index, item in enumerate(value)]
 
 

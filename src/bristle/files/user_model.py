@@ -124,10 +124,8 @@ def load_component_file(path: Readable, *families: type[Own]) -> Own:
             allowed=allowed,
             mend=mend,
         )
-    for described in (
-        model.Parameters,
-        model.State,
-    ):  # the contract checks the rest of the description
+    # The contract checks the rest of the description.
+    for described in (model.Parameters, model.State):
         try:
             variables_of(described)
         except InputError as error:

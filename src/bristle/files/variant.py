@@ -503,11 +503,8 @@ def effort_from(
         check_keys(table, ("model", "level"), path)
         level = number_at(table.get("level", 0.0), LEVEL, kind, f"{path}.level")
         return Effort(np.full(time.size, level), f"{CONSTANT}, {numbers}" if numbers else "none")
-    registry = {
-        **FUNCTIONS,
-        CONSTANT: sine,
-        RECORDED: sine,
-    }  # so that the message for an unknown name lists them too
+    # So that the message for an unknown name lists them too.
+    registry = {**FUNCTIONS, CONSTANT: sine, RECORDED: sine}
     component: Trajectory = components.component_named(table["model"], registry, f"{path}.model")
     variables = effort_variables(component.name)
     check_keys(table, ("model", *map(key_of, variables)), path)

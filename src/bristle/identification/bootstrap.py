@@ -38,10 +38,8 @@ QUIET = 8  # draws without scatter, which show the apparent scatter
 PILOT = 32  # draws that calibrate the scatter, then the unexplained force
 SEED = 20_261_120
 TAIL = 2.5  # percent
-FEWEST_CYCLES, MOST_CYCLES = (
-    4,
-    0.5,
-)  # half-cycles for a scatter; share of half-cycles with rows away from reversals
+# Half-cycles for a scatter; share of half-cycles with rows away from reversals.
+FEWEST_CYCLES, MOST_CYCLES = (4, 0.5)
 CENTRING, ROUNDS = 8, 4  # pairs of replicates that centre the fits, and the rounds of it
 OFF = 0.5  # allowed offset of the fits, in standard deviations
 EDGE = 3.0  # standard deviations beyond which an estimated square is an outlier
@@ -165,9 +163,8 @@ def bootstrap(
             else 0.0
         )
         pilot = _squares(pool.map(fits.fit, first))
-        whole = (
-            QUIET + 2 * PILOT + ROUNDS * CENTRING + count
-        )  # two of the rounds suffice mostly, of pairs
+        # Two of the rounds suffice mostly, of pairs.
+        whole = QUIET + 2 * PILOT + ROUNDS * CENTRING + count
         report((QUIET + PILOT) / whole)
         level = Level(
             visible**2,

@@ -45,40 +45,24 @@ if TYPE_CHECKING:
 
 CYCLES = 4.0  # of a window
 OF_RATE, PER_OCTAVE = 0.1, 6  # highest frequency over the sampling frequency; frequencies tried
-PURE, OVERLAP = (
-    0.8,
-    0.25,
-)  # least share of the sweep in the motion of a window; most common share of two windows
+# Least share of the sweep in the motion of a window; most common share of two windows.
+PURE, OVERLAP = (0.8, 0.25)
 STEPS = 1.2  # encoder steps: smallest amplitude
-FEWEST, SPAN, AMPLITUDES, FADED = (
-    15,
-    3.0,
-    1.6,
-    (0.1, 0.9),
-)  # windows; ratio of frequencies; of amplitudes, between quantiles
+# Windows; ratio of frequencies; of amplitudes, between quantiles.
+FEWEST, SPAN, AMPLITUDES, FADED = (15, 3.0, 1.6, (0.1, 0.9))
 NODES, SHRINK = 5, 1.25  # amplitudes with their own loss; between trials of the largest amplitude
 MOST_LOSS, SOFTEST = 0.25, 0.65  # of the stiffness, at the largest amplitude: loss and stiffness
 DELAYS, DELAY_STEP = (-5.0, 9.0), 0.5  # samples
-PRIORS = (
-    (1.2, 1.2),
-    (1.5, 2.0),
-    (0.0, 1.0),
-    (0.0, 1.0),
-    (0.5, 0.5),
-)  # mean, deviation: g_1, g_2, g_3, e, exponent of the hold
+# Mean, deviation: g_1, g_2, g_3, e, exponent of the hold.
+PRIORS = ((1.2, 1.2), (1.5, 2.0), (0.0, 1.0), (0.0, 1.0), (0.5, 0.5))
 LOWEST = (1e-3, 0.0, 1e-2, DELAYS[0], 0.0, 0.0, -20.0, -20.0, -1.0)
 HIGHEST = (1e3, 1e2, 1e2, DELAYS[1], 20.0, 50.0, 20.0, 20.0, 2.0)
-NEAR, ROUNDS, SURE = (
-    12,
-    3,
-    1e-3,
-)  # windows that share a variance; fits with new weights; smallest relative error of a window
+# Windows that share a variance; fits with new weights; smallest relative error of a window.
+NEAR, ROUNDS, SURE = (12, 3, 1e-3)
 ENCODER = 0.11  # relative error of the gain of an encoder, rms, at an amplitude of one step
 MISFIT, WIDEST = 0.15, 0.3  # of the response, rms; relative half-width of a reported stiffness
-FACTORS, SPARE = (
-    np.array([1.9, 1.9, 1.6]),
-    np.array([0.002, 0.004, 0.002]),
-)  # over standard error; relative: mass, damping, stiffness
+# Over standard error; relative: mass, damping, stiffness.
+FACTORS, SPARE = (np.array([1.9, 1.9, 1.6]), np.array([0.002, 0.004, 0.002]))
 APART, LEAST_APART = 1.5, 0.02  # of a contradiction: over the joint half-width, and relative
 TINY = float(np.finfo(float).tiny)
 

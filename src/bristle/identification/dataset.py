@@ -27,16 +27,11 @@ from bristle.models.plants.terms import effort_of_columns, effort_of_place, term
 REACH = 10  # rows on either side that enter the decimating filter
 REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
 
-OFF_GRID, OFTEN = (
-    0.1,
-    0.2,
-)  # deviation of a change from a whole number of encoder steps; share of such changes
+# Deviation of a change from a whole number of encoder steps; share of such changes.
+OFF_GRID, OFTEN = (0.1, 0.2)
 
-EXCERPT, EXCERPT_SHARE, PIECES = (
-    60_000,
-    0.1,
-    4,
-)  # samples at least, share of the log, and pieces of a segment, of an excerpt
+# Samples at least, share of the log, and pieces of a segment, of an excerpt.
+EXCERPT, EXCERPT_SHARE, PIECES = (60_000, 0.1, 4)
 
 
 def effort_of(log: Log) -> np.ndarray:
@@ -90,18 +85,16 @@ def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np
 class Segment:
     """A segment of the log without gaps, at the rate of the log; position and effort have passed the same filter."""
 
-    time: (
-        np.ndarray
-    )  # [s]; each array has shape (sample,), edges included, over which a model with memory settles
+    # [s]; each array has shape (sample,), edges included, over which a model with memory settles
+    time: np.ndarray
     position: np.ndarray
     velocity: np.ndarray  # +0.0 or -0.0 means rest after a forward or backward motion
     acceleration: np.ndarray
     effort: np.ndarray
     recorded: np.ndarray  # position [m or rad], not filtered
     log: int = 0  # number of the log
-    surroundings: Mapping[str, np.ndarray] = field(
-        default_factory=dict
-    )  # recorded quantities, by name [SI]
+    # Recorded quantities, by name [SI]
+    surroundings: Mapping[str, np.ndarray] = field(default_factory=dict)
     first_cycle: int = 0  # number of samples that are run before the segment of a periodic motion
     regressors: tuple[np.ndarray, ...] = ()  # filtered; a coefficient converts them to effort
 
@@ -322,16 +315,14 @@ class Dataset:
         moving = [
             self.filtered((segment.velocity != 0.0).astype(float)) for segment in self.segments
         ]
-        return (
-            np.abs(1.0 - self._thinned(moving)) < 0.01
-        )  # weight of samples at rest that a row may contain
+        # Weight of samples at rest that a row may contain.
+        return np.abs(1.0 - self._thinned(moving)) < 0.01
 
     @property
     def response(self) -> np.ndarray:
         """Weights of the samples around a row in this row, shape (2 n + 1,); their sum is 1."""
-        beside = (
-            REACH_PERIODS * 2 * math.ceil(1.0 / (self.cutoff * self.sample_time))
-        )  # by then, the response has decayed
+        # By then, the response has decayed.
+        beside = REACH_PERIODS * 2 * math.ceil(1.0 / (self.cutoff * self.sample_time))
         impulse = np.zeros(2 * beside + 1)
         impulse[beside] = 1.0
         passed = self.filtered(impulse)
@@ -394,9 +385,8 @@ class Dataset:
             np.concatenate([np.diff(segment.recorded) for segment in self.segments])
             / self.resolution
         )
-        smallest = np.min(
-            np.abs(steps[steps != 0.0]), initial=1.0
-        )  # 1 where the step is that of the log itself
+        # 1 where the step is that of the log itself
+        smallest = np.min(np.abs(steps[steps != 0.0]), initial=1.0)
         return bool(
             smallest < 1.0 - OFF_GRID
             and np.mean(np.abs(steps - np.round(steps)) > OFF_GRID) > OFTEN

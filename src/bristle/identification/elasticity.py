@@ -52,60 +52,28 @@ from bristle.logs.turns import runs
 if TYPE_CHECKING:
     from bristle.identification.two_encoders import Masses
 
-LONGEST, SHORTEST, FEWEST, TAPER = (
-    8.0,
-    0.4,
-    3,
-    1.0,
-)  # s: of a slide; slides; tapered share of a slide
+# s: of a slide; slides; tapered share of a slide
+LONGEST, SHORTEST, FEWEST, TAPER = (8.0, 0.4, 3, 1.0)
 PERIODS = 4.0  # of a frequency in a slide that determines its response
-SIDES, BRISK, STEPS = (
-    60.0,
-    0.03,
-    10.0,
-)  # Hz: low-pass of the speed; of the top speed, and encoder steps: smallest slide
-SLOWEST, FASTEST, OF_RATE, LOWEST = (
-    3.0,
-    500.0,
-    0.25,
-    5.0,
-)  # Hz; Hz; of the sampling frequency; Hz: of an antiresonance
-WIDTH, POOLED, MISFIT = (
-    0.02,
-    0.08,
-    0.03,
-)  # of a group of bins; of pooled variances; model error as a share of the acceleration
+# Hz: low-pass of the speed; of the top speed, and encoder steps: smallest slide.
+SIDES, BRISK, STEPS = (60.0, 0.03, 10.0)
+# Hz; Hz; of the sampling frequency; Hz: of an antiresonance.
+SLOWEST, FASTEST, OF_RATE, LOWEST = (3.0, 500.0, 0.25, 5.0)
+# Of a group of bins; of pooled variances; model error as a share of the acceleration.
+WIDTH, POOLED, MISFIT = (0.02, 0.08, 0.03)
 LATE, EARLY, DELAY_STEP = 12e-3, 4e-3, 1e-4  # s: search range of the delay
-STEP, DAMPINGS, AROUND = (
-    0.015,
-    (0.02, 0.08),
-    (-6e-4, 0.0, 6e-4),
-)  # of the scan: frequency, damping; s: delays around the first
+# Of the scan: frequency, damping; s: delays around the first.
+STEP, DAMPINGS, AROUND = (0.015, (0.02, 0.08), (-6e-4, 0.0, 6e-4))
 DAMPED, RATIOS = (2e-3, 0.3), (0.05, 8.0)  # damping of a resonance; load over motor
 BAND = 1.5  # around antiresonance and resonance
-LEAST_GAIN, LEAST_SHARE, LEAST_EXPLAINED, MOST_ERROR = (
-    60.0,
-    0.2,
-    0.3,
-    0.02,
-)  # of a clear resonance: squared deviation; shares; error
-PARTS = (
-    (0.0, 0.5),
-    (0.5, 1.0),
-    (0.0, 0.34),
-    (0.33, 0.67),
-    (0.66, 1.0),
-    (0.25, 0.75),
-)  # of the slides
-ALIKE, AGREE, AGREEING = (
-    1.6,
-    1.05,
-    2,
-)  # largest ratio of the frequency in a part to that in the whole log, and to that in another; parts
-STUDENT, SPREAD = (
-    4.0,
-    2.0,
-)  # of the intervals: factors of the standard error, and of the scatter over the parts
+# Of a clear resonance: squared deviation; shares; error.
+LEAST_GAIN, LEAST_SHARE, LEAST_EXPLAINED, MOST_ERROR = (60.0, 0.2, 0.3, 0.02)
+# Of the slides
+PARTS = ((0.0, 0.5), (0.5, 1.0), (0.0, 0.34), (0.33, 0.67), (0.66, 1.0), (0.25, 0.75))
+# Largest ratio of the frequency in a part to that in the whole log, and to that in another; parts.
+ALIKE, AGREE, AGREEING = (1.6, 1.05, 2)
+# Of the intervals: factors of the standard error, and of the scatter over the parts.
+STUDENT, SPREAD = (4.0, 2.0)
 SPARE, SPARE_DELAY = 0.004, 0.1  # of the intervals: smallest relative half-width; in samples
 ONE_MASS = 0.02  # largest relative excess of the mass that the motor of one mass feels
 HOLDS = (-1.5, 1.5)  # exponent of the hold

@@ -87,9 +87,8 @@ def elements_of(context: Context, component: FrictionModel) -> Elements:
         context.parameters(shaped(component, np.ones(1), np.ones(1))),
         np.abs(context.dataset.velocity),
     )
-    if np.mean(speeds) ** 2 >= 0.9 * np.mean(
-        speeds**2
-    ):  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
+    # Square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine.
+    if np.mean(speeds) ** 2 >= 0.9 * np.mean(speeds**2):
         damping = names_of(Role.VISCOUS, parameters.component.variables)
         viscous = {
             name: Fixed(0.0, "held_one_speed") for name in parameters.free if name in damping
@@ -245,9 +244,8 @@ class Elements:
         requested = np.zeros(self._target.size, dtype=bool)
         requested[rows] = True
         settled = requested & self._run_in
-        fitted = (
-            settled if np.sum(settled) > 0.5 * np.sum(requested) else requested
-        )  # of the rows: with fewer left, all are fitted
+        # Of the rows: with fewer left, all are fitted.
+        fitted = settled if np.sum(settled) > 0.5 * np.sum(requested) else requested
         if not self._factors:
             return self._for_factors(np.zeros(0), fitted)
         from scipy.optimize import least_squares
@@ -378,9 +376,8 @@ class Elements:
             covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(
                 segment.position
             )
-            marks.append(
-                covered > 0.9 * covered[-1]
-            )  # of the range of a segment: after that, no element depends on the start of the log
+            # Of the range of a segment: after that, no element depends on the start of the log.
+            marks.append(covered > 0.9 * covered[-1])
         return self.dataset.sampled(marks)
 
     def _jacobian(self, weights: Weights, pressed: np.ndarray, r: np.ndarray) -> np.ndarray:

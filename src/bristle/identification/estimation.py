@@ -64,9 +64,8 @@ class Context:
     settings: Settings = DEFAULT
     estimator: Estimator | None = None  # replaces `along_the_motion`
     coupling: Elastic | None = None
-    optima: dict[FrictionModel, dict[str, float]] = field(
-        default_factory=dict
-    )  # of simpler models: starts of richer models
+    # Of simpler models: starts of richer models.
+    optima: dict[FrictionModel, dict[str, float]] = field(default_factory=dict)
 
     def parameters(self, component: FrictionModel) -> ParameterSet:
         """Return the free and fixed parameters of a model."""
@@ -249,10 +248,8 @@ REFINED = 40
 MOST_ORDER, MOST = 200, 24  # largest order that is tried, most harmonics
 PASSING = 0.5  # of the amplitude of a wave, after the filters
 SAMPLED = 0.5  # of a wave from sample to sample: faster waves are aliased
-CHANCE, ABOVE = (
-    0.9,
-    3.0,
-)  # quantile of waves at half orders, and factor by which a harmonic exceeds it
+# Quantile of waves at half orders, and factor by which a harmonic exceeds it.
+CHANCE, ABOVE = (0.9, 3.0)
 
 
 def context_of(dataset: Dataset, prior: PriorKnowledge, *, settings: Settings = DEFAULT) -> Context:
@@ -319,9 +316,8 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     def explained(count: float) -> float:
         phase = 2.0 * np.pi * (count / stroke) * x
         waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
-        waves = np.hstack(
-            [waves, side * waves]
-        )  # a force over the position, and a level that reverses with the motion
+        # A force over the position, and a level that reverses with the motion.
+        waves = np.hstack([waves, side * waves])
         return _energy(waves, residual)
 
     best = max(turns.tolist(), key=explained)
@@ -392,10 +388,8 @@ def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[
     size = np.linalg.norm(columns, axis=0)
     basis = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])[0]
     residual = apart_from(basis, dataset.effort)
-    first, orders = (
-        max(int(np.ceil(3.0 / turns)), 1),
-        list[int](),
-    )  # at least three periods over the range of the log
+    # At least three periods over the range of the log.
+    first, orders = (max(int(np.ceil(3.0 / turns)), 1), list[int]())
     tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
     waves = {order: _waves(dataset, cogging.turn, order) for order in tried.tolist()}
     waves = {

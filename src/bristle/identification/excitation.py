@@ -223,10 +223,8 @@ TRADED = {
     "never_slides": ("acceleration", "sliding", "speed", "stribeck"),
 }
 """By code, the excitation of parameters that such a log confounds."""
-BY_THE_LOG = (
-    "held_one_direction",
-    "held_one_speed",
-)  # Reasons to hold a parameter constant that the log does not determine
+# Reasons to hold a parameter constant that the log does not determine.
+BY_THE_LOG = ("held_one_direction", "held_one_speed")
 
 
 def checks_of(
@@ -263,9 +261,8 @@ def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
     }
     for diagnostic in diagnostics:
         code = diagnostic.code
-        if (
-            code == "level_over_position" and "+position" in fit.friction.name
-        ):  # the model has the slot that it proposes
+        # The model has the slot that it proposes.
+        if code == "level_over_position" and "+position" in fit.friction.name:
             continue
         # Parameters that are confounded in this case.
         names = tuple(

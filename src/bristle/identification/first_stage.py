@@ -49,10 +49,8 @@ from bristle.identification.wide_rows import (
 )
 from bristle.logs.log import Log
 
-RUNGS, LOWEST = (
-    8,
-    0.04,
-)  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
+# Cut-offs of the instruments: how many, the lowest as a share of the widest rows.
+RUNGS, LOWEST = (8, 0.04)
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
 SLOWEST = 1e-3  # s: shortest sample time that rows follow
 SPARE_MASS, SPARE_DELAY = 1e-3, 0.05  # of the inertia, in samples: the smallest half-widths
@@ -63,18 +61,14 @@ INERTIA_SHARE = (
 CLEARLY = 2.0  # half-widths above which a delay is certain
 MAY_BE_NONE = 0.25  # factor of that half-width for a delay that may be zero
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
-BIAS_OVER_ERROR, BIAS_UNSURE = (
-    0.3,
-    50.0,
-)  # accepted bias over error; factor of the bias, because noise is not white
+# Accepted bias over error; factor of the bias, because noise is not white.
+BIAS_OVER_ERROR, BIAS_UNSURE = (0.3, 50.0)
 AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `agreeing`
 SCALES = 1.0, 2.0, 4.0  # of errors: the smallest with which two cut-offs agree
 CHANGED = 0.4  # of the change to another cut-off, added to the error
 SHORT = 0.5  # of a filter: allowed shortfall of a step from no filter
-GROWS, FADES = (
-    0.3,
-    0.8,
-)  # of a filter: allowed growth (noise) and decay (its tail) at a higher cut-off
+# Of a filter: allowed growth (noise) and decay (its tail) at a higher cut-off.
+GROWS, FADES = (0.3, 0.8)
 
 
 class Rung(NamedTuple):
@@ -119,9 +113,8 @@ def alignment_of(
         free = rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)
         if abs(free.c) > max(AGREE * free.std(-1), FILTER):
             # A step from no filter to more than 2 ms is too short.
-            free = rows.fit(
-                cutoff, free.delay, free.c, free=(sought, True), steps=3
-            )  # to a filter that is not small
+            # To a filter that is not small.
+            free = rows.fit(cutoff, free.delay, free.c, free=(sought, True), steps=3)
         rungs.append(Rung(plain, free))
     run, scale = believed(rungs, rows.dt, sought=sought)
     alignment = (

@@ -388,9 +388,8 @@ class Judgement:
         if small or std <= least.unsure_std * abs(value):
             return None
         cause = self.excitation.cause(name)
-        if (
-            not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value)
-        ):  # largest relative standard error that is reported
+        # Largest relative standard error that is reported.
+        if not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value):
             return cause
         return replace(cause, numbers={**cause.numbers, "std_percent": 100.0 * std / abs(value)})
 

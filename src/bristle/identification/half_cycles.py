@@ -93,9 +93,8 @@ def half_cycles(dataset: Dataset) -> Groups:
 
 def least_way(resolution: float, noise: float) -> float:
     """Return the smallest way [m or rad] that is a motion, from the encoder step and the position noise."""
-    return max(
-        STEPS * resolution, 8.0 * noise
-    )  # times the position noise: a body at rest stays within
+    # Times the position noise: a body at rest stays within.
+    return max(STEPS * resolution, 8.0 * noise)
 
 
 def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
@@ -105,9 +104,8 @@ def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float
         return 0.0
     rest = within_cycles(cycles, slope, residual)
     # The filter distorts rows near a reversal: half-cycles of a few rows do not show a level.
-    long = (
-        np.bincount(cycles.index, minlength=power.size) >= 4
-    )  # rows of a half-cycle that reaches beyond the reversal
+    # Rows of a half-cycle that reaches beyond the reversal.
+    long = np.bincount(cycles.index, minlength=power.size) >= 4
     if np.count_nonzero(long) >= FEWEST_LEVELS:
         power, excess = power[long], excess[long]
     noise, square = float(rest @ rest) / independent_rows(rest), math.inf
@@ -207,9 +205,8 @@ def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
         counts = np.zeros((count, place.max(initial=0) + 1))
         np.add.at(counts, (part[moving], place), 1.0)
         alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
-        if np.any(
-            alone > 0.1 * np.bincount(part, minlength=count)
-        ):  # share of the rows of a block at speeds missing in other blocks
+        # Share of the rows of a block at speeds missing in other blocks.
+        if np.any(alone > 0.1 * np.bincount(part, minlength=count)):
             # A part has speeds that the others lack: give each part one piece of each neighbourhood, in random order, so that no
             # periodic motion is in step with it.
             rng = np.random.default_rng(SEED)
@@ -290,9 +287,8 @@ def force_with_scatter(
     transmitted: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return unfiltered friction [N or N*m] with a random relative level after each reversal, shape (sample,)."""
-    levels = np.maximum(
-        1.0 + scatter * rng.standard_normal(len(starts)), 0.05
-    )  # of the level: friction does not vanish on any half-cycle
+    # Of the level: friction does not vanish on any half-cycle.
+    levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), 0.05)
     mean = pack(friction.parameters)
     component = friction.component
     doubled = pack(
@@ -325,9 +321,8 @@ def noise_density(position: np.ndarray, resolution: float, dt: float) -> float:
     from scipy.signal import welch
 
     bent = np.diff(position, 2)
-    frequencies, density = welch(
-        bent, fs=1.0 / dt, nperseg=min(512, bent.size), detrend="constant"
-    )  # samples
+    # Samples
+    frequencies, density = welch(bent, fs=1.0 / dt, nperseg=min(512, bent.size), detrend="constant")
     top = frequencies >= FLOOR / dt
     of_second_difference = (2.0 * np.sin(np.pi * frequencies[top] * dt)) ** 4
     return max(

@@ -15,11 +15,8 @@ from bristle.identification.work import Work
 
 WITHOUT_DRAWS = "interrupted: intervals from simulated logs are missing"
 WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
-EVALUATIONS, REFITS, CLIMBING = (
-    8.5,
-    104,
-    3000.0,
-)  # of the residual: a fit to a draw, fits beside the draws, and the observers
+# Of the residual: a fit to a draw, fits beside the draws, and the observers.
+EVALUATIONS, REFITS, CLIMBING = (8.5, 104, 3000.0)
 NUMERIC = (ArithmeticError, ValueError)
 """Errors of a computation with numbers, such as those of a model that diverges or of a singular matrix."""
 

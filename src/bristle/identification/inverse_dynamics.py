@@ -44,14 +44,10 @@ from bristle.models.friction.level import TRANSMITTED
 from bristle.models.plants.terms import TURN
 
 HOLD = 0.25  # samples, as a standard error: a held effort may act half a sample earlier or later
-DOUBT, UNSEEN = (
-    0.8,
-    0.4,
-)  # of the mean offset of fits to replicates; addition if the motion is not visible beyond the filter
-AWAY, AWAY_TIME = (
-    2.0,
-    15e-3,
-)  # distance from a reversal: periods of the cut-off; seconds, for filters in the channels
+# Of the mean offset of fits to replicates; addition if the motion is not visible beyond the filter.
+DOUBT, UNSEEN = (0.8, 0.4)
+# Distance from a reversal: periods of the cut-off; seconds, for filters in the channels.
+AWAY, AWAY_TIME = (2.0, 15e-3)
 
 
 @dataclass(frozen=True)
@@ -259,9 +255,8 @@ class InverseDynamics:
         turns = (
             float(np.ptp(x)) * dataset.cutoff / max(float(np.median(speed)), np.finfo(float).tiny)
         )
-        return Away(
-            time > least, time > 6.0 * least, x, dataset.velocity, turns
-        )  # times as long: from here on, a slide is steady
+        # Times as long: from here on, a slide is steady.
+        return Away(time > least, time > 6.0 * least, x, dataset.velocity, turns)
 
     @cached_property
     def columns(self) -> np.ndarray:

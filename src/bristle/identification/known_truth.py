@@ -38,10 +38,8 @@ SEED = 20_261_127
 DETERMINED, ROUGH = 10.0, 50.0  # percent: limits of the errors
 FEWEST = 0.5  # share of the simulated logs that must identify a determined parameter
 FEWEST_DRAWS, MOST_DRAWS = 20, 100  # for the intervals of a fit to a simulated log
-HOLD_LEAST, TELLING = (
-    0.75,
-    5,
-)  # smallest share of intervals that contain the truth; fewest intervals for this verdict
+# Smallest share of intervals that contain the truth; fewest intervals for this verdict.
+HOLD_LEAST, TELLING = (0.75, 5)
 
 
 @dataclass(frozen=True)

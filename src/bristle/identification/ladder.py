@@ -103,9 +103,8 @@ def sandwich(rung: Rung) -> np.ndarray:
     inverse = np.linalg.pinv(columns.T @ columns, rcond=1e-12, hermitian=True)
     scores = scores_of(columns[:count], residual[:count], BLOCKS)
     weights = np.array([expectation.weight for expectation in rung.problem.expected])
-    beforehand = (
-        columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]
-    )  # an expectation has a separate error
+    # An expectation has a separate error.
+    beforehand = columns[count:] * (rung.problem.unit * np.sqrt(weights))[:, None]
     pulls = columns.T @ (derivatives[:, len(parameters.free) :] * np.array([*unsure.values()]))
     # The product of a matrix with its transpose has no negative variance by rounding.
     half = inverse @ np.hstack([math.sqrt(BLOCKS / (BLOCKS - 1)) * scores.T, beforehand.T, pulls])

@@ -34,31 +34,17 @@ from bristle.identification.two_encoders import DAMPING, FACTOR, M_1, Masses, Re
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.models.friction import maxwell_slip
 
-CUTOFF, HIGHEST, ROWS_PER_PERIOD, EDGE = (
-    0.12,
-    150.0,
-    2.5,
-    200,
-)  # of the sampling frequency; Hz; samples dropped at the ends
-DISTANCES, SMALLEST, STROKE = (
-    (1e-6, 3e-6, 1e-5, 3e-5, 1e-4),
-    1.5,
-    0.2,
-)  # m: of elements; encoder steps; m: to which angles are scaled
+# Of the sampling frequency; Hz; samples dropped at the ends.
+CUTOFF, HIGHEST, ROWS_PER_PERIOD, EDGE = (0.12, 150.0, 2.5, 200)
+# m: of elements; encoder steps; m: to which angles are scaled
+DISTANCES, SMALLEST, STROKE = ((1e-6, 3e-6, 1e-5, 3e-5, 1e-4), 1.5, 0.2)
 SIGN, FADES = 0.003, (0.03, 0.1, 0.3)  # of the top speed: width of the sign; decays of friction
-WIDEST, TRIALS, SIDEWAYS, EVALUATIONS = (
-    1e-4,
-    9,
-    0.1,
-    80,
-)  # of the scan: play [m]; shares of the range; of the search
+# Of the scan: play [m]; shares of the range; of the search.
+WIDEST, TRIALS, SIDEWAYS, EVALUATIONS = (1e-4, 9, 0.1, 80)
 NUDGE, BLOCKS = 3e-3, 20  # of the range; of the errors
 CLEAR = 0.05  # reduction of the squared residual by play
-STRETCHES = (
-    0.05,
-    0.15,
-    0.3,
-)  # of the range of the twist: distances after which elements of the coupling slip
+# Of the range of the twist: distances after which elements of the coupling slip.
+STRETCHES = (0.05, 0.15, 0.3)
 
 
 class Hysteresis(NamedTuple):
@@ -361,9 +347,8 @@ class _Rows:
         """Return the estimate with friction of the nut (`count` is 2) or without it (1)."""
         found = self._best(count, middle, span)
         gain = found.without_play / max(found.square, np.finfo(float).tiny) - 1.0
-        has_play = (
-            count > 1 or gain > CLEAR
-        )  # a small play resembles friction of the nut: estimate both together
+        # A small play resembles friction of the nut: estimate both together.
+        has_play = count > 1 or gain > CLEAR
         play, centre = (found.play, found.centre) if has_play else (0.0, found.centre)
         factors, residual, pulls = self._fitted(play, centre, count)
         slopes = [pulls]

@@ -44,9 +44,8 @@ AS_GOOD = 1.05  # times the residual of another cause: gravity is preferred to a
 EVEN = 0.9  # of the share of a ripple, for a ripple equal in both directions, or opposite
 OVERTONES = range(2, 7)  # of a ripple
 FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
-WAYS = tuple(
-    np.geomspace(1e-4, 0.03, 6).tolist()
-)  # of the range: build-up length of a force after a reversal
+# Of the range: build-up length of a force after a reversal.
+WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())
 LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
 LEAST_OF_A_RIPPLE = 0.3  # of the residual: its period is searched, so random signs are no test
@@ -268,9 +267,8 @@ def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
     falls = np.exp(-speed[:, None] / np.array(FALLS))
     middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
     place = ((x - middle) / reach)[:, None]
-    turns = (
-        rows.kind == KINDS[1] and 2.0 * reach > 1.0
-    )  # [rad], over which the sine of an angle is more than a straight line
+    # [rad], over which the sine of an angle is more than a straight line
+    turns = rows.kind == KINDS[1] and 2.0 * reach > 1.0
     behind = rows.from_ends(x)[0][:, None] / (2.0 * reach * np.array(WAYS))
     return {
         "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
@@ -345,9 +343,8 @@ def _no_chance(weighed: Weighed, explained: np.ndarray, columns: np.ndarray, lev
     part = np.arange(cycle.size) * FEWEST_UNITS // cycle.size
     units = Groups(cycle if count >= FEWEST_UNITS else cycle * FEWEST_UNITS + part)
     pulls = units.summed(free * weighed.without(explained)[:, None])
-    signs = np.random.default_rng(units.count).choice(
-        [-1.0, 1.0], (DRAWS, units.count)
-    )  # drawn for each
+    # Drawn for each
+    signs = np.random.default_rng(units.count).choice([-1.0, 1.0], (DRAWS, units.count))
     drawn = np.vstack([np.ones(units.count), signs]) @ pulls
     squares = np.sum(
         drawn * np.linalg.solve(free.T @ free + SMALL * np.eye(free.shape[1]), drawn.T).T, axis=1

@@ -123,9 +123,8 @@ class Rows:
         """Mask of the moving rows far from reversals and trembles."""
         speed = np.abs(self.velocity)
         periods = np.minimum(self.turned, np.minimum(*self.from_ends(self.time))) * self.cutoff
-        return (periods > 3.0) & (
-            speed > SLOW[0] * float(np.quantile(speed, 0.99))
-        )  # periods of the cut-off from a reversal
+        # Periods of the cut-off from a reversal.
+        return (periods > 3.0) & (speed > SLOW[0] * float(np.quantile(speed, 0.99)))
 
     @cached_property
     def stretch(self) -> np.ndarray:
@@ -257,6 +256,5 @@ class Weighed:
 
 
 def _floored(power: np.ndarray) -> np.ndarray:
-    return np.maximum(
-        power, max(1e-12 * float(power.max()), SMALLEST)
-    )  # of the half-cycle with the most friction: below, it has no level
+    # Of the half-cycle with the most friction: below, it has no level.
+    return np.maximum(power, max(1e-12 * float(power.max()), SMALLEST))

@@ -42,11 +42,8 @@ SLIPPED = (
 )
 LEAST = 1e-100  # N or N*m: an element without force keeps its threshold
 SOFTEST = 1e-8  # N/m or N*m/rad: an element without force has a stiffness that a model file allows
-STARTS = (
-    1.0,
-    4.0,
-    0.25,
-)  # level of the first element over that of the last one, where further searches begin
+# Level of the first element over that of the last one, where further searches begin.
+STARTS = (1.0, 4.0, 0.25)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -54,18 +54,14 @@ from bristle.models.friction.slots import OFFSET, directional
 from bristle.models.plants.terms import effort_of_columns
 from bristle.models.sensors import encoder
 
-STUDENT = (
-    2.045 / NORMAL_95
-)  # 97.5 % quantile of Student's t of one degree of freedom less, over that of the normal distribution
+# 97.5 % quantile of Student's t of one degree of freedom less, over that of the normal distribution
+STUDENT = 2.045 / NORMAL_95
 WORSE = (
     1.35  # times the prediction error of replicates: above, the model does not explain the motion
 )
 REPLICATES, REFITTED, SEED = 4, 8, 20_261_126  # evaluations of a refit
-HELD_AT, LED_AT, DAMPED = (
-    25.0,
-    25.0,
-    0.7,
-)  # Hz: low-pass of the motion that a replicate follows; bandwidth of its loop; damping of the loop
+# Hz: low-pass of the motion that a replicate follows; bandwidth of its loop; damping of the loop.
+HELD_AT, LED_AT, DAMPED = (25.0, 25.0, 0.7)
 APART_MOST = 3.0  # standard errors: largest difference from inverse dynamics
 SHOWN_BY_SLIDING = ("sliding", "speed")
 SIDED = (Role.LEVEL, Role.VISCOUS)
@@ -365,9 +361,8 @@ def unseen_in(rung: Rung, most: Disturbance, seed: np.random.SeedSequence) -> Di
         square(Disturbance(0.0, 0.0, most.resolution)),
     )
     noisy, loud = square(most._replace(scatter=0.0)), square(most)
-    step = most.resolution * (
-        share(smooth, quiet) if smooth < rung.error**2 else 1.0
-    )  # an error that smooth positions also have is not due to steps
+    # An error that smooth positions also have is not due to steps.
+    step = most.resolution * (share(smooth, quiet) if smooth < rung.error**2 else 1.0)
     return Disturbance(most.scatter * share(noisy, loud), most.noise * share(quiet, noisy), step)
 
 
@@ -423,9 +418,8 @@ class IdentifiedAxis(NamedTuple):
         )
         velocity = np.gradient(smooth, dt)
         acted = part.efforts(delay, bend, dt)[0, :count]
-        commanded = np.append(
-            0.5 * (acted[1:] + acted[:-1]), acted[-1:]
-        )  # held until the next sample
+        # Held until the next sample.
+        commanded = np.append(0.5 * (acted[1:] + acted[:-1]), acted[-1:])
         _, slope = self.plant.component.port(
             self.plant.component.State(smooth[0], velocity[0]), 0.0, dt, self.plant.parameters
         )

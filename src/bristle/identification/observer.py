@@ -47,11 +47,8 @@ from bristle.models.friction.level import TRANSMITTED
 
 DELAY, BEND = "delay", "bend"
 RATE = 4e3  # steps of the integration in a second, at least
-FIRST, LOOSER, RUNGS = (
-    100.0,
-    0.6,
-    7,
-)  # bandwidth of the stiffest observer [Hz], ratio of consecutive bandwidths, number of rungs
+# Bandwidth of the stiffest observer [Hz], ratio of consecutive bandwidths, number of rungs.
+FIRST, LOOSER, RUNGS = (100.0, 0.6, 7)
 HIGHEST = 0.1  # of the sampling frequency: the stiffest observer
 DRIFTS = 6.0  # times the smallest prediction error: end of a ladder
 FEW = 6  # evaluations of a further start
@@ -60,15 +57,11 @@ STARTS = ((1.0, 0.01, 0.15), (0.5, 0.02, 0.5), (1.0, 0.03, 0.5))
 SETTLES = 0.3  # s, after which the start of an observer has decayed
 SHARPEST = 0.7  # largest exponent of the sharpening of an effort
 BESIDE = 256  # samples by which an effort is extended beyond its ends
-WEIGHT, LEVELS_WEIGHT = (
-    30.0,
-    10.0,
-)  # weight of a weak prior in rows, and of a level from inverse dynamics
+# Weight of a weak prior in rows, and of a level from inverse dynamics.
+WEIGHT, LEVELS_WEIGHT = (30.0, 10.0)
 BEND_STD = 5e-7  # s^2: prior of the bend
-FALLS, EXCESS = (
-    0.02,
-    0.3,
-)  # priors: Stribeck velocity over the largest speed; logarithm of break-away over the level
+# priors: Stribeck velocity over the largest speed; logarithm of break-away over the level
+FALLS, EXCESS = (0.02, 0.3)
 SLOWEST = 1e-4  # of the largest speed: the smallest Stribeck velocity
 SHORTEST, MOST = 1.0, 150_000  # s: shortest segment; total samples, of which pieces are used beyond
 EVALUATIONS, ENDED = 15, 1e-4  # of a descent; relative change of its cost that ends it
@@ -322,9 +315,8 @@ def climb(
     logs: Sequence[Log],
     context: Context,
     held: Mapping[str, Fixed],  # fixed parameters
-    levels: Mapping[
-        str, tuple[float, float]
-    ],  # priors of the friction levels, with standard errors
+    # Priors of the friction levels, with standard errors.
+    levels: Mapping[str, tuple[float, float]],
     scatter: float = 0.0,  # of the level between half-cycles
     report: Report = silent,
 ) -> tuple[Rung, ...]:
@@ -360,9 +352,8 @@ def climb(
     errors = PredictionErrors(problem, parts, stiffest, expected, lag=effort_lag(alignment))
     errors = errors.of_size(errors.size_at(values))
     for number in range(RUNGS):
-        report(
-            min((number + 4.0 * (number > 0)) / 8.0, 1.0)
-        )  # the first rung has five climbs, and mostly three rungs follow
+        # The first rung has five climbs, and mostly three rungs follow.
+        report(min((number + 4.0 * (number > 0)) / 8.0, 1.0))
         errors = replace(errors, bandwidth=stiffest * LOOSER**number).scattering(values, scatter)
         rung = climbed(errors, values, context)
         if number == 0:

@@ -50,10 +50,8 @@ PAD = 3.0  # s: continuation of a record for the position of its load
 CUT = Cut(longest=8.0, shortest=0.4, taper=1.0, slowest=3.0, of_rate=0.25)
 HOLD = 9  # the parameter after those of two encoders: exponent of sin(x) / x
 OF_WIDTH = 0.5  # standard error of a frequency of the response, as a share of its half-width
-DAMPED, RUBS = (
-    0.03,
-    0.1,
-)  # at the start: damping of the antiresonance; viscous friction per mass [1/s]
+# At the start: damping of the antiresonance; viscous friction per mass [1/s]
+DAMPED, RUBS = (0.03, 0.1)
 ALIKE = 0.2  # largest relative difference of antiresonance and resonance of the fit from those of the response
 OF_FRICTION = 2.0  # factor of the half-width of the mass of the response: error by friction at low frequencies
 CONTRADICTED = 10.0  # standard errors, by which the fit without the response as prior knowledge differs from it
@@ -144,9 +142,8 @@ def with_masses(
         (coupling.resonance_half_width, coupling.resonance),
         (OF_FRICTION * coupling.mass_half_width, coupling.mass),
     )
-    antiresonance, resonance, mass = (
-        of_fit if contradicted else map(min, of_fit, of_response)
-    )  # the more precise estimate of both
+    # The more precise estimate of both.
+    antiresonance, resonance, mass = of_fit if contradicted else map(min, of_fit, of_response)
     return coupling._replace(
         antiresonance=antiresonance[1],
         antiresonance_half_width=antiresonance[0],

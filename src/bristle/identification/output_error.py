@@ -77,9 +77,10 @@ class OutputError:
         if any(axis.seeks_lag for axis in axes):
             time, parameters = logs[0].sample_time, inverse.parameters
             description = "lag of the drive behind its controller"
+            # Samples
             lag = Variable(
                 "time", description, min=0.0, max=20.0 * time, nominal=time, excitation="drive"
-            )  # samples
+            )
             inverse = replace(
                 inverse,
                 parameters=replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag}),
@@ -322,9 +323,8 @@ class Changed:
         if all(free[name] == values[name] for name in error.parameters.free):
             return self.change
         simulated = error.simulated(error.parameters.complete(free))
-        return (
-            self.pure + self.change - np.where(np.isfinite(simulated), simulated, 1e12)
-        )  # for a signal that diverged
+        # For a signal that diverged.
+        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, 1e12)
 
 
 @dataclass(frozen=True)

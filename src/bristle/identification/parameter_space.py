@@ -272,9 +272,8 @@ def _transform(
         return Transform(name, "below", 1.0, 0.0, SHARE_MOST, *allowed, ceiling=ceiling)
     if floor is not None:
         # A log does not show a force far above its efforts.
-        most = (
-            2.0 * scales.peak / scale if variable.quantity == "force" else math.inf
-        )  # times the largest effort of the log
+        # Times the largest effort of the log.
+        most = 2.0 * scales.peak / scale if variable.quantity == "force" else math.inf
         return Transform(
             name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.names
         )

@@ -27,17 +27,14 @@ from bristle.models.friction.variation import HALF_RANGE, MIDDLE, PITCH
 from bristle.models.plants.inertia import MODEL as inertia
 
 SLIDES = ("sliding", "stribeck", "presliding")
-STRIBECK_SHARE = (
-    1.0 / 3.0
-)  # of the largest speed: above, the log would not show the level after the fall
+# Of the largest speed: above, the log would not show the level after the fall.
+STRIBECK_SHARE = 1.0 / 3.0
 ALIKE = 1e-9  # relative difference below which two unit factors are equal
 ONE_WAY = 0.01  # share of the samples below which a direction counts as missing
 SLIDES_FROM = 0.1  # of the largest speed: slower rows do not show a friction level
 SINGULAR = 1e-9
-STATED, PROPOSED = (
-    "held_known",
-    "held_taken",
-)  # reasons of a fixed value: the user gave it, or a first pass proposed it
+# Reasons of a fixed value: the user gave it, or a first pass proposed it.
+STATED, PROPOSED = ("held_known", "held_taken")
 
 
 class Role(Enum):
@@ -153,9 +150,8 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
     speeds = np.abs(dataset.all_velocities)
     speeds = speeds[speeds > 0.0]
     speed = float(np.quantile(speeds, 0.995))
-    slowest = max(
-        float(np.quantile(speeds, 0.01)), 1e-4 * speed
-    )  # a share of the samples is slower than the smallest Stribeck velocity sought
+    # A share of the samples is slower than the smallest Stribeck velocity sought.
+    slowest = max(float(np.quantile(speeds, 0.01)), 1e-4 * speed)
     stroke = stroke_of(dataset)
     return Scales(
         force=force,
@@ -289,9 +285,8 @@ class PriorKnowledge:
     pitch: float | None = None
     free: tuple[str, ...] = ()  # shapes
     offset_reason: str = STATED
-    measured: Mapping[str, tuple[float, float]] = field(
-        default_factory=dict
-    )  # before the fit: value and half-width of its 95 % interval
+    # Before the fit: value and half-width of its 95 % interval.
+    measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     has_bodies: bool = False  # whether a known effort is that of the bodies of an arm
 
 

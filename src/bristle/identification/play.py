@@ -16,16 +16,10 @@ from bristle.identification.settings import Settings
 
 MOST_OF_ONE = 0.5  # of the residual around changes of flank
 LARGER = 1.8  # times the residual elsewhere: residual where the load changes flanks
-BEFORE, AFTER, LASTS = (
-    2,
-    4,
-    0.03,
-)  # rows before a change of flank; rows after it, at least; time after it [s]
-FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = (
-    4,
-    10,
-    20,
-)  # changes of flank, rows of a kind for comparison, rows around the changes
+# Rows before a change of flank; rows after it, at least; time after it [s]
+BEFORE, AFTER, LASTS = (2, 4, 0.03)
+# Changes of flank, rows of a kind for comparison, rows around the changes.
+FEWEST_CHANGES, FEWEST_ALIKE, ENOUGH = (4, 10, 20)
 SPEEDS = (0.003, 0.01, 0.03, 0.1, 0.3, 0.6)  # of the largest
 JERKS = (0.5, 0.75, 0.9)  # quantiles
 

@@ -17,11 +17,8 @@ from bristle.core.contracts import Model, Reference
 from bristle.logs.log import Log
 
 SMALL = 1e-9  # position error of a step [m or rad]
-SETTLED, STEPS, STEP = (
-    500,
-    1000,
-    1e-3,
-)  # samples after which filters have settled, in all, and their time [s]
+# Samples after which filters have settled, in all, and their time [s]
+SETTLED, STEPS, STEP = (500, 1000, 1e-3)
 PARTS = 10  # of a log, for the interval
 ROUGHEST = 0.5  # largest half-width of the interval over the stiffness
 T_95 = 2.26  # quantile of the t distribution for the parts

@@ -66,9 +66,8 @@ def treat_all(
                 value=part.kind,
                 allowed=first.kind,
             )
-        if (
-            abs(part.sample_time / first.sample_time - 1.0) > 1e-3
-        ):  # relative difference below which sample times count as equal
+        # Relative difference below which sample times count as equal.
+        if abs(part.sample_time / first.sample_time - 1.0) > 1e-3:
             period, first_period = (
                 with_unit(time, "s") for time in (part.sample_time, first.sample_time)
             )
@@ -132,9 +131,8 @@ def stretches_of(
         # An arm swings for a few seconds only; a longer log has the rows of a plant without terms.
         bends = axis.gravity or axis.cogging or axis.spring or axis.regressors
         decimation = min(max(len(log) // BENT_ROWS, 1), DECIMATION) if bends else DECIMATION
-    dropped = max(
-        round(5 / (cutoff * dt)), 1
-    )  # of the cut-off frequency: the transient of the filter
+    # Of the cut-off frequency: the transient of the filter.
+    dropped = max(round(5 / (cutoff * dt)), 1)
     shortest = 2 * dropped + ROWS_MIN * decimation
     parts = log.segments or (slice(0, len(log)),)
     lengths = [len(range(*part.indices(len(log)))) for part in parts]
@@ -287,9 +285,8 @@ def segment_of(
         # White noise above the cut-off determines the total noise.
         noises = noise, effort_noise / max(1.0 - 2.0 * (cutoff * dt), 0.1) ** 0.5
     velocity = np.gradient(smooth, dt)
-    window = max(
-        round(5 / (cutoff * dt)), 1
-    )  # five periods of the cut-off without an encoder step are a rest
+    # Five periods of the cut-off without an encoder step are a rest.
+    window = max(round(5 / (cutoff * dt)), 1)
     rest = (
         velocity == 0.0
         if creeping

@@ -95,16 +95,14 @@ class Contrast:
         )
         length, basis = np.linalg.norm(forces, axis=0), np.linalg.qr(columns[away.rows])[0]
         beside = forces[:, length > 0.0] / length[length > 0.0]
-        beside = beside[
-            :, np.linalg.norm(apart_from(basis, beside), axis=0) > 0.02
-        ]  # share of a force outside the columns
+        # Share of a force outside the columns.
+        beside = beside[:, np.linalg.norm(apart_from(basis, beside), axis=0) > 0.02]
         while places.size:
             inverse = np.linalg.pinv(np.hstack([columns[away.rows], beside]), rcond=SINGULAR)
             share = np.linalg.norm(inverse[: places.size], axis=1) / usual
             worst = int(np.argmax(share))
-            if (
-                share[worst] <= 3.0
-            ):  # times the standard error: limit for parameters determined away from reversals
+            # Times the standard error: limit for parameters determined away from reversals.
+            if share[worst] <= 3.0:
                 matrix = np.zeros((theta.size, inverse.shape[1]))
                 matrix[places] = (
                     inverse[: places.size] / np.linalg.norm(jacobian[:, places], axis=0)[:, None]

@@ -33,10 +33,8 @@ TRADED_IN = ("one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters with unreliable intervals."""
 CONSTANT_HELD = ("held_levels", "held_constant", "held_taken")
 TWO_MASSES = "the plant with two masses"  # in the parts of a result that are left out
-LARGE_OFFSET, SURE_OFFSET = (
-    0.25,
-    3.0,
-)  # of the level by direction, and standard errors: a constant force above both is reported
+# Of the level by direction, and standard errors: a constant force above both is reported.
+LARGE_OFFSET, SURE_OFFSET = (0.25, 3.0)
 LACKING = ("structure", "like_a_spring", "clipped", "saturates", "scale_steps", "high_passed")
 """Codes for a force missing in the model or in the effort of a log: the parameters in `names` absorb it."""
 

@@ -94,9 +94,8 @@ def axis_with(axis: Axis, lines: Sequence[ProposedLine]) -> Axis:
     """Return an axis with proposed lines, also in the text of its file."""
     values, changed = {line.key: line.value for line in lines}, axis
     if "travel" in values:
-        turn = math.tau * (
-            values["travel"] / math.tau
-        )  # as the reader of a file with this lead computes it
+        # As the reader of a file with this lead computes it.
+        turn = math.tau * (values["travel"] / math.tau)
         lead = values["travel"] if axis.pitch is None and axis.kind == KINDS[0] else axis.pitch
         changed = replace(
             changed,

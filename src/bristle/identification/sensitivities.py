@@ -58,9 +58,8 @@ class Perturbed:
         with np.errstate(invalid="ignore"):
             for place, (high, low, width) in zip(self.places, self._pairs, strict=True):
                 slopes[:, place] = (numbers(high) - numbers(low)) / width
-        return np.nan_to_num(
-            slopes, copy=False, nan=0.0
-        )  # an infinite number of both does not change
+        # An infinite number of both does not change.
+        return np.nan_to_num(slopes, copy=False, nan=0.0)
 
     def parameters(self) -> np.ndarray:
         """Return the derivative of the packed parameters."""

@@ -46,9 +46,8 @@ from bristle.logs.turns import numbered, reversals, turning_points
 from bristle.models.friction import with_presliding
 from bristle.simulation.recorded.closed_loop import START_SAMPLES, Course, Stretch, can_be_simulated
 
-ROUNDING = (
-    0.475 / NORMAL_95
-)  # of a step: 95 % of the rounding errors, uniform over the step, are within 0.475 of it
+# Of a step: 95 % of the rounding errors, uniform over the step, are within 0.475 of it.
+ROUNDING = 0.475 / NORMAL_95
 SIMULATED = 400_000  # samples of all simulations for the remaining error
 FEW, MANY = 3, 12  # simulations
 LEFT = {"closed-loop": "left_in_closed_loop", "open-loop": "left_in_open_loop"}

@@ -12,10 +12,8 @@ from bristle.core.contracts import Model
 from bristle.engine.motion import CREEP, FARTHER, SLOW, along
 from bristle.models.friction import unvaried
 
-BOUNDS = (
-    0.01,
-    0.1,
-)  # of the stroke: a contact slips within the first, a spring grows beyond the second
+# Of the stroke: a contact slips within the first, a spring grows beyond the second.
+BOUNDS = (0.01, 0.1)
 CONTACT = 0.1  # of the force: without a contact, friction builds up over the stroke
 SPRING = 0.01  # of the force: smallest share that matters
 

@@ -96,9 +96,8 @@ class StribeckElements:
         values, scales = first.parameters.complete(plain.values), self.context.scales
         for static, level in zip(statics, levels, strict=True):
             values |= {static: values[level], level: COULOMB * values[level]}
-        values["C"] = scales.force / (
-            30.0 * scales.sample_time
-        )  # samples in which the force reaches the curve, at the start of the search
+        # Samples in which the force reaches the curve, at the start of the search.
+        values["C"] = scales.force / (30.0 * scales.sample_time)
         low, high = scales.range(problem.parameters.variables["v_S"])
         ends = []
         for number, v_S in enumerate(np.geomspace(low, high, STARTS + 2)[1:-1].tolist()):
@@ -114,9 +113,8 @@ class StribeckElements:
             again = self._elements(Curve(F_C / F_S, best.values["v_S"], best.values["C"] / F_S))
             trial = self.problem(again.solution()[0].parameters.component)
             solution = self.context.search(trial).refit(best.values, limit=EVALUATIONS)
-            fell = (
-                solution.cost < 0.98 * best.cost
-            )  # of the previous sum of squares: a smaller decrease ends the search
+            # Of the previous sum of squares: a smaller decrease ends the search.
+            fell = solution.cost < 0.98 * best.cost
             if solution.cost < best.cost:
                 problem, best, elements = trial, solution, again
             if not fell:

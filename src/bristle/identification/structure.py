@@ -50,11 +50,8 @@ CODES = {
 LIKE_A_SPRING = "like_a_spring"
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 WITHOUT_MODEL = ("gravity", "play")  # causes without a model to try next
-AS_OF_A_DRIVE = (
-    "speed",
-    "lag",
-    "presliding",
-)  # causes around reversals, also found with a drive that is not rigid
+# Causes around reversals, also found with a drive that is not rigid.
+AS_OF_A_DRIVE = ("speed", "lag", "presliding")
 LOOKS_LIKE = "filter_suspect"  # diagnostic that a drive that is not rigid causes
 NEARLY = 0.1  # allowed deviation from a whole number of periods in a turn
 MOST_ROWS = 120_000  # of a log, in the search for missing forces
@@ -349,9 +346,8 @@ def about_noise(
 def noisy_inertia(dataset: Dataset, name: str, settings: Settings) -> Diagnostic:
     """Return a warning with the bias of the inertia by position noise, and a cut-off that avoids it."""
     share = dataset.acceleration_noise_share
-    enough = dataset.bandwidth * (0.1 * settings.acceleration_noise / share) ** (
-        1.0 / FALLS_WITH
-    )  # of the reported share of noise
+    # Of the reported share of noise.
+    enough = dataset.bandwidth * (0.1 * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)
     return Diagnostic(
         "noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough}
     )

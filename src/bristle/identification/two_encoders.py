@@ -39,40 +39,25 @@ from bristle.identification.elasticity import TINY, starts_of_groups
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import runs
 
-SIDES, FADING, BRISK, STEPS = (
-    60.0,
-    150.0,
-    0.03,
-    30.0,
-)  # Hz: low-pass of speeds; of the top speed, and encoder steps: smallest slide
+# Hz: low-pass of speeds; of the top speed, and encoder steps: smallest slide.
+SIDES, FADING, BRISK, STEPS = (60.0, 150.0, 0.03, 30.0)
 FADES = 0.1  # of the top speed: decay of friction that fades
 FASTEST, NOISE_BAND = 500.0, (0.42, 0.49)  # Hz; of the sampling frequency
-WIDTH, POOLED, SEARCHED = (
-    0.04,
-    0.15,
-    80.0,
-)  # of a group of bins; of pooled variances; Hz: highest frequency of the first fit
-NOISY, FLOOR = (
-    0.15,
-    1e-5,
-)  # share of noise above which a frequency counts less; least residual, of the signal
+# Of a group of bins; of pooled variances; Hz: highest frequency of the first fit.
+WIDTH, POOLED, SEARCHED = (0.04, 0.15, 80.0)
+# Share of noise above which a frequency counts less; least residual, of the signal.
+NOISY, FLOOR = (0.15, 1e-5)
 LATE, EARLY, DELAY_STEP = 8e-3, 4e-3, 2.5e-4  # s: search range of the delay
-PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = (
-    4,
-    15,
-    20,
-    6,
-)  # estimates of `Q`; steps; blocks of the jackknife; slides
+# Estimates of `Q`; steps; blocks of the jackknife; slides.
+PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = (4, 15, 20, 6)
 NUDGE = 1e-5  # of a parameter, for a derivative
 SIGNALS = 10
 EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2, NUT = range(SIGNALS)
 M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
 
 EXCITE = "Record long strokes with noise or a chirp around antiresonance and resonance"
-FACTOR, SPARE = (
-    4.0,
-    0.004,
-)  # of the intervals: factor of the standard error, smallest relative half-width
+# Of the intervals: factor of the standard error, smallest relative half-width.
+FACTOR, SPARE = (4.0, 0.004)
 
 Dead = Callable[[np.ndarray], np.ndarray]
 
@@ -438,9 +423,10 @@ class MassFit:
             total + np.einsum("gi,ij->gij", 1e-12 * diagonal, np.eye(SIGNALS))
         ) * math.sqrt(self.spectra.lengths.size)
         sides = 0.1 * point[M_1 : M_2 + 1]
+        # Smallest units of the parameters.
         spare = np.concatenate([[1e-9, 1e-9, 1e-12, 1e-4], sides, [1e-4], sides, [0.3]])[
             : point.size
-        ]  # smallest units of the parameters
+        ]
         unit, nudges = np.maximum(np.abs(point), spare), NUDGE * np.eye(point.size)
         bounds = self.lowest / unit, self.highest / unit
 

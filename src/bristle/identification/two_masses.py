@@ -75,10 +75,8 @@ if TYPE_CHECKING:
 SPARE_LEVEL = 0.01  # smallest relative half-width of forces of friction
 RIGID_LEVEL = 0.15  # smallest relative half-width of friction of a load without an encoder
 LEAST_ERROR = 4e-3  # smallest relative error of the stiffness of the lost motion
-MOST_LEFT, OF_BOTH = (
-    0.7,
-    0.2,
-)  # of the force on a side, of both forces: largest rms that friction leaves unexplained
+# Of the force on a side, of both forces: largest rms that friction leaves unexplained.
+MOST_LEFT, OF_BOTH = (0.7, 0.2)
 CHECK_SENSOR = "Check unit and sign of the sensor, and the constant of the effort"
 NO_SCALE = (
     "Without a second encoder, the load is rigid behind the sensor: its inertia and friction hold below the antiresonance, and contain "
@@ -291,10 +289,11 @@ def two_masses(
         if progress is None
         else (between(progress, 0.4, 0.7), between(progress, 0.7, 1.0))
     )
+    # A rigid load: below its antiresonance.
     cutoffs = (
         None,
         coupling.one_mass if parted.rigid is NO_SCALE and coupling is not None else None,
-    )  # a rigid load: below its antiresonance
+    )
     results = [
         fitted(
             [side[place] for side in sides],
@@ -435,9 +434,8 @@ def with_two_masses(
 ) -> Identification:
     """Return a result with both masses, or with the reason why the logs do not show them."""
     masses = two_masses(pairs, fitted, progress, coupling)
-    if (
-        isinstance(masses, TwoMasses) and masses.load is not None
-    ):  # the plant with two masses explains what that of one mass does not
+    # The plant with two masses explains what that of one mass does not.
+    if isinstance(masses, TwoMasses) and masses.load is not None:
         explained = tuple(item for item in result.best.diagnostics if item.code != "unexplained")
         result = replace(
             result, fits=(replace(result.best, diagnostics=explained), *result.fits[1:])

@@ -145,9 +145,8 @@ def _bands(replicates: Bootstrap, fit: Fit, estimation: Estimation) -> Bands:
         replicates.unexplained if fit.position_rmse is None else 0.0,
         replicates.residual,
     )
-    jitter = (
-        replicates.disturbance.jitter
-    )  # lower bound of the position error until a loop is simulated
+    # Lower bound of the position error until a loop is simulated.
+    jitter = replicates.disturbance.jitter
     if replicates.scatter.value > 0.0:
         rest = within_cycles(problem.half_cycles, replicates.slope, rest)
     return Bands(

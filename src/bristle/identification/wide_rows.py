@@ -20,12 +20,8 @@ from bristle.logs.log import Log
 from bristle.logs.waves import frequency_in, waves
 from bristle.models.plants.terms import SPRINGS
 
-WIDTHS = (
-    5.0,
-    10.0,
-    20.0,
-    40.0,
-)  # sampling frequency over the cut-off of the wide rows, the widest first
+# Sampling frequency over the cut-off of the wide rows, the widest first.
+WIDTHS = (5.0, 10.0, 20.0, 40.0)
 WIDEST = 250.0  # Hz
 SPEED_NOISE = 0.025  # of the top speed: noise of the speed in wide rows
 TOP = 0.995  # quantile of the speeds that defines the top speed
@@ -33,17 +29,12 @@ SLOW, FAST = 0.05, 0.15  # of the top speed: slower rows are omitted, faster row
 EDGE = 0.5  # s at the ends of a stretch
 FINE = 0.25  # periods of the wide cut-off from row to row
 SPEEDS = (0.03, 0.1, 0.3)  # of the top speed: scales of nonlinear friction
-REACH, REACH_TIME, REACH_STEP = (
-    12.0,
-    8e-3,
-    0.4e-3,
-)  # search range of a delay in samples or s; step [s]
+# Search range of a delay in samples or s; step [s]
+REACH, REACH_TIME, REACH_STEP = (12.0, 8e-3, 0.4e-3)
 ROUGH = 25.0  # Hz: cut-off of the rough search
 STEPS = 8
-CALM, CALMEST = (
-    2.0,
-    60.0,
-)  # of the narrow cut-off; Hz: above, noise dominates the slope of the acceleration
+# Of the narrow cut-off; Hz: above, noise dominates the slope of the acceleration.
+CALM, CALMEST = (2.0, 60.0)
 CLOSE, CLOSE_FILTER = 0.02, 3e-8  # samples, s^2: converged steps
 BLOCKS = 20  # of the jackknife
 FILTER = 2e-6  # s^2: c of a filter of 2 ms, the prior of an undocumented filter

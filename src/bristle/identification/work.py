@@ -17,9 +17,8 @@ class Work:
     before: str = ""  # text in front of each task
     begun: float = field(default_factory=perf_counter)
     after_fits: float = inf  # duration of the tasks after all fits [s]
-    paces: list[float] = field(
-        default_factory=list
-    )  # duration of each fit so far, per parameter of its model [s]
+    # Duration of each fit so far, per parameter of its model [s]
+    paces: list[float] = field(default_factory=list)
 
     def lasting(self, parameters: int) -> float:
         """Return the expected duration of fits of models with so many parameters together [s]."""

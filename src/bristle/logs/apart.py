@@ -21,10 +21,8 @@ import numpy as np
 from bristle.core.errors import InputError, shortened
 from bristle.logs.table import Choice, Request, Table, damage_refused
 
-SECONDS, BYTES_A_SECOND = (
-    6.0,
-    20e6,
-)  # of processor time, limit for a file that makes its reader loop
+# Of processor time, limit for a file that makes its reader loop.
+SECONDS, BYTES_A_SECOND = (6.0, 20e6)
 PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
 # Files can ask for plugins of HDF5, which are libraries: load none. One thread of linear algebra is enough.
 # Ctrl-C in a terminal goes to the caller, which ends this process.

@@ -148,9 +148,8 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
             if version == (1, 0)
             else np.lib.format.read_array_header_2_0
         )
-        shape, _, dtype = header(
-            file, max_header_size=10_000
-        )  # [byte] at most, before the numbers of an array
+        # [byte] at most, before the numbers of an array
+        shape, _, dtype = header(file, max_header_size=10_000)
     if dtype.hasobject:
         raise InputError(
             "holds Python objects, which bristle does not read",

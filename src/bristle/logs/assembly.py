@@ -200,9 +200,8 @@ def _doubts_about_velocity(position: Channel, clock: Clock, axis: Axis) -> Itera
     fastest = max((float(step.max()) for step in steps if step.size), default=0.0) / (
         STRIDE * clock.sample_time
     )
-    if (
-        axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit
-    ):  # of the limit, allowed for noise of the velocity
+    # Of the limit, allowed for noise of the velocity.
+    if axis.velocity_limit is not None and fastest > (1.0 + 0.02) * axis.velocity_limit:
         speed, limit = (
             with_unit(value, unit_of("length/time", axis.kind))
             for value in (fastest, axis.velocity_limit)

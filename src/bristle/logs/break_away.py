@@ -74,9 +74,8 @@ def break_aways(
     noise: float,
 ) -> tuple[BreakAway, ...]:
     """Return the break-aways of a log, by rate."""
-    grain = max(
-        2.5 * resolution, 10.0 * noise
-    )  # of the encoder and of the position noise: smaller motions are ignored
+    # Of the encoder and of the position noise: smaller motions are ignored.
+    grain = max(2.5 * resolution, 10.0 * noise)
     legs: list[_Leg] = []
     for recording in recordings:
         stretch = Stretch(*recording, grain, None, 0)
@@ -90,9 +89,8 @@ def break_aways(
             legs += [measured] if measured is not None else []
     groups: list[list[int]] = []  # legs of one rate, the slowest group first
     for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
-        if (
-            not groups or legs[k].speed > 1.3 * legs[groups[-1][0]].speed
-        ):  # largest ratio of rates in one group
+        # Largest ratio of rates in one group.
+        if not groups or legs[k].speed > 1.3 * legs[groups[-1][0]].speed:
             groups.append([])
         groups[-1].append(k)
     speeds = [math.exp(float(np.mean(np.log([legs[k].speed for k in group])))) for group in groups]
@@ -119,9 +117,8 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
     # A peak exceeds the sliding force by at least 3.0 standard deviations.
     most = peak if peak - level > 3.0 * float(np.std(sliding)) else level
     before = float(np.median(pulled[: rest.stop - rest.start]))
-    if (
-        most <= 0.0 or before > -0.5 * most
-    ):  # of the break-away force: a motion in the other direction leaves the contact loaded
+    # Of the break-away force: a motion in the other direction leaves the contact loaded.
+    if most <= 0.0 or before > -0.5 * most:
         return None
     share = (pulled - before) / (most - before)
     turned = int(np.argmax(share >= TURNED))

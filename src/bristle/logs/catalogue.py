@@ -60,9 +60,8 @@ FORMATS: tuple[LogFormat, ...] = (
     ),
     LogFormat("mat", "MAT", _begins(b"MATLAB 5.0", suffix=".mat"), module="array_files"),
     LogFormat("sinumerik", "traces of SINUMERIK", _is_markup, module="recorders"),
-    *(
-        known for known in tuple(vars().values()) if isinstance(known, LogFormat)
-    ),  # formats with a separate module
+    # Formats with a separate module.
+    *(known for known in tuple(vars().values()) if isinstance(known, LogFormat)),
     LogFormat("csv", "text", lambda head, suffix: True, module="csv"),
 )
 """Every format of logs, in the order in which they are tried."""

@@ -25,14 +25,10 @@ AnyLog = TypeVar("AnyLog", bound=LogData)
 COPIED_WITHIN = 1e-6  # of the range, within which a position is a copy of its reference
 OTHER_STEP = 5.0  # times the resolution: counts of a quadrature encoder differ by 2 and 4
 SAMPLED = 1e-5, 0.5  # s from sample to sample of a servo axis
-SPRING_WORK, SPRING_LIKENESS = (
-    0.3,
-    0.6,
-)  # of a spring: share of the work that stays in the axis, correlation of effort and position
-FARTHEST = {
-    "translational": 0.05,
-    "rotational": 0.5,
-}  # [m, rad], more than the deflection of any contact
+# Of a spring: share of the work that stays in the axis, correlation of effort and position.
+SPRING_WORK, SPRING_LIKENESS = (0.3, 0.6)
+# [m, rad], more than the deflection of any contact
+FARTHEST = {"translational": 0.05, "rotational": 0.5}
 RATIOS = {
     "2": 2.0,
     "pi": np.pi,
@@ -134,9 +130,8 @@ def _suspect_units(look: Look) -> Iterator[tuple[str, Numbers]]:
     """Yield times or speeds that no axis has, and units in names that contradict the axis file."""
     settings, dt, turns = look.settings, look.log.sample_time, look.log.kind != "translational"
     speeds = np.abs(look.rows.velocity)
-    speed = (
-        float(np.quantile(speeds, 0.999)) if speeds.size else 0.0
-    )  # of the rows: faster rows can be noise
+    # Of the rows: faster rows can be noise.
+    speed = float(np.quantile(speeds, 0.999)) if speeds.size else 0.0
     is_odd = not SAMPLED[0] <= dt <= SAMPLED[1]
     is_fast = speed > (settings.fastest_turning if turns else settings.fastest) and dt >= SAMPLED[0]
     for channel, bases, odd, numbers in (
@@ -211,9 +206,8 @@ def _builds_up(look: Look) -> bool:
     if longest == 0.0:
         return False
     side, place, behind = np.sign(ways), (x - x.mean()) / np.ptp(x), np.abs(x - x[turns[way - 1]])
-    lacking = -side * np.exp(
-        -behind / (0.25 * longest)
-    )  # of the longest stroke: build-up distance of such a loop
+    # Of the longest stroke: build-up distance of such a loop.
+    lacking = -side * np.exp(-behind / (0.25 * longest))
     columns = (
         np.ones_like(x),
         place,
@@ -229,9 +223,8 @@ def _builds_up(look: Look) -> bool:
         return False
     level, (missing, error) = float(line.coefficients[-2]), line.last
     # The deficit must exceed 2.0 standard errors.
-    return (
-        level > 0.0 and missing - 2.0 * error > 0.5 * level
-    )  # of friction: a larger deficit: the contact has not slid
+    # Of friction: a larger deficit: the contact has not slid.
+    return level > 0.0 and missing - 2.0 * error > 0.5 * level
 
 
 def _one_speed(looks: Sequence[Look]) -> Numbers | None:
@@ -256,9 +249,10 @@ def _one_speed(looks: Sequence[Look]) -> Numbers | None:
         cruises = goes & (np.abs(speeds - top) <= CRUISING * top + 2.0 * grain / times)
         way = np.abs(np.diff(x[marks[[0, -1]]], axis=0))[0]
         every.append(way)
+        # Of the parts of a stroke.
         steady.append(
             np.stack([way, top])[:, (cruises.sum(axis=0) >= 0.6 * goes.sum(axis=0)) & (top > 0.0)]
-        )  # of the parts of a stroke
+        )
     ways, tops = np.concatenate(steady, axis=1)
     if not ways.size or ways.sum() < 0.35 * np.concatenate(every).sum():
         return None

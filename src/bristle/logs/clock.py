@@ -44,9 +44,8 @@ def order_of(stamps: np.ndarray, place: str) -> Order:
     # A clock that stepped back recovers within 32 rows, unless it restarted.
     restarts = [int(i) for i in backward if stamps[i + 1 : i + 1 + 32].max() < stamps[i]]
     local = backward.size - len(restarts)
-    if (
-        len(restarts) > 50 or local > 0.25 * steps.size
-    ):  # largest share of backward steps in a log that can be sorted
+    # Largest share of backward steps in a log that can be sorted.
+    if len(restarts) > 50 or local > 0.25 * steps.size:
         before, behind = stamps[backward[0] : backward[0] + 2]
         raise InputError(
             f"is not in order: {backward.size} of its {steps.size} steps go backward, the first at sample "
@@ -136,9 +135,8 @@ def samples_between(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, np.nd
     from scipy.ndimage import median_filter
 
     counts = np.ones(stamps.size - 1)
-    reach = min(
-        33, stamps.size
-    )  # rows before a step, and behind it: 16 late rows are no majority of them
+    # Rows before a step, and behind it: 16 late rows are no majority of them.
+    reach = min(33, stamps.size)
     for _ in range(8):  # lost rows close to each other are found one by one
         off = (stamps - usual * np.concatenate([[0.0], np.cumsum(counts)])) / usual
         # Medians of the values up to each row, and from each row on.
@@ -302,9 +300,8 @@ def clock_of(
         mean = sample_time or float(
             rates[max(parts, key=lambda part: stamps[part.stop] - stamps[part.start]).start]
         )
-    period = float(
-        f"{mean:.12g}"
-    )  # significant digits of the sample time: further digits are rounding by the unit of the stamps
+    # Significant digits of the sample time: further digits are rounding by the unit of the stamps.
+    period = float(f"{mean:.12g}")
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         mend = "Remove sample_time from [timing] to use this column, or the column of time from [columns] to use sample_time"
         raise InputError(
@@ -366,11 +363,8 @@ def clock_of(
     return Clock(period, tuple(pieces), stamps, is_uniform, order.rows, tuple(notes), jitter)
 
 
-CHANGES, EVEN, FEWEST = (
-    1.2,
-    0.05,
-    100,
-)  # ratio of two sample times; deviation of 9 of 10 steps in each part; steps of a part
+# Ratio of two sample times; deviation of 9 of 10 steps in each part; steps of a part.
+CHANGES, EVEN, FEWEST = (1.2, 0.05, 100)
 
 
 def rates_of(steps: np.ndarray) -> list[slice]:
@@ -379,9 +373,8 @@ def rates_of(steps: np.ndarray) -> list[slice]:
         return []
     from scipy.ndimage import median_filter
 
-    usual = median_filter(
-        steps, size=33, mode="nearest"
-    )  # rows around a step: a median keeps the place of a change
+    # Rows around a step: a median keeps the place of a change.
+    usual = median_filter(steps, size=33, mode="nearest")
     edges = np.flatnonzero(np.abs(np.diff(np.log(usual))) > np.log(CHANGES)) + 1
     parts = [slice(a, b) for a, b in pairwise([0, *edges.tolist(), steps.size])]
     even = [
@@ -429,9 +422,8 @@ def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
         slope += float(np.polyfit(index - index.mean(), error, 1)[0]) if error.any() else 0.0
     error = stamps - slope * index
     largest = float(np.ptp(error))
-    if (
-        largest > 1.05 * step or largest <= 2 * UNIFORM * usual
-    ):  # of the step of the stamps: largest deviation by rounding of even samples
+    # Of the step of the stamps: largest deviation by rounding of even samples.
+    if largest > 1.05 * step or largest <= 2 * UNIFORM * usual:
         return stamps, 0.0
     return slope * index + 0.5 * float(error.max() + error.min()), step
 
@@ -494,6 +486,5 @@ def _samples_are_even(
         by_row += float(np.sum((middle - 0.5 * (x[:-2] + x[2:]))[off] ** 2))
         by_stamp += float(np.sum((middle - x[:-2] - share * (x[2:] - x[:-2]))[off] ** 2))
         count += int(off.sum())
-    return (
-        count >= 20 and 4.0 * by_row < by_stamp
-    )  # times less error with one time base than with the other
+    # Times less error with one time base than with the other.
+    return count >= 20 and 4.0 * by_row < by_stamp

@@ -343,9 +343,8 @@ _FRAME = re.compile(
 def refuse_frames(lines: Sequence[str], source: Path) -> None:
     """Refuse a log of a CAN bus: the meaning of its bytes is in a separate file."""
     filled = [line for line in lines if line.strip()][:20]
-    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(
-        filled
-    ):  # of the lines looked at
+    # Of the lines looked at.
+    if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):
         mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, for example with cantools or asammdf"
         raise InputError(
             "is a log of a CAN bus (candump), with raw frames instead of signals",

@@ -290,16 +290,8 @@ USUAL_UNITS = {
     "N*m": "%",
     "rated": "%",
 }
-OF_DRIVES = (
-    "count",
-    "count/s",
-    "A",
-    "V",
-    "rated",
-    "rad",
-    "rad/s",
-    "N*m",
-)  # the axis file converts them by constants, gear and lead
+# The axis file converts them by constants, gear and lead.
+OF_DRIVES = ("count", "count/s", "A", "V", "rated", "rad", "rad/s", "N*m")
 
 
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:

@@ -180,9 +180,8 @@ def signals_beside(
     source: Path, size: int, width: int, *, tagged: bool
 ) -> tuple[dict[int, str], list[str]]:
     """Return signals by column from the HAL file beside a log, preferably that of the same name, and remarks."""
-    is_here = (
-        source.is_file() and source.stat().st_size == size
-    )  # not an upload, which has only a name
+    # Not an upload, which has only a name.
+    is_here = source.is_file() and source.stat().st_size == size
     files = sorted(source.parent.glob("*.hal"))[:MOST_FILES] if is_here else []
     files = [file for file in files if file.stem == source.stem] or files
     mappings: dict[tuple[tuple[int, str], ...], str] = {}

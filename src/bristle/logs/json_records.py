@@ -203,9 +203,8 @@ def _numbers(values: list[Any], may_count: bool) -> np.ndarray | None:
     filled = [value for value in values if value is not None]
     if not filled:
         return None
-    if (
-        may_count and all(type(value) is int for value in values) and abs(values[0]) > 10**15
-    ):  # a count of µs or less since an epoch
+    # A count of µs or less since an epoch.
+    if may_count and all(type(value) is int for value in values) and abs(values[0]) > 10**15:
         # Counts since an epoch would lose their last digits as floats.
         size = next(
             size for least, size in ((1e18, 1e9), (1e17, 1e7), (0, 1e6)) if abs(values[0]) >= least

@@ -20,9 +20,8 @@ COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
 """A `COMMENT` at the start of a line or after a blank, with the rest of the line; inside a cell it is content."""
 LONGEST_CELL = 131_072  # limit of the reader of quoted cells
 TRUTH = {"true": "1", "false": "0", "wahr": "1", "falsch": "0", "on": "1", "off": "0"}
-CLOCK = re.compile(
-    r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII
-)  # A date with a time, or a time of day
+# A date with a time, or a time of day.
+CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)
 _NUMBER = re.compile(
     r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII
 )
@@ -105,12 +104,8 @@ USUAL_UNITS = frozenset(
         "1/min Grad Hz K LU W bar bool deg deg/s deg/s^2 degC h hex inch kHz kW lbf m/min m/s^2 min mm/min mm/s^2 rad/s^2 rev rev/s rpm"
     )
 )
-STRONGER = {
-    "\t": "",
-    ";": "\t",
-    ",": ";\t",
-    None: ";\t,",
-}  # signs that a word in a file with this separator does not contain
+# Signs that a word in a file with this separator does not contain.
+STRONGER = {"\t": "", ";": "\t", ",": ";\t", None: ";\t,"}
 HEAD_LINES, SAMPLE_ROWS = 420, 20  # lines searched for the first numbers, including the first rows
 MOST_COLUMNS = 50_000
 

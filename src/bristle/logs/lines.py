@@ -41,9 +41,8 @@ class Rows(NamedTuple):
     def sliding(self) -> Rows:
         """Rows in which the axis slides."""
         speed = np.abs(self.velocity)
-        return self.of(
-            speed > 0.05 * speed.max(initial=0.0)
-        )  # of the largest speed: below, a contact sticks or turns
+        # Of the largest speed: below, a contact sticks or turns.
+        return self.of(speed > 0.05 * speed.max(initial=0.0))
 
     def of(self, chosen: np.ndarray) -> Rows:
         """Return the chosen rows."""
@@ -120,10 +119,8 @@ def _differenced(values: np.ndarray, window: int, order: int) -> np.ndarray:
 
 
 def _filtered(log: LogData, window: int) -> Rows:
-    stride, h = (
-        max(window // 2, len(log) // 6000, 1),
-        window * log.sample_time,
-    )  # more rows add no information
+    # More rows add no information.
+    stride, h = (max(window // 2, len(log) // 6000, 1), window * log.sample_time)
     parts = []
     for segment in log.segments:
         first, last, _ = segment.indices(len(log))
@@ -217,9 +214,8 @@ def _closed(position: np.ndarray) -> slice:
     reach = float(np.ptp(position)) if position.size >= 4 * STRIDE else 0.0
     if reach == 0.0:
         return slice(0)
-    at = np.unique(
-        np.linspace(STRIDE, position.size - 1 - STRIDE, 200).astype(int)
-    )  # samples of a segment, compared in pairs
+    # Samples of a segment, compared in pairs.
+    at = np.unique(np.linspace(STRIDE, position.size - 1 - STRIDE, 200).astype(int))
     x, speed = position[at], position[at + STRIDE] - position[at - STRIDE]
     fastest = float(np.max(np.abs(position[2 * STRIDE :] - position[: -2 * STRIDE])))
     energy = (speed / (fastest or 1.0)) ** 2
@@ -261,9 +257,8 @@ def piled_up(log: LogData, rows: Rows, resolution: float, run: int, sure: float)
     if line is None or (bent is not None and bent.explained > line.explained):
         return None
     short, error = line.last
-    if not (
-        short > 0.05 * level and short > sure * error
-    ):  # of the level: extra effort that the motion needs
+    # Of the level: extra effort that the motion needs.
+    if not (short > 0.05 * level and short > sure * error):
         return None
     start, length = longest_run(at != 0.0)
     return Cut(float(np.sign(at[start])) * level, start, length, int(np.count_nonzero(at)))
@@ -274,12 +269,10 @@ def _piled(values: np.ndarray, run: int) -> np.ndarray:
     none = np.zeros(values.size, dtype=bool)
     if np.count_nonzero(values > 0.0) < run:
         return none
-    top = float(
-        np.quantile(values[values > 0.0], 0.999)
-    )  # quantile of one sign: single samples beyond are noise
-    width = float(
-        np.clip(6.0 * noise_of(values), 0.02 * top, 0.08 * top)
-    )  # width of a pile, by noise and by the top value
+    # Quantile of one sign: single samples beyond are noise.
+    top = float(np.quantile(values[values > 0.0], 0.999))
+    # Width of a pile, by noise and by the top value.
+    width = float(np.clip(6.0 * noise_of(values), 0.02 * top, 0.08 * top))
     near, low = top - width, top - (1.0 + BELOW) * width
     at, below = values > near, (values > low) & (values <= near)
     # A pile holds at least 3.0 times the samples below; a sine reaches 2.7.

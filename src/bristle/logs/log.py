@@ -109,9 +109,8 @@ def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
     stated = attributes.get("units", {}) if isinstance(attributes, Mapping) else {}
     is_mapping = isinstance(source, Mapping)
     names = getattr(getattr(source, "dtype", None), "names", None)  # an array with named fields
-    for attribute in (
-        ("variables",) if is_mapping else ("column_names", "columns")
-    ):  # xarray; pyarrow; pandas and polars
+    # Xarray; pyarrow; pandas and polars.
+    for attribute in ("variables",) if is_mapping else ("column_names", "columns"):
         names = names or getattr(source, attribute, None)
     if names is None and is_mapping:
         names = list(source)

@@ -24,10 +24,8 @@ TELLS = 0.95  # of the scatter of the effort: above, the line is not used
 SIDE = 0.02  # share of the rows in a direction above which it has separate columns
 BENT = 0.2  # of the largest effort: threshold of gradual saturation
 CLIPPED = 10  # consecutive samples at an extreme of a clipped effort
-SAME_SCALE, SAME_SIGNAL = (
-    0.05,
-    0.8,
-)  # of a recorded velocity against that of the position: relative deviation, correlation
+# Of a recorded velocity against that of the position: relative deviation, correlation.
+SAME_SCALE, SAME_SIGNAL = (0.05, 0.8)
 
 
 @dataclass(frozen=True)
@@ -142,9 +140,8 @@ class Look:
         moved = self.rows.sliding
         # Range of at least 100.0 encoder steps, so that the position shows a velocity.
         moves = float(np.ptp(self.log.position.values)) > 100.0 * self.resolution
-        if (
-            not self.rows.recorded.size or not moves or moved.velocity.size < 50
-        ):  # rows to compare velocities
+        # Rows to compare velocities.
+        if not self.rows.recorded.size or not moves or moved.velocity.size < 50:
             return None
         v, recorded = moved.velocity, moved.recorded
         likeness = likeness_of(v, recorded)
@@ -152,9 +149,8 @@ class Look:
         scale, late = unbounded(np.column_stack([v, -moved.acceleration]), recorded).tolist()
         of_size = likeness >= SAME_SIGNAL and abs(scale - 1.0) <= SAME_SCALE
         delay = late / scale if of_size else 0.0
-        return (
-            None if of_size and abs(delay) <= 0.005 else (scale, likeness, delay)
-        )  # s, smallest reported delay
+        # s, smallest reported delay
+        return None if of_size and abs(delay) <= 0.005 else (scale, likeness, delay)
 
     @cached_property
     def sliding(self) -> tuple[Rows, np.ndarray]:
@@ -338,9 +334,8 @@ class Look:
 
     def turns(self, position: np.ndarray) -> np.ndarray:
         """Return the first sample, the samples of the reversals, and the last sample, shape (turn,)."""
-        least = max(
-            graininess(position, self.resolution), 1e-3 * float(np.ptp(position))
-        )  # of the range: smaller reversals do not count
+        # Of the range: smaller reversals do not count.
+        least = max(graininess(position, self.resolution), 1e-3 * float(np.ptp(position)))
         return np.array([0, *turning_points(position, least), position.size - 1])
 
 

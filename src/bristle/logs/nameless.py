@@ -34,17 +34,13 @@ _NUMBER = re.compile(r"[\s_\[({]*\d+[\])}]*$")  # as in column_1, data[0]
 _DIGITS = re.compile(r"\d+")
 MOST_ROWS, MOST_COLUMNS = 6000, 60  # of the search
 BLOCKS = (1, 3, 10)  # rows of a mean, for fine and for slow signals
-RATE, EQUAL = (
-    0.97,
-    0.95,
-)  # correlation of a velocity with the rate of a position, and of a reference with its position
+# Correlation of a velocity with the rate of a position, and of a reference with its position.
+RATE, EQUAL = (0.97, 0.95)
 UNEQUAL = 0.1  # deviation of the ratio of a position to its reference from 1
 REVERSED = "its sign is reversed"
 GAP = 4.0  # ratio of roughness between the roughest position and the smoothest effort
-FRICTION, CLEARER = (
-    0.2,
-    1.5,
-)  # least partial correlation of an effort with a direction, and its ratio to that with another joint
+# Least partial correlation of an effort with a direction, and its ratio to that with another joint.
+FRICTION, CLEARER = (0.2, 1.5)
 
 
 @dataclass(frozen=True)

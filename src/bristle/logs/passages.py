@@ -64,10 +64,8 @@ def passages_along(
     )
 
 
-TWICE, MOST = (
-    2.0,
-    0.8,
-)  # largest ratio of the lengths and durations of equal strokes; share of the strokes that is a motion
+# Largest ratio of the lengths and durations of equal strokes; share of the strokes that is a motion.
+TWICE, MOST = (2.0, 0.8)
 
 
 def holds(log: Log, motion: Log) -> bool:
@@ -351,8 +349,7 @@ def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
     swept = abs(slope) * len(legs)
     if swept > np.log(SWEPT) and np.std(durations - level - slope * steps) < ALIKE * swept:
         follows = float(np.polyfit(durations, distances, 1)[0])
-        return (
-            "chirp" if follows < 0.7 else ""
-        )  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
+        # Slope of amplitude over duration, both logarithmic: triangles at one speed have 1
+        return "chirp" if follows < 0.7 else ""
     curved = sum(kind == "moves" for kind in kinds) > 0.5 * len(kinds)
     return "oscillation" if curved and np.std(durations) < ALIKE * np.log(SWEPT) else ""

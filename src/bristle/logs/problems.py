@@ -74,9 +74,8 @@ def _no_measurements(gathered: Gathered, name: str, channel: Channel) -> Iterato
 def _odd(gathered: Gathered, name: str, channel: Channel) -> Iterator[tuple[str, str]]:
     """Yield constant, clipped or missing readings, among samples that can be measurements."""
     values, unit = channel.values, channel.unit
-    if (
-        name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST
-    ):  # no information if constant
+    # No information if constant.
+    if name in ("position", "velocity", "effort", "reference") and np.ptp(values) < SMALLEST:
         mend = "Check that this is the right column and that the axis moved. Remove unnecessary columns from [columns]"
         yield (
             f"is constant ({values[0]:.6g} {unit}), so it gives no information on the {name}",
@@ -229,9 +228,8 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
     bends = np.abs(np.diff(steps))
     if bends.size < 2 * AROUND:
         return []
-    least = max(
-        20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution
-    )  # threshold relative to the 95 % quantile of the change of step
+    # Threshold relative to the 95 % quantile of the change of step.
+    least = max(20.0 * float(np.quantile(bends, 0.95)), 10.0 * resolution)
     chosen: list[Spike] = []
     covered = np.zeros(values.size, dtype=bool)
     for length in range(1, LONGEST + 1):
@@ -276,9 +274,8 @@ def far_outside(values: np.ndarray) -> np.ndarray:
     low, middle, high = np.quantile(values, (0.01, 0.5, 0.99))
     if high == low:
         return huge
-    far = np.flatnonzero(
-        np.abs(values - middle) > 1e6 * (high - low)
-    )  # relative to the range of 98 % of the samples
+    # Relative to the range of 98 % of the samples.
+    far = np.flatnonzero(np.abs(values - middle) > 1e6 * (high - low))
     # A channel that rests for most of the log and then moves is legitimate; its motion lasts more than a few samples.
     return (
         far

@@ -95,9 +95,8 @@ def _remarks_kept() -> list[str]:
 
     def keep(record: logging.LogRecord) -> bool:
         message = record.getMessage()
-        if not message.startswith(
-            "Error decoding string"
-        ):  # a name or remark in another alphabet, not damage
+        # A name or remark in another alphabet, not damage.
+        if not message.startswith("Error decoding string"):
             remarks.append(message)
         return False
 

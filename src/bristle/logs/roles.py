@@ -121,9 +121,8 @@ def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
     if times is None or times.size != position.size:
         return np.gradient(smooth)
     steps = np.gradient(np.linspace(times[0], times[-1], times.size))
-    return np.gradient(smooth) / (
-        steps if np.all(steps > 1e-15) else 1.0
-    )  # of the unit of time, from sample to sample: smaller steps are no time
+    # Of the unit of time, from sample to sample: smaller steps are no time.
+    return np.gradient(smooth) / (steps if np.all(steps > 1e-15) else 1.0)
 
 
 def correlation(first: np.ndarray, second: np.ndarray) -> float:
@@ -223,9 +222,8 @@ class Roles:
 
 def roles_of(table: Table) -> Roles:
     """Return the column of each channel of a table."""
-    is_matrix = (
-        len({without_index(name) for name in table.columns}) == 1
-    )  # columns that differ only in their index
+    # Columns that differ only in their index.
+    is_matrix = len({without_index(name) for name in table.columns}) == 1
     columns = [
         column
         for name in table.columns
@@ -540,9 +538,8 @@ def _reference(columns: list[Candidate], position: Candidate) -> Candidate | Non
         for c in columns
         if c.meaning.role in ("", "position") and (not c.unit or c.is_one_of(MOVEMENTS))
     ]
-    alike = [
-        (column, correlation(column.values, position.values)) for column in fit
-    ]  # 0 where they differ in size
+    # 0 where they differ in size
+    alike = [(column, correlation(column.values, position.values)) for column in fit]
     named = [column for column, likeness in alike if column.meaning.reference and likeness > ALIKE]
     stems = {
         id(column): without_part("".join(words_of(column.name))) for column in (*fit, position)

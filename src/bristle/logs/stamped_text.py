@@ -27,13 +27,8 @@ from bristle.logs.words import (
     unit_in_name,
 )
 
-EPOCHS = (
-    (19, 1e9),
-    (17, 1e7),
-    (16, 1e6),
-    (13, 1e3),
-    (0, 1.0),
-)  # digits of a count, and counts per second
+# Digits of a count, and counts per second.
+EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))
 OFTEN = 0.2  # share of empty cells above which a column has a lower rate, or ended early
 _ACT = r"(?:sampl\w*|abtast|scan|log|logging|record|recording|acquisition|daq|trace|aufzeichnungs)"
 # Unit -> names of a sample time or rate.
@@ -154,9 +149,8 @@ def _of_dates(cells: Sequence[str]) -> np.ndarray:
     """Return dates, or times of day, as seconds from the first."""
     moments = [_moment(cell) for cell in cells]
     seconds = np.array([(moment - moments[0]).total_seconds() for moment in moments])
-    restarts = (np.diff(seconds) < -43200.0) & (
-        ":" in cells[0][:3]
-    )  # a time of day restarts at midnight
+    # A time of day restarts at midnight.
+    restarts = (np.diff(seconds) < -43200.0) & (":" in cells[0][:3])
     return seconds + 86400.0 * np.cumsum(np.append(0.0, restarts))
 
 
@@ -358,9 +352,8 @@ def read_scope(lines: Sequence[str], head: Head, request: Request) -> Table:
         [cell.strip().strip('"') for cell in column]
         for column in zip_longest(*(line.split(head.delimiter) for line in body), fillvalue="")
     ]
-    if (
-        len(columns) == sum(map(bool, head.names)) < len(head.names)
-    ):  # without times, an export has no cells below the keys
+    # Without times, an export has no cells below the keys.
+    if len(columns) == sum(map(bool, head.names)) < len(head.names):
         values = iter(columns)
         columns = [next(values) if name else [""] * len(columns[0]) for name in head.names]
     firsts = (
@@ -436,9 +429,8 @@ def _times_of(
     if not any(cells):
         period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
         return None if period is None else period[0] * np.arange(sum(map(bool, columns[place])))
-    if (
-        len(cells[0]) >= 16 and cells[0].isdigit()
-    ):  # counts of 100 ns since 1601; milliseconds since the start have fewer digits
+    # Counts of 100 ns since 1601; milliseconds since the start have fewer digits.
+    if len(cells[0]) >= 16 and cells[0].isdigit():
         return (np.array(cells, dtype=np.int64) - earliest) / 1e4
     times = numbers_in(cells, head.delimiter != ",")
     if times is None:
@@ -463,9 +455,8 @@ def is_archive(lines: Sequence[str]) -> bool:
     """Return whether lines without a header hold the name of a signal, a time, one value and its state."""
     filled = [line for line in lines[:60] if line.strip() and not line.lstrip().startswith("#")]
     matches = sum(bool(_NAMED.fullmatch(line)) for line in filled)
-    return (
-        len(filled) >= 10 and bool(_NAMED.fullmatch(filled[0])) and matches >= 0.8 * len(filled)
-    )  # of the lines looked at
+    # Of the lines looked at.
+    return len(filled) >= 10 and bool(_NAMED.fullmatch(filled[0])) and matches >= 0.8 * len(filled)
 
 
 def read_archive(lines: Sequence[str], request: Request) -> Table:
@@ -481,9 +472,8 @@ def read_archive(lines: Sequence[str], request: Request) -> Table:
             allowed=f"up to {MOST_SIGNALS}",
             mend=mend,
         )
-    chosen = [
-        match for match in matches if request.choice(match[1])
-    ]  # reading dates takes most of the time
+    # Reading dates takes most of the time.
+    chosen = [match for match in matches if request.choice(match[1])]
     stamps = [*names.values(), *(match[2] for match in chosen)]
     times = _of_dates(stamps) if ":" in stamps[0] else np.array(stamps, dtype=float)
     times -= times[: len(names)].min() * (":" in stamps[0])

@@ -114,9 +114,8 @@ def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
     """
     covered = np.maximum.accumulate(position) - np.minimum.accumulate(position)
     away = np.abs(position - position[0])
-    back = (covered > 0.9 * covered[-1]) & (
-        away < 0.02 * covered[-1]
-    )  # of the range: the motion completed a cycle and returned
+    # Of the range: the motion completed a cycle and returned.
+    back = (covered > 0.9 * covered[-1]) & (away < 0.02 * covered[-1])
     back &= np.signbit(velocity) == np.signbit(velocity[0])
     if not back.any():
         return None

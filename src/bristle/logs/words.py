@@ -121,9 +121,8 @@ def names_and_units(
 
 def with_plain_names(table: Table) -> Table:
     """Return a table with printable names and units: control characters can change the state of a terminal."""
-    stated = {
-        name: unit for name, written in table.units.items() if (unit := plain_unit(written))
-    }  # some state that there is no unit
+    # Some state that there is no unit.
+    stated = {name: unit for name, written in table.units.items() if (unit := plain_unit(written))}
     odd = [name for name in (*table.names, *table.texts) if not name.isprintable()]
     units = {name: unit for name, unit in stated.items() if unit.isprintable() and len(unit) <= 80}
     if not odd and len(units) == len(stated):
@@ -382,6 +381,5 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
     for bound, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
         if largest > bound:
             return unit
-    return (
-        "ms" if largest < 1e8 and step > 0.05 else "s"
-    )  # no axis has samples more than 0.05 s apart
+    # No axis has samples more than 0.05 s apart.
+    return "ms" if largest < 1e8 and step > 0.05 else "s"

@@ -318,9 +318,8 @@ def reversal_distance(model: Model, fastest: float) -> float:
     x = 0.0
     before = 0.0
     forces: list[float] = []
-    with np.errstate(
-        over="ignore", invalid="ignore"
-    ):  # a force that grows without bound has no such distance
+    # A force that grows without bound has no such distance.
+    with np.errstate(over="ignore", invalid="ignore"):
         for direction in (-1.0, 1.0):
             if forces:
                 before = forces[-1]

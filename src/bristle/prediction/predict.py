@@ -33,13 +33,8 @@ from bristle.simulation.statistics import relative_error_percent
 
 MODES = ("inverse", *LOOPS)
 MOST_SAMPLES = 200_000  # in traces of every sample
-TREATED = (
-    "cutoff",
-    "delay",
-    "smoothing",
-    "slow",
-    "position_smoothing",
-)  # settings that repeat the treatment of a log
+# Settings that repeat the treatment of a log.
+TREATED = ("cutoff", "delay", "smoothing", "slow", "position_smoothing")
 SPAN = 20  # samples of a difference for a speed
 # A converter for each number of a treatment.
 OF_TREATMENT = {
@@ -155,9 +150,8 @@ def predict(
         limit = frequency
         if limit is None and axis is not None:
             limit = axis.cutoff
-        if (
-            limit is not None and limit * log.sample_time >= 0.5
-        ):  # sampled too slowly for the filter of the identification
+        # Sampled too slowly for the filter of the identification.
+        if limit is not None and limit * log.sample_time >= 0.5:
             frequency = 0.4 / log.sample_time  # a cut-off that fits the sampling
             stride = 1
             remarks = (

@@ -42,9 +42,8 @@ def brief(
     fit, masses = identification.best, two_masses_lines(identification)
     ruling = ruling_of(identification, following)
     lines = [*_model(identification), *_parameters(fit), *_warnings(fit, following), *masses]
-    if (
-        identification.two_masses is not None and identification.two_masses.load is not None
-    ):  # their fits are not those of one mass
+    # Their fits are not those of one mass.
+    if identification.two_masses is not None and identification.two_masses.load is not None:
         lines = [
             *masses,
             *labelled("One mass", [f"{fit.name}: model error {percent_text(fit.error_percent)}"]),

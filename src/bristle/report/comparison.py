@@ -149,9 +149,8 @@ def comparison_sentences(compared: Comparison) -> list[str]:
 def _signed(value: float, change: Change) -> str:
     """Return a percentage with its sign and the digits that its interval allows, at most to 0.1 %."""
     ends = change.interval_percent
-    text = number(
-        value, None if ends is None else max(0.5 * (ends[1] - ends[0]), 0.1), digits=2
-    )  # percent to two digits
+    # Percent to two digits.
+    text = number(value, None if ends is None else max(0.5 * (ends[1] - ends[0]), 0.1), digits=2)
     return text if text.startswith(("−", "–")) or not text.strip("0.") else f"+{text}"
 
 

@@ -322,9 +322,8 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
         pairs = logs_and_axes(log, options.pop("axis", None))
         logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
         result = fitted(logs, model, axis=axes, **options)  # type: ignore[call-arg]
-        used_logs = {
-            id(log.time) for log in (result.log, *result.further_logs)
-        }  # logs that are too short are left out
+        # Logs that are too short are left out.
+        used_logs = {id(log.time) for log in (result.log, *result.further_logs)}
         if len(used_logs) < len(pairs):
             pairs = [pair for pair in pairs if id(pair[0].time) in used_logs]
             axes = [axis for _, axis in pairs]
@@ -347,10 +346,8 @@ def _in_hand(fitted: Callable[P, Identification]) -> Callable[P, Identified]:
             call=call,
         )
 
-    identify.__module__, identify.__qualname__ = (
-        __name__,
-        "identify",
-    )  # so that a process may be sent it by name
+    # So that a process may be sent it by name.
+    identify.__module__, identify.__qualname__ = (__name__, "identify")
     identify.__signature__ = parameters.replace(return_annotation="Identified")  # type: ignore[attr-defined]
     return identify
 

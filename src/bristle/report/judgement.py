@@ -16,11 +16,8 @@ if TYPE_CHECKING:
     from bristle.identification import Fit, Identification, Settings
     from bristle.prediction import Compensation, Following
 
-LEVELS = {
-    "usable": "Usable",
-    "with_care": "Use with care",
-    "measure_again": "Measure again",
-}  # the words of each level
+# The words of each level.
+LEVELS = {"usable": "Usable", "with_care": "Use with care", "measure_again": "Measure again"}
 # Codes that concern a log or its model, not a single parameter; most severe first.
 DOUBTS = (
     "unfinished",
@@ -171,9 +168,8 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
 
 def feedforward_of(identification: Identification) -> str:
     """Return whether a feedforward of the best model is safe to try; of a plant with two masses, it is that of one mass."""
-    of_one = (
-        getattr(identification, "two_masses", None) is not None
-    )  # saved results contain one mass only
+    # Saved results contain one mass only.
+    of_one = getattr(identification, "two_masses", None) is not None
     return "of one mass: " * of_one + _feedforward_text(identification)
 
 
@@ -270,7 +266,6 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
 
 def comparison_with(fit: Fit, models: list[str]) -> str:
     """Return the option that compares a model with others: after it, bristle proposes none of them again."""
-    own = (
-        [] if origins_of_code([fit.friction.component]) else [fit.name]
-    )  # the name of a user's model names no file
+    # The name of a user's model names no file.
+    own = [] if origins_of_code([fit.friction.component]) else [fit.name]
     return f"--model {','.join(dict.fromkeys([*own, *models]))}"

@@ -28,11 +28,8 @@ from bristle.report.sentences import SENTENCES
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
 from bristle.simulation import Assessment, SimulationResult, Statistics, VariantResult
 
-MOTOR = {
-    "N*s/m": "N*m*s/rad",
-    "N/m": "N*m/rad",
-    "N/(m*s)": "N*m/(rad*s)",
-}  # unit of a gain at the motor, by its unit on a carriage
+# Unit of a gain at the motor, by its unit on a carriage.
+MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
 
 
 def variant_table(result: SimulationResult, measured: Statistics | None = None) -> Table:

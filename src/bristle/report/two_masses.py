@@ -32,11 +32,8 @@ MOTOR_FILE, TABLE_FILE, EXPERIMENT_FILE = (
     "two_masses.toml",
 )
 SUM_FILE = "two_masses_sum.toml"
-FASTEST, OF_ANTIRESONANCE, FOR_POSITION = (
-    2.0 * math.pi * 20.0,
-    0.2,
-    0.25,
-)  # [rad/s], of the antiresonance, of the velocity loop
+# [rad/s], of the antiresonance, of the velocity loop
+FASTEST, OF_ANTIRESONANCE, FOR_POSITION = (2.0 * math.pi * 20.0, 0.2, 0.25)
 STROKE = 0.25  # of the recorded range: amplitude of the sine
 EXPERIMENT = """\
 # The identified motor and table in a velocity and position loop around the motor, with a sine at the top speed of the log.

@@ -299,9 +299,8 @@ def top_speed(variant: Variant) -> float:
 
 def law_stiffness(law: linear.LinearSystem) -> float:
     """Return the effort of a law for a constant deviation [N/m or N*m/rad], infinite with an integral."""
-    slow = np.abs(
-        law.response(np.exp(1j * np.array([1e-7, 1e-6])))
-    )  # a law without an integral has equal responses there
+    # A law without an integral has equal responses there.
+    slow = np.abs(law.response(np.exp(1j * np.array([1e-7, 1e-6]))))
     if slow[0] > 2.0 * slow[1]:
         return float("inf")
     return float(slow[0])

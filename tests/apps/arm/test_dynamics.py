@@ -93,9 +93,8 @@ def test_half_widths_are_the_scatter_of_estimates_without_one_block():
         "nk,kjp->njp", friction, np.einsum("nk,njp->kjp", friction, columns)
     )
     residual = effort - friction @ (friction.T @ effort) - apart @ whole
-    expected = 2.2009852 * np.sqrt(
-        11 / 12 * np.sum((estimates - whole) ** 2, axis=0)
-    )  # Student, 11 degrees of freedom
+    # Student, 11 degrees of freedom.
+    expected = 2.2009852 * np.sqrt(11 / 12 * np.sum((estimates - whole) ** 2, axis=0))
     np.testing.assert_allclose(
         _half_widths(apart, residual, [friction], blocks), expected, rtol=1e-6
     )

@@ -30,6 +30,7 @@ ANGLE = np.linspace(0.0, 2.0 * np.pi, 720, endpoint=False)
 
 def test_glitches_are_swings_within_30_degrees_of_a_reversal():
     deviation = np.zeros(720)
+    # In half degrees
     for place, size in (
         (2, 1.0),
         (-2, -2.0),
@@ -37,7 +38,7 @@ def test_glitches_are_swings_within_30_degrees_of_a_reversal():
         (360 - 61, 4.0),
         (540, -5.0),
         (540 + 62, 7.0),
-    ):  # in half degrees
+    ):
         deviation[place] = size
     circle = Circle("x", 0.02, 0.05, ANGLE, deviation)
     assert circle.glitches == (3.0, 3.0, 0.0, 5.0)

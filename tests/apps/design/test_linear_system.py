@@ -113,14 +113,8 @@ def speed(x):
     return (x[-1] - x[-2]) / DT
 
 
-SCREW = {
-    "kind": "rotational",
-    "J": 1e-3,
-    "M": 50.0,
-    "lead": 2e-3 * math.pi,
-    "k": 1e8,
-    "d": 2e3,
-}  # an arm of 1 mm
+# An arm of 1 mm.
+SCREW = {"kind": "rotational", "J": 1e-3, "M": 50.0, "lead": 2e-3 * math.pi, "k": 1e8, "d": 2e3}
 
 
 def behind_a_screw(side, motor=NO_FRICTION, table=NO_FRICTION, **changed):

@@ -58,9 +58,8 @@ UNCOUNTED = Sensor(
     step=lambda state, x, dt, p: (x, state),
 )(kind="rotational")
 LAYER = {"J": 4e-4, "lambda_": 340.0, "K_1": 340.0, "K_2": 1.0, "phi": 0.0, "cutoff": 400.0}
-SHARE = 1.0 - math.exp(
-    -2.0 * math.pi * 400.0 * 5e-4
-)  # of a count in a sample that a low-pass lets through
+# Of a count in a sample that a low-pass lets through.
+SHARE = 1.0 - math.exp(-2.0 * math.pi * 400.0 * 5e-4)
 WIDTH = 0.125 * RADIAN * (300.0 + SHARE / 5e-4)
 
 

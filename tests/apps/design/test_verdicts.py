@@ -281,6 +281,5 @@ def test_a_table_behind_a_screw_slides_at_the_speed_of_its_arm():
     )
     (free,) = (item for item in assess(axis).points if item.friction is Friction.NONE)
     (sliding,) = (item for item in assess(axis).points if item.friction is Friction.SLIDING)
-    assert (
-        sliding.margins.phase > free.margins.phase + 0.5
-    )  # 3e4 N s/m are 0.019 N m s/rad beside a gain of 0.2
+    # 3e4 N s/m are 0.019 N m s/rad beside a gain of 0.2
+    assert sliding.margins.phase > free.margins.phase + 0.5

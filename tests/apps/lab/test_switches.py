@@ -225,9 +225,8 @@ def test_a_mass_that_sticks_and_slips_waits_for_thirty_of_its_periods():
     pulled = pulled_by(scales, coulomb(F_C=20.0), mass=4.0)
     values = pulled.values
     assert (values["M"], values["v_e"]) == (4.0, 0.01)
-    waits = (
-        2.0 * 0.3 * 20.0 / (values["k"] * values["v_e"])
-    )  # from one side of friction to the other, 0.3 of it each
+    # From one side of friction to the other, 0.3 of it each.
+    waits = 2.0 * 0.3 * 20.0 / (values["k"] * values["v_e"])
     assert waits == pytest.approx(30.0 * 2.0 * math.pi * math.sqrt(4.0 / values["k"]), rel=0.05)
     assert pulled_by(scales, coulomb(F_C=20.0)).values["M"] == 1.0
 

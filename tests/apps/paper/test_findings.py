@@ -550,9 +550,8 @@ def test_conflicting_options_are_refused(bristle, tmp_path, monkeypatch, argumen
 def test_the_interval_is_that_of_student():
     message = findings.interval([1.0, 2.0, 3.0, 6.0])
     assert message.peak_to_peak == 3.0
-    assert (message.low, message.high) == pytest.approx(
-        (-0.4374, 6.4374), abs=1e-4
-    )  # 3 ± 3.182 * 2.160 / 2
+    # 3 ± 3.182 * 2.160 / 2
+    assert (message.low, message.high) == pytest.approx((-0.4374, 6.4374), abs=1e-4)
     assert (message.largest, message.seeds) == (6.0, 4)
     assert math.isnan(findings.interval([1.0]).low)
     assert findings.interval([1.0, math.inf]).peak_to_peak == math.inf
@@ -745,9 +744,8 @@ def test_a_condition_changes_only_the_layer_around_a_truth(condition, changes):
     assert (gms.friction.values["unevenness"], gms.friction.values["travel"]) == pytest.approx(
         (0.05, 1.02e-6)
     )
-    assert changed(sliders) == (
-        {"scatter": 0.1} if condition == "scatter_10" else changes
-    )  # which scatter by themselves
+    # Which scatter by themselves.
+    assert changed(sliders) == ({"scatter": 0.1} if condition == "scatter_10" else changes)
 
 
 # --- the rig ----------------------------------------------------------------------------------------------------
@@ -788,9 +786,8 @@ def test_friction_of_the_rig_is_that_of_the_screw_counted_at_the_table():
         assert values[f"F_S_{side}"] == pytest.approx(share * 40e-3 * ratio)
         assert values[f"sigma_2_{side}"] == pytest.approx(3e-3 * ratio**2)
     shares, distances = rig.spectrum(30, 7e-6, 7)
-    assert values["k_i"] * distances == pytest.approx(
-        shares * 40e-3 * ratio
-    )  # where an element slips
+    # Where an element slips.
+    assert values["k_i"] * distances == pytest.approx(shares * 40e-3 * ratio)
     assert (values["offset"], values["v_S"]) == pytest.approx((5e-3 * ratio, 0.5 / ratio))
     assert values["sigma_1"] == pytest.approx(
         0.4 * math.sqrt(values["k_i"].sum() * 4e-4 * ratio**2)

@@ -104,9 +104,8 @@ def test_a_compensator_knows_the_rig_that_it_was_identified_on(tmp_path):
     rig.write_text(
         re.sub(r"seed = 1\b", "seed = 2", rig.read_text(encoding="utf-8")), encoding="utf-8"
     )
-    assert (
-        on_another_rig(read_experiment(folder / "set_c.toml")) == {}
-    )  # the same rig, on another day
+    # The same rig, on another day.
+    assert on_another_rig(read_experiment(folder / "set_c.toml")) == {}
     rig.write_text(
         re.sub(r"scatter = 0.05", "scatter = 0.08", rig.read_text(encoding="utf-8")),
         encoding="utf-8",
@@ -156,9 +155,8 @@ def margins_by_transfer_functions(g):
         plant = np.polyval(numerator[0], z) / np.polyval(denominator, z) / z
         speed = (1.0 - kept) / (1.0 - kept / z) * (1.0 - 1.0 / z) / T
         by_itself = M * (2.0 * rate * speed + rate**2)
-        seen = (1.0 - fades) / (
-            1.0 - fades / z
-        )  # of what is commanded, and of the momentum times g
+        # Of what is commanded, and of the momentum times g.
+        seen = (1.0 - fades) / (1.0 - fades / z)
         return plant * (by_itself + g * M * speed * (1.0 - seen)) / (1.0 - seen / z)
 
     crossover = brentq(lambda w: abs(open_loop(w)) - 1.0, 150.0, 1500.0)

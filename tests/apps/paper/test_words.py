@@ -563,10 +563,8 @@ def test_8_the_rig_breaks_away_after_seven_micrometres(monkeypatch, at, verdict)
     monkeypatch.setattr(paths, "holding_of", lambda model: SimpleNamespace(forward=model / ARM))
     item = paths.figure_8(Bench([1e-5], virtual_rig=0.5, other=1.2))
     assert (item.number, item.verdict) == (8, verdict)
-    assert item.numbers["break_away"] == {
-        "virtual rig": 1.0,
-        "other": pytest.approx(1.2),
-    }  # the larger of limit and top
+    # The larger of limit and top.
+    assert item.numbers["break_away"] == {"virtual rig": 1.0, "other": pytest.approx(1.2)}
     assert item.numbers["positions_of_runs"] == [at * 1e-6] * 2
     assert math.isnan(item.numbers["position_at_95_percent"]["other"])
     with pytest.raises(InputError, match="must contain positive positions only"):
@@ -667,9 +665,8 @@ def test_3_an_orbit_is_closed_to_a_fiftieth_and_encloses_the_work_of_its_torque(
 ):
     run, width = rippled([step] * 4, 10e-6), 10e-6
     side = np.sign(np.diff(run.x))
-    beside = np.where(
-        np.arange(side.size) < 2, 6.0, 3.0
-    )  # before the first cycle it is pushed over break-away
+    # Before the first cycle it is pushed over break-away.
+    beside = np.where(np.arange(side.size) < 2, 6.0, 3.0)
     run = run._replace(cycles=run.cycles[1:], sensed=Sensed(2.0 * side, 2.0 * side, beside * side))
     monkeypatch.setattr(drift, "rippled", lambda setting, model: run)
     monkeypatch.setattr(drift, "bench_of", lambda setting: None)

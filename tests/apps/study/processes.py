@@ -128,9 +128,8 @@ def siege(begin, workers, *, kills, longest, seed=1):
         if process.poll() is not None:
             assert process.returncode == 0, process.stderr.read()
             break
-        others = (
-            workers(process) if sum(fallen.values()) % 4 < 3 else []
-        )  # each fourth is the command
+        # Each fourth is the command.
+        others = workers(process) if sum(fallen.values()) % 4 < 3 else []
         victim = chance.choice(others or [process.pid])
         with suppress(ProcessLookupError):
             os.kill(victim, signal.SIGKILL)

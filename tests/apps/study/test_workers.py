@@ -806,9 +806,8 @@ def test_twelve_kills_in_six_hundred_blocks(slow_bench, own_dask, is_elsewhere):
         if not is_elsewhere:
             return own_workers(process.pid)
         for kind, options in (("nanny", ()), ("plain", ("--no-nanny",))):
-            if (
-                not joined[kind] or joined[kind][-1].poll() is not None
-            ):  # so ends a nanny whose worker could not begin
+            # So ends a nanny whose worker could not begin.
+            if not joined[kind] or joined[kind][-1].poll() is not None:
                 joined[kind].append(own_dask.worker(*options))
         return [joined["plain"][-1].pid, *nursed(joined["nanny"][-1].pid)]
 

@@ -691,11 +691,8 @@ class StructuredText:
         return bool(result.value & 1), bool(result.value & 2)
 
 
-FED_WHOLE = {
-    "gain": 1.0,
-    "return_distance": 0.0,
-    "fade_time": 0.5,
-}  # inputs of a feed that is the friction
+# Inputs of a feed that is the friction.
+FED_WHOLE = {"gain": 1.0, "return_distance": 0.0, "fade_time": 0.5}
 
 REASONS = {
     1: "division by zero, overflow or an invalid operation",

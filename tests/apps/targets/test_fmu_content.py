@@ -433,9 +433,8 @@ def test_constant_whole_numbers_have_one_value_more_than_storable_turns():
         name: most for name, most in zip(fields, importer.exchange.held, strict=False) if most
     }
     assert list(counts.values()) == [importer["memory"].size // 2 + 1]
-    assert (
-        len(importer.exchange.held) == len(fields) + 1
-    )  # the contact as it was at the event, a real number
+    # The contact as it was at the event, a real number.
+    assert len(importer.exchange.held) == len(fields) + 1
     assert importer.exchange.held[-1] == 0
 
 

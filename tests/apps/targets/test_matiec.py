@@ -135,11 +135,12 @@ def settled(force):
     return np.where(np.abs(force) < 1e-30, 0.0, force)
 
 
+# Mean, amplitude, rate
 SIGNALS = {
     "load": (1.0, 0.4, 0.05),
     "temperature": (293.15, 15.0, 0.003),
     "transmitted": (0.0, 3.0, 0.02),
-}  # mean, amplitude, rate
+}
 
 
 @cache

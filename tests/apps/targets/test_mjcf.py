@@ -145,9 +145,8 @@ def test_a_force_that_grows_without_bound_is_fitted_until_its_stiffness_has_doub
     product = write(Request(friction, "axis_x", 5e-4, speed=0.5))
     q = 300.0 * product.error["reach"]
     assert 1.7 < np.expm1(q) / q < 2.1
-    assert (
-        0.8 < product.error["level"] / (5e4 / 300.0 * np.expm1(q)) <= 1.0
-    )  # earlier moves leave a force behind
+    # Earlier moves leave a force behind.
+    assert 0.8 < product.error["level"] / (5e4 / 300.0 * np.expm1(q)) <= 1.0
     assert product.error["rms"] < 12.0
     assert "grows without bound" in product.notes[0]
     assert re.search(
@@ -357,9 +356,8 @@ def test_stick_slip_converges_to_bristle_with_first_order():
 
 
 def test_the_inertia_of_a_screw_is_that_at_its_motor(tmp_path):
-    screw = br.plants.ball_screw(
-        kind="rotational", J=1e-4, M=20.0, lead=2e-3 * np.pi, k=1e8
-    )  # an arm of 1 mm
+    # An arm of 1 mm.
+    screw = br.plants.ball_screw(kind="rotational", J=1e-4, M=20.0, lead=2e-3 * np.pi, k=1e8)
     br.export(
         br.friction.coulomb(kind="rotational", F_C=0.1), "mjcf", tmp_path / "out", plant=screw
     )

@@ -146,9 +146,8 @@ def test_a_velocity_alone_is_integrated_from_the_measured_position(harness):
     x = 0.3 + np.concatenate([[0.0], np.cumsum(v * DT)])
     effort = run(harness, "chained", rows_of(velocity=v), *AT_ONCE, measured=0.3)[:, 0]
     force = python(MODEL, x)
-    assert effort[1:] == pytest.approx(
-        force[1:], rel=0.0, abs=1e-3
-    )  # rounding of the sum times the stiffness
+    # Rounding of the sum times the stiffness.
+    assert effort[1:] == pytest.approx(force[1:], rel=0.0, abs=1e-3)
     assert np.ptp(force) > 20.0
 
 

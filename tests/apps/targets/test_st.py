@@ -789,9 +789,8 @@ def test_inputs_are_limited_so_that_squares_stay_in_range():
     )
     assert double["farthest"] == double["beyond"] == single["beyond"] == 1e30
     assert (single["farthest"], double["fastest"]) == (1e5, 0.0)
-    assert np.isfinite(
-        np.float32(single["fastest"] / 1e-10) ** 2
-    )  # a velocity over the smallest of Stribeck
+    # A velocity over the smallest of Stribeck.
+    assert np.isfinite(np.float32(single["fastest"] / 1e-10) ** 2)
     assert [bound["shortest"] * bound["longest"] for bound in (double, single)] == pytest.approx(
         [1.0, 1.0]
     )

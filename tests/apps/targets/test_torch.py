@@ -44,9 +44,8 @@ def test_the_force_of_several_axes_is_that_of_bristle(force):
         )
 
 
-@pytest.mark.filterwarnings(
-    "ignore:.*is deprecated:DeprecationWarning"
-)  # sympy, with the newest mpmath
+# Sympy, with the newest mpmath.
+@pytest.mark.filterwarnings("ignore:.*is deprecated:DeprecationWarning")
 def test_gradcheck_accepts_positions_time_step_and_parameters(force):
     x = tensor(np.stack([10.0 * np.sin(0.3 * np.arange(1, 9)), 4.0 * np.cos(0.2 * np.arange(8))]))
     scaled = lambda x, dt, shares: force(1e-6 * x, 1e-3 * dt, shares)  # noqa: E731

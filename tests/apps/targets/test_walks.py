@@ -212,9 +212,8 @@ def test_a_damaged_library_or_record_is_built_again(damage):
 
 
 def test_each_value_and_each_function_of_a_model_has_a_key():
-    changed = object.__new__(
-        type(LUGRE.component)
-    )  # a component of another function, which cannot be registered
+    # A component of another function, which cannot be registered.
+    changed = object.__new__(type(LUGRE.component))
     vars(changed).update(vars(LUGRE.component) | {"trial": LUGRE.component.commit})
     others = [
         LUGRE.with_values(F_C=21.0),

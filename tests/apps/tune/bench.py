@@ -162,9 +162,8 @@ def drawn(seed: int) -> tuple[Plant, Motion]:
         float(r.uniform(1.2, 3.0)),
         0.15 * float(r.uniform() < 0.5),
     )
-    distance = (
-        plant.coulomb / plant.p + plant.reach
-    )  # the loop breaks the axis away over this distance of the reference
+    # The loop breaks the axis away over this distance of the reference.
+    distance = plant.coulomb / plant.p + plant.reach
     amplitude = max(amplitude, 12 * plant.coulomb / plant.p)
     # Within a tenth of a second of a reversal, the reference covers twice this distance.
     period = min(period, max(2 * math.pi * math.sqrt(amplitude / (400 * distance)), 0.8))

@@ -246,9 +246,8 @@ def test_a_journal_of_another_process_is_shown_as_it_grows(client, identified):
 
 
 def test_the_folder_alone_shows_its_run(client, identified):
-    assert (
-        chosen(client, file="")[1].status_code == 403
-    )  # its journal names the machine file of another folder
+    # Its journal names the machine file of another folder.
+    assert chosen(client, file="")[1].status_code == 403
     Journal(identified[1] / "out").write(
         "stages", "begun", file=str(identified[1] / "machine.toml")
     )
@@ -266,9 +265,8 @@ def test_the_latest_complete_record_of_a_motion_is_drawn(client, identified, mon
     record = client.get(f"{case}/machine").json()["record"]
     assert record["name"] == "excitation"
     motion, error, effort = client.get(f"{case}/machine/records/excitation").json()
-    table = np.loadtxt(
-        records / "excitation.csv", delimiter=",", skiprows=1
-    )  # time, position, effort, reference; [um]
+    # Time, position, effort, reference; [um]
+    table = np.loadtxt(records / "excitation.csv", delimiter=",", skiprows=1)
     assert max(error["curves"][1]) == pytest.approx(
         1e-6 * np.max(table[:, 3] - table[:, 1]), rel=1e-5
     )

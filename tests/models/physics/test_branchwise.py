@@ -80,9 +80,8 @@ def test_a_contact_above_the_force_in_sliding_returns_to_it(side):
     piece = piece_at(stack, memory, side, level, GATE)
     assert (piece.side, piece.way, piece.is_open) == (side, -side, 1.0)
     flow = deflection_rate(stack.z, piece, side * 2.0, level, GATE, Q)
-    assert flow.z_dot == pytest.approx(
-        side * 2.0 * (1.0 - 1.25)
-    )  # all of the motion slips, and a quarter more
+    # All of the motion slips, and a quarter more.
+    assert flow.z_dot == pytest.approx(side * 2.0 * (1.0 - 1.25))
     assert flow.margin == pytest.approx(0.25 + PASSED)
 
 

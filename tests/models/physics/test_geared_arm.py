@@ -13,9 +13,8 @@ pytestmark = pytest.mark.usefixtures("in_plain_python")
 
 SPEEDS = (0.06, 0.115, 0.275)  # [rad/s], in the middle of 0.04 to 0.08, 0.08 to 0.15, 0.15 to 0.4
 LOAD = 9.5  # [N*m], assumed: the source states "more than 9"
-PUBLISHED = np.array(
-    [2.85, 2.1, 1.4, 0.7, 0.65]
-)  # [N*m]: break-away (2.4 to 3.3), sliding at these speeds, sliding without load
+# [N*m]: break-away (2.4 to 3.3), sliding at these speeds, sliding without load
+PUBLISHED = np.array([2.85, 2.1, 1.4, 0.7, 0.65])
 
 
 GEAR = (

@@ -37,9 +37,8 @@ def test_a_ripple_varies_once_and_twice_a_turn_as_a_share_of_the_level(turn, lev
     ("effort", "rise", "share"),
     [
         *((effort, Rise(c_T=0.1, level=20.0), 0.15) for effort in (30.0, -30.0)),
-        *(
-            (0.0, Rise(h_c1=ripple, level=10.0), -0.99) for ripple in (-9.9, -50.0)
-        ),  # a level keeps a hundredth of its value
+        # A level keeps a hundredth of its value.
+        *((0.0, Rise(h_c1=ripple, level=10.0), -0.99) for ripple in (-9.9, -50.0)),
     ],
 )
 def test_an_effort_of_either_sign_raises_the_level_and_no_ripple_takes_it_away(effort, rise, share):

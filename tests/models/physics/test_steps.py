@@ -86,9 +86,8 @@ def forces(model, v, dt):
 @pytest.mark.parametrize("model", [*examples()])
 def test_a_long_step_is_the_mean_of_its_parts(model):
     if "scatter" in model.values:
-        model = model.with_values(
-            scatter=0.0
-        )  # a reversal draws another limit for the steps after it
+        # A reversal draws another limit for the steps after it.
+        model = model.with_values(scatter=0.0)
     parts, fast = 100, np.full(10, 2e-3)
     for distance in (2e-6, 2e-5, 2e-4):
         fine = np.mean(forces(model, np.full(parts, distance / DT), DT / parts))

@@ -47,9 +47,8 @@ def test_the_force_of_a_screw_comes_once_a_turn():
 
 def test_the_ripple_of_a_step_is_that_of_its_middle():
     force = force_along(find("coulomb+ripple")(F_C=10.0, pitch=0.2, h_s1=4.0), np.array([1.0]), 0.1)
-    assert force == pytest.approx(
-        [14.0]
-    )  # the step ends at half a turn, and has its middle at a quarter
+    # The step ends at half a turn, and has its middle at a quarter.
+    assert force == pytest.approx([14.0])
 
 
 @pytest.mark.parametrize(

@@ -200,9 +200,8 @@ def test_shares_of_motion_are_of_samples():
     )
     assert comparison.course.time[1] == pytest.approx(STEP)
     assert comparison.shared.as_one == 1.0
-    assert (
-        comparison.changes["effort.rms"].verdict == "no_change"
-    )  # the fast part takes four times the force
+    # The fast part takes four times the force.
+    assert comparison.changes["effort.rms"].verdict == "no_change"
 
 
 def test_friction_over_speed_is_separate_from_changes():

@@ -57,18 +57,16 @@ SEVEN = [*np.tile([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.5], 3), 0.0]
     ("motion", "turns", "cycles_of"),
     [
         (THRICE, TURNS, [(0, 12), (12, 24), (24, 36)]),
-        (
-            -THRICE,
-            TURNS,
-            [(6, 18), (18, 30)],
-        ),  # upside down it turns forward in the middle of these
+        # Upside down it turns forward in the middle of these.
+        (-THRICE, TURNS, [(6, 18), (18, 30)]),
         (THRICE[3:], TURNS - 3, [(9, 21), (21, 33)]),  # begun halfway
         (THRICE[:-3], TURNS, [(0, 12), (12, 24)]),  # ended halfway
+        # Rest before and after.
         (
             np.concatenate([np.zeros(5), TWICE, np.zeros(7)]),
             np.array([11, 17, 23]),
             [(5, 17), (17, 29)],
-        ),  # rest before and after
+        ),
         (*to_and_fro(3, 4), [(0, 8), (8, 16), (16, 24)]),
         (*to_and_fro(3, 3), []),  # too few samples
         (SEVEN, [3, 7, 10, 14, 17], []),
@@ -209,11 +207,8 @@ def test_back_and_forth_motion_gives_cycles_and_other_motion_pieces():
     single, other = ((log(seed, sine(4), effort=None), None) for seed in (1, 2))
     low, high, complete = sides_of([single], [other], follows=True, tells_effort=False)
     assert complete
-    assert spans(low.cycles) == [
-        (188, 438),
-        (438, 688),
-        (688, 938),
-    ]  # from three quarters of a period on
+    # From three quarters of a period on.
+    assert spans(low.cycles) == [(188, 438), (438, 688), (688, 938)]
     assert set(low.kinds) == set(high.kinds) == {0}
     short = (log(3, sine(1.4), effort=None), None)
     low, high, complete = sides_of([single], [short], follows=True, tells_effort=False)

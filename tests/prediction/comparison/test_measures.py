@@ -63,10 +63,8 @@ def test_peaks_after_reversals_are_those_of_each_direction():
     assert backward.sums(chosen).tolist() == [[7.0, 1.0], [5.0, 1.0]]
     assert forward.sums(chosen).tolist() == [[0.0, 1.0], [3.0, 1.0]]
     assert values_of(backward, chosen) == [6.0]
-    assert turn_measures(1)[1].sums(chosen).tolist() == [
-        [0.0, 1.0],
-        [1.0, 1.0],
-    ]  # a log may begin with a reversal
+    # A log may begin with a reversal.
+    assert turn_measures(1)[1].sums(chosen).tolist() == [[0.0, 1.0], [1.0, 1.0]]
 
 
 def test_a_reversal_counts_in_the_cycle_that_begins_with_it():
@@ -141,13 +139,8 @@ def test_courses_around_reversals_cover_one_window_before_and_three_after():
     backward, forward = turn_courses(*both, 1)
     assert backward.name == "forward_to_backward"
     assert backward.time.tolist() == [-0.5, 0.0, 0.5, 1.0, 1.5]
-    assert backward.before.tolist() == [
-        5.0,
-        6.0,
-        7.0,
-        8.0,
-        9.0,
-    ]  # the mean around 3 and 9, whose last sample is 12
+    # The mean around 3 and 9, whose last sample is 12
+    assert backward.before.tolist() == [5.0, 6.0, 7.0, 8.0, 9.0]
     assert backward.after.tolist() == [10.0, 12.0, 14.0, 16.0, 18.0]
     assert (forward.name, forward.before.tolist()) == (
         "backward_to_forward",

@@ -99,9 +99,8 @@ def test_cycles_without_any_sum_do_not_count():
     assert (expected.before, expected.after) == (2.0, 3.5)
 
 
-PAIRED = np.array(
-    [1.2, 1.9, 0.7, 1.5, 0.4, 2.3, 1.1, 1.6]
-)  # in an order in which neighbours differ
+# In an order in which neighbours differ.
+PAIRED = np.array([1.2, 1.9, 0.7, 1.5, 0.4, 2.3, 1.1, 1.6])
 T_7 = 2.364624  # Student's t of 7 degrees of freedom, at 0.975
 
 
@@ -191,9 +190,8 @@ def test_a_drift_that_does_not_cancel_stays_in_the_interval(places):
 
 def test_two_logs_of_a_side_keep_their_drift():
     low, high = recordings([5.0, 5.9], [3.3, 3.6], ((0, 3), (1, 2)), in_turn=True).interval
-    assert high - low > 2.0 * 3.18 * math.sqrt(
-        0.45**2 + 0.15**2
-    )  # more than by Student's t of 3 degrees of freedom
+    # More than by Student's t of 3 degrees of freedom.
+    assert high - low > 2.0 * 3.18 * math.sqrt(0.45**2 + 0.15**2)
 
 
 def test_a_single_log_of_a_side_has_the_scatter_of_its_cycles():
@@ -208,11 +206,8 @@ def test_a_single_log_of_a_side_has_the_scatter_of_its_cycles():
     [
         # Correlated neighbours count as fewer cycles.
         (resampling._as_one, ([1.0, -1.0, 1.0, -1.0],), 1.0),  # neighbours that differ
-        (
-            resampling._as_one,
-            ([1.0, 1.0, -1.0, -1.0],),
-            2.0,
-        ),  # a correlation of a quarter, raised by a quarter
+        # A correlation of a quarter, raised by a quarter.
+        (resampling._as_one, ([1.0, 1.0, -1.0, -1.0],), 2.0),
         (resampling._as_one, ([1.0, 1.0, 1.0, -1.0, -1.0, -1.0],), 1.0 + 2.0 * (0.5 + 1.0 / 6.0)),
         (resampling._as_one, ([0.0, 0.0, 0.0, 0.0],), 1.0),
         (resampling._as_one, ([1.0, -1.0],), 1.0),

@@ -69,13 +69,8 @@ def test_a_log_acts_as_the_model_that_it_gives(result):
         (0.2, 40.0, 0.1, True, "raise --duration to 160 s, which halves"),
         (0.05, 20.0, 0.1, False, "raise --duration to 44.4 s"),
         (0.05, 40.0, 0.1, False, "raise --duration to 160 s, which halves"),
-        (
-            0.05,
-            20.0,
-            None,
-            False,
-            "the motion begins in the middle",
-        ),  # a limit to write comes before a longer motion
+        # A limit to write comes before a longer motion.
+        (0.05, 20.0, None, False, "the motion begins in the middle"),
     ],
 )
 def test_a_motion_that_is_worse_than_the_log_names_the_limits_below_it(

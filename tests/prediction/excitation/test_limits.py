@@ -18,9 +18,8 @@ from bristle.prediction.excitation.limits import (
     turning_distance,
 )
 
-BRISTLES = 0.5 * math.log(
-    50.0
-)  # lengths of a bristle over which half a reversal is done but for 2 %
+# Lengths of a bristle over which half a reversal is done but for 2 %
+BRISTLES = 0.5 * math.log(50.0)
 
 
 def limits(axis=STAGE, travel=None, start=None):

@@ -91,21 +91,12 @@ def test_loops_grow_evenly_from_the_smallest_that_shows_to_almost_the_presliding
 @pytest.mark.parametrize(
     ("purpose", "name", "slowest"),
     [
-        (
-            "presliding",
-            "triangles",
-            1e-3 * 2.0 * 9.7e-6 / 5.0,
-        ),  # a thousandth of a longest leg in five seconds
-        (
-            "break-away",
-            "break-away ramp",
-            1e-2 * 2e-5 / (0.2 * 20.0),
-        ),  # a hundredth of a turn in a fifth of the time
-        (
-            "stribeck",
-            "constant velocity",
-            1e-2 * 10 / 20.0 * 2e-4,
-        ),  # a hundredth of ten slides of 200 um in the time
+        # A thousandth of a longest leg in five seconds.
+        ("presliding", "triangles", 1e-3 * 2.0 * 9.7e-6 / 5.0),
+        # A hundredth of a turn in a fifth of the time.
+        ("break-away", "break-away ramp", 1e-2 * 2e-5 / (0.2 * 20.0)),
+        # A hundredth of ten slides of 200 um in the time.
+        ("stribeck", "constant velocity", 1e-2 * 10 / 20.0 * 2e-4),
     ],
 )
 def test_no_time_is_so_long_that_a_motion_stands_still(monkeypatch, purpose, name, slowest):

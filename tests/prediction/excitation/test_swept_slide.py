@@ -46,9 +46,8 @@ def test_the_acceleration_contains_the_change_of_the_amplitude():
     p = swept_slide(**SHAPE | {"acceleration": 0.3, "f_0": 1.0}, jerk=20.0).parameters
     time = np.linspace(0.0, 1.0, 200_001)
     _, velocity, acceleration = _sine(time, 1.0, p)
-    inside = (time > 0.11) & (
-        time < 0.89
-    )  # between the fades, whose ends are corners of the acceleration
+    # Between the fades, whose ends are corners of the acceleration.
+    inside = (time > 0.11) & (time < 0.89)
     error = np.abs(np.gradient(velocity, time) - acceleration)[inside]
     assert np.max(error) < 1e-6 * np.max(np.abs(acceleration))
 

@@ -40,9 +40,8 @@ def test_efforts_are_drawn_without_a_reference():
     position, errors, changes = comparison(without_reference()).axes
     assert position.get_title(loc="right") == "position"
     assert (position.get_ylabel(), errors.get_ylabel()) == ("Position [mm]", "Force [µN]")
-    assert [label.get_text() for label in changes.get_yticklabels()] == [
-        "effort, rms"
-    ]  # what has an interval
+    # What has an interval.
+    assert [label.get_text() for label in changes.get_yticklabels()] == ["effort, rms"]
 
 
 @pytest.mark.parametrize(
@@ -207,9 +206,8 @@ def test_first_screen_has_whole_intervals_names_of_logs_and_hollow_doubts():
     ).axes
     assert [tick.get_text() for tick in axes.get_xticklabels()] == ["axis1", "axis2", "axis3"]
     low, high = axes.get_ylim()
-    assert (low, high) == pytest.approx(
-        (5.05 - 5.0 * 2.1, 5.05 + 5.0 * 2.1), abs=1.5
-    )  # clipped at five times the spread
+    # Clipped at five times the spread.
+    assert (low, high) == pytest.approx((5.05 - 5.0 * 2.1, 5.05 + 5.0 * 2.1), abs=1.5)
     assert axes.containers[1].lines[0].get_markerfacecolor() == LIGHT["ground"]
     assert [len(points) for points in marks(axes).values()] == [1, 1, 0]
 

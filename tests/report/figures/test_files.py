@@ -90,10 +90,8 @@ def test_png_has_300_dots_an_inch_on_white(margins):
     assert struct.unpack(">I", png[place : place + 4])[0] * 0.0254 == pytest.approx(300.0, rel=1e-3)
     pixels = imread(io.BytesIO(png))
     assert pixels.shape[:2] == (high, wide)
-    assert [pixels[0, 0].min(), pixels[..., 3].min()] == [
-        1.0,
-        1.0,
-    ]  # white, and nothing shines through
+    # White, and nothing shines through.
+    assert [pixels[0, 0].min(), pixels[..., 3].min()] == [1.0, 1.0]
 
 
 @pytest.mark.fast_cases(1)

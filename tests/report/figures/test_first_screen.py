@@ -73,9 +73,8 @@ def test_friction_over_velocity_is_linear_near_zero_and_logarithmic_beyond():
         pytest.approx([-200.0, -1.0, 1.0, 200.0]),
         pytest.approx([-4.0, -3.0, 1.0, 5.0]),
     )
-    assert named_lines(axes)["model"].get_ydata() == pytest.approx(
-        [5.0, 6.0]
-    )  # at the right end, where its name is
+    # At the right end, where its name is.
+    assert named_lines(axes)["model"].get_ydata() == pytest.approx([5.0, 6.0])
     assert [
         line.get_ydata().tolist() for line in axes.get_lines() if line.get_label() == "_same"
     ] == [[-6.0, -5.0]]
@@ -155,9 +154,8 @@ def test_friction_after_reversals_is_in_the_direction_of_motion_over_the_distanc
     x, y = named_lines(axes)["measured"].get_data()
     assert axes.get_xlim() == pytest.approx((0.0, 400.0))
     runs = np.split(y, np.flatnonzero(np.isnan(y)))
-    assert all(
-        np.nanmax(run) > 0.0 for run in runs if np.isfinite(run).any()
-    )  # friction acts against both directions
+    # Friction acts against both directions.
+    assert all(np.nanmax(run) > 0.0 for run in runs if np.isfinite(run).any())
     first = next(
         motion
         for motion in figures.reversals_of(T, V)

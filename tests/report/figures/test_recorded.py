@@ -163,11 +163,8 @@ def test_the_motion_of_a_purpose_begins_at_zero():
 
 def test_a_slide_is_represented_by_its_second_half():
     velocity = np.zeros(401)
-    velocity[20:60], velocity[80:84], velocity[100:140] = (
-        2e-3,
-        5e-3,
-        -4e-3,
-    )  # the second one is too short to be steady
+    # The second one is too short to be steady.
+    velocity[20:60], velocity[80:84], velocity[100:140] = (2e-3, 5e-3, -4e-3)
     velocity[60:80] = np.linspace(2.1e-3, 4.9e-3, 20)
     friction = np.arange(401.0)
     slides = _steady(planned("stribeck", velocity=velocity), friction, slice(10, 401))

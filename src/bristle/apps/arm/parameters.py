@@ -105,9 +105,8 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
     columns = with_rotors(robot.regressor(q, v, a), a)
     places, factors = base_of(robot)
     dynamic, left, frictions = np.empty_like(columns), np.empty_like(effort), list[np.ndarray]()
-    reduced = np.empty(
-        (len(robot.names), columns.shape[2] + 1, columns.shape[2] + 1)
-    )  # with the same sums of squares
+    # With the same sums of squares.
+    reduced = np.empty((len(robot.names), columns.shape[2] + 1, columns.shape[2] + 1))
     for joint in range(len(robot.names)):
         friction = np.linalg.qr(motion.friction_columns(joint))[0]
         frictions.append(friction)
@@ -135,9 +134,8 @@ def identify_dynamics(robot: Robot, motion: Motion) -> Dynamics:
     half_widths = _half_widths(
         dynamic[..., places] / deviation[:, None], residual, frictions, _blocks(motion)
     )
-    start = np.maximum(
-        ROTOR_SHARE * base[: len(deviation)], 1e-3 * np.abs(base[: len(deviation)])
-    )  # the base parameters of rotors come first
+    # The base parameters of rotors come first.
+    start = np.maximum(ROTOR_SHARE * base[: len(deviation)], 1e-3 * np.abs(base[: len(deviation)]))
     bodies, rotors = _consistent(
         start, robot.prior, design / deviation[:, None, None], target / deviation[:, None], len(q)
     )

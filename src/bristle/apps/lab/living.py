@@ -30,9 +30,8 @@ def living_part(
     from bristle.report.figures.style import envelope
 
     uncertainty = uncertainty_of(identification.best)
-    thinned = partial(
-        envelope, columns=1000
-    )  # the fewest points with the same picture, by columns of the line
+    # The fewest points with the same picture, by columns of the line.
+    thinned = partial(envelope, columns=1000)
     data = living_described(
         identification,
         axis,

@@ -164,9 +164,8 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
     x = _decimated(record.x)
     force = _decimated(record.torque) / arm
     reach = float(np.ptp(x))
-    thresholds = reach * np.append(
-        np.geomspace(5e-3, 0.5, STOPS - 1), 10.0
-    )  # the last one never slips: a spring
+    # The last one never slips: a spring.
+    thresholds = reach * np.append(np.geomspace(5e-3, 0.5, STOPS - 1), 10.0)
     columns = [response(hysteresis.stop(r=r), x, history=[x[0]]) for r in thresholds.tolist()]
     # The residual of the constant has the same sign both ways, so that weights stay non-negative.
     design = np.column_stack([*columns, np.ones(x.size), -np.ones(x.size)])

@@ -209,9 +209,8 @@ def figure_13(tracked: Tracked) -> Reproduced:
     before = errors[BEFORE]
     ranges = {NAMES[name]: RANGE_WITH for name in errors} | {NAMES[BEFORE]: RANGE_WITHOUT}
     narrower = after.std < before.std
-    nearer = abs(after.mean) < (1.0 - ALIKE) * abs(
-        before.mean
-    )  # by more than the spread of the runs
+    # By more than the spread of the runs.
+    nearer = abs(after.mean) < (1.0 - ALIKE) * abs(before.mean)
     verdict: Verdict = "refuted"
     if narrower and nearer:
         verdict = "found"

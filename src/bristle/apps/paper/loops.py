@@ -48,9 +48,8 @@ def figure_5(setting: Setting) -> Reproduced:
     bottom = float(loops[-1].torque.min())
     uneven = abs(top + bottom)
     apart = float(np.ptp(tops))
-    noise = (
-        6.0 * setting["measurement", "noise"]
-    )  # a difference beyond six standard deviations comes from friction
+    # A difference beyond six standard deviations comes from friction.
+    noise = 6.0 * setting["measurement", "noise"]
     sensor = sensor_numbers(
         [led(setting, rig, [largest, -largest, largest], setting["measurement", "speed"]).sensed]
     )
@@ -125,9 +124,8 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
         np.random.default_rng(0),
     ).since(2)
     fitted = fitted_reformed_dahl(run_in, setting.arm)
-    modelled = [
-        fitted.torque(np.tile(record.x, 2))[record.x.size :] for record in loops
-    ]  # after a run-in round
+    # After a run-in round.
+    modelled = [fitted.torque(np.tile(record.x, 2))[record.x.size :] for record in loops]
     shares = [
         float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque)))
         for m, record in zip(modelled, loops, strict=True)

@@ -33,9 +33,8 @@ from bristle.simulation import SimulationResult, simulate
 
 T = TypeVar("T")
 FIELDS = ("plant", "friction", "table", "controller", "sensor", "reference")
-_FIELD = {
-    "table_friction": "table"
-}  # field of a variant, if it differs from the section of the file
+# Field of a variant, if it differs from the section of the file.
+_FIELD = {"table_friction": "table"}
 SEEDED = ("sensor", "friction", "table")
 
 
@@ -365,9 +364,8 @@ def metrics_of_batch(
     """Return the metrics of one variant in several runs, by column, and the status of each run."""
     run = variant.run
     effort = np.clip(effort, -run.effort_limit, run.effort_limit)
-    x, v, _ = variant.reference.component.sample(
-        np.zeros(1), variant.reference.parameters
-    )  # an open loop starts at rest
+    # An open loop starts at rest.
+    x, v, _ = variant.reference.component.sample(np.zeros(1), variant.reference.parameters)
     plant, friction = (_of_each_run(variant, changes, field) for field in MODELS)
     trace = run_batch(
         plant,
@@ -382,9 +380,8 @@ def metrics_of_batch(
     )
     judged = slice(min(round(run.settle / run.sample_time), effort.size), None)
     applied = np.broadcast_to(effort, trace.position.shape)[:, judged]
-    position = np.ascontiguousarray(
-        trace.position[:, judged]
-    )  # contiguous, so that sums match those of a single run
+    # Contiguous, so that sums match those of a single run.
+    position = np.ascontiguousarray(trace.position[:, judged])
     return {metric.column: metric.along(position, applied) for metric in metrics}, list(
         trace.status
     )

@@ -157,9 +157,8 @@ def sobol_indices(runs: Runs) -> list[dict[str, Any]]:
                 _estimated(rows[generator.integers(0, len(rows), len(rows))])
                 for _ in range(RESAMPLES)
             ]
-            ends = np.percentile(
-                np.array(resampled), LEVELS, axis=0
-            )  # of shape (end, kind of index, cause)
+            # Of shape (end, kind of index, cause)
+            ends = np.percentile(np.array(resampled), LEVELS, axis=0)
             for place, cause in enumerate(causes):
                 entry: dict[str, Any] = {"cause": cause, "metric": metric}
                 for kind, name in enumerate(("first", "total")):

@@ -33,10 +33,8 @@ LENGTHS = (
     "motion",
 )
 EFFORTS = {"effort.rms": "effort_rms", "effort.peak": "effort_peak"}
-METRICS = (
-    *(f"{group}.{name}" for group in LENGTHS for name in STATISTICS),
-    *EFFORTS,
-)  # metrics of a variant by dotted name
+# Metrics of a variant by dotted name.
+METRICS = (*(f"{group}.{name}" for group in LENGTHS for name in STATISTICS), *EFFORTS)
 
 SHORT = {
     "following_error": "following error",
@@ -96,9 +94,8 @@ class Metric:
 
 def usual_metrics(experiment: Experiment) -> tuple[str, ...]:
     """Return the default metrics of a study."""
-    if all(
-        variant.effort is not None for variant in experiment.variants
-    ):  # open loops have no reference
+    # Open loops have no reference.
+    if all(variant.effort is not None for variant in experiment.variants):
         return ("motion.peak_to_peak", "effort.rms")
     return ("following_error.peak_to_peak", "effort.rms")
 
@@ -221,9 +218,8 @@ class Sampling:
             method = qmc.LatinHypercube
         else:
             method = qmc.Sobol
-        generator: Any = {
-            "seed": np.random.default_rng(self.seed)
-        }  # later releases call it rng, and take both
+        # Later releases call it rng, and take both.
+        generator: Any = {"seed": np.random.default_rng(self.seed)}
         points = method(len(self._dimensions), **generator).random(self.rows)
         return np.clip(points, SMALLEST, 1.0 - SMALLEST)
 

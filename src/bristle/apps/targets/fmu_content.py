@@ -163,9 +163,8 @@ def _signals(core: Core) -> list[Port]:
         starts = [
             Port(name, START, body[name], float(core.begin[i])) for i, name in enumerate("xv")
         ]
-        if (
-            core.plant.component.screw is not None
-        ):  # the state of the table follows that of the motor
+        # The state of the table follows that of the motor.
+        if core.plant.component.screw is not None:
             starts += [
                 replace(port, name=f"{port.name}_table", variable=_of_table(port.variable))
                 for port in starts

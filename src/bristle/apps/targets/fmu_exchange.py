@@ -50,9 +50,8 @@ class Exchange(NamedTuple):
     arrived: Function
     changing: Function
     varying: dict[str, Variable]  # states for an importer
-    held: tuple[
-        int, ...
-    ]  # constant between events: the number of values of an integer, or 0 for a real number
+    # Constant between events: the number of values of an integer, or 0 for a real number.
+    held: tuple[int, ...]
 
 
 def why_not(friction: Model, plant: Model | None = None) -> str:

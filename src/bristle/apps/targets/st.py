@@ -48,11 +48,8 @@ from bristle.exports.tunable import CONSTANTS, settled_law, single_note, tunable
 from bristle.models.controllers.feedforward import Rule
 from bristle.prediction.drive_units import command_units
 
-TUNED = {
-    "gain": 1.0,
-    "return_distance": 1e6,
-    "fade_time": 1e6,
-}  # inputs of a block for the rule of its feed, with the largest values
+# Inputs of a block for the rule of its feed, with the largest values.
+TUNED = {"gain": 1.0, "return_distance": 1e6, "fade_time": 1e6}
 # By whether the block is that of an operator.
 IN = {False: "position", True: "excitation"}
 OUT = {False: "force", True: "response"}

@@ -38,9 +38,8 @@ version void wchar weigh while with word wstring xor
 RESERVED = frozenset(WORDS.split())
 LREAL, REAL = "LREAL", "REAL"
 SHORT = 2  # letters: length of names of tags, qualifiers of actions and old instructions
-LARGEST_PRODUCT = (
-    16777215.0 * 2.0**1000
-)  # MATIEC folds constants in single precision, which has no more digits
+# MATIEC folds constants in single precision, which has no more digits.
+LARGEST_PRODUCT = 16777215.0 * 2.0**1000
 LARGEST_WRITTEN = (
     1e37  # some compilers refuse larger literals, because they read them as REAL first
 )

@@ -104,10 +104,8 @@ class Tuned:
 
 
 FARTHEST = 1e30  # Inputs and outputs beyond it do not count as numbers
-PERIODS = {
-    False: (1e-12, 1e12),
-    True: (1e-6, 1e6),
-}  # allowed time steps, in double and single precision [s]
+# Allowed time steps, in double and single precision [s]
+PERIODS = {False: (1e-12, 1e12), True: (1e-6, 1e6)}
 # Limits that keep the square of velocity over Stribeck velocity within single precision.
 FASTEST, FARTHEST_OF_OPERATOR, FARTHEST_OF_LAW = 1e9, 1e9, 1e5
 Path = tuple[str, ...]

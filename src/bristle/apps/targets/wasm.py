@@ -60,9 +60,8 @@ from bristle.models.friction.resting import rest_rule
 
 PAGE, FIRST = 65536, 8
 ALONE, PACKED = 500, 60  # limit on parts of the tree that inlining a function may add
-VARYING = frozenset(
-    {"place", "rise", "slot", "around"}
-)  # fields of the parameters that make friction vary
+# Fields of the parameters that make friction vary.
+VARYING = frozenset({"place", "rise", "slot", "around"})
 
 
 @dataclass(frozen=True)

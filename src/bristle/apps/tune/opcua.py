@@ -12,10 +12,8 @@ from bristle.apps.tune.function_block import POLL, TYPES, FunctionBlock, Rows, f
 from bristle.apps.tune.machine import MachineRefusedError
 from bristle.core import MissingExtraError
 
-SERVER = {
-    "product": 2262,
-    "version": 2264,
-}  # numeric node ids of the name and the version of a server
+# Numeric node ids of the name and the version of a server.
+SERVER = {"product": 2262, "version": 2264}
 QUEUE = 2.0  # time that the requested queue lasts: a server that publishes late loses no row [s]
 TOLERANCE = 0.05  # relative, of the interval of source time stamps
 

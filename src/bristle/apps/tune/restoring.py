@@ -11,10 +11,8 @@ from pathlib import Path
 from bristle.apps.tune.machine import Machine, MachineRefusedError, MachineStoppedError, State
 from bristle.core import BristleError, error_text
 
-ATTEMPTS, PAUSE = (
-    3,
-    0.1,
-)  # of a restoration; before the second one [s], twice as long before the third
+# Of a restoration; before the second one [s], twice as long before the third.
+ATTEMPTS, PAUSE = (3, 0.1)
 
 
 @dataclass(frozen=True)

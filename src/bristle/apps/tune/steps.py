@@ -25,43 +25,22 @@ from bristle.report.compared import compare
 from bristle.report.identified import identify
 from bristle.report.judgement import ruling_of
 
-OFFSETS = (
-    0.0025,
-    0.005,
-    0.01,
-    0.02,
-    0.04,
-    0.08,
-    0.16,
-)  # test efforts, as shares of the largest effort
+# Test efforts, as shares of the largest effort.
+OFFSETS = (0.0025, 0.005, 0.01, 0.02, 0.04, 0.08, 0.16)
 CLEAR = 2.0  # an answer of the loop to a test effort, as a multiple of its scatter
 EVEN = 0.25  # smallest of the steps by equal test efforts, as a share of the largest
 ANSWER = 0.3  # of the loop to a test effort, as a share of it
-AGREE, WARM_UP = (
-    0.03,
-    10,
-)  # relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up
+# Relative difference of two pairs of cycles of a warm axis, most pairs of a warm-up.
+AGREE, WARM_UP = (0.03, 10)
 QUIET = 0.05  # effort at rest that does not count, as a share of the effort in motion
 SMALL = 0.1  # swing at rest that shows no answer of the loop, as a share of a count of the encoder
-ORDER = (
-    0,
-    1,
-    1,
-    0,
-    1,
-    0,
-    0,
-    1,
-)  # of records before and after: a drift and its curvature are those of both sides
-SETTLED, LASTS = (
-    0.25,
-    0.05,
-)  # band of the settled error, as a share of the rms error without feedforward; time that it must last [s]
+# Of records before and after: a drift and its curvature are those of both sides.
+ORDER = (0, 1, 1, 0, 1, 0, 0, 1)
+# Band of the settled error, as a share of the rms error without feedforward; time that it must last [s]
+SETTLED, LASTS = (0.25, 0.05)
 SPARE = 0.01  # of the ratio of the effort at the safe gain
-WORSE, CLEARLY_WORSE = (
-    1.05,
-    1.5,
-)  # allowed ratio of error, effort, noise and settling time, if it differs from 1, and in every case
+# Allowed ratio of error, effort, noise and settling time, if it differs from 1, and in every case.
+WORSE, CLEARLY_WORSE = (1.05, 1.5)
 HUNTS = (
     0.25  # effort at rest, as a share of the effort in motion: the loop hunts without a feedforward
 )
@@ -447,9 +426,8 @@ def verdict(run: Run) -> None:
     error = facts["changes"]["following_error.rms"]["before"]
     for name, change in facts["changes"].items():
         most = change["before"] * (run.file.effort_ratio if name.startswith("effort") else WORSE)
-        if name.startswith(
-            "reversals"
-        ):  # an axis that lags on its whole way may have a small error where it reverses
+        # An axis that lags on its whole way may have a small error where it reverses.
+        if name.startswith("reversals"):
             most = max(most, error)
         is_judged = name.startswith(("following_error", "reversals", "effort"))
         if is_judged and change["verdict"] == "higher" and change["after"] > most:

@@ -34,13 +34,8 @@ SUMMARY, REPORT = "summary.json", "report.html"
 KIND = "run of tune"
 COMPUTES = 5.0  # weight of a step without motion, for the remaining time [s]
 ADDRESS = ("net_id", "url", "prefix")  # settings that identify a controller
-WRITING = (
-    "check",
-    "stages",
-    "refinement",
-    "comparison",
-    "verdict",
-)  # steps that write on the machine
+# Steps that write on the machine.
+WRITING = ("check", "stages", "refinement", "comparison", "verdict")
 
 
 @dataclass

@@ -92,9 +92,8 @@ def write_log(path: Path, seed: int) -> None:
         raise RuntimeError(f"the simulation of the axis failed: {trace.status.sentence}")
     constant = 61.2
     generator = np.random.default_rng(seed + 1000)
-    current = trace.command / constant + 0.01 * generator.standard_normal(
-        trace.command.size
-    )  # With noise of 10 mA
+    # With noise of 10 mA
+    current = trace.command / constant + 0.01 * generator.standard_normal(trace.command.size)
     table = np.column_stack((trace.time, 1e3 * trace.measured, 1e3 * reference, current))
     header = "# simulated axis, not a measurement\ntime [s],position [mm],reference [mm],motor_current [A]"
     out = io.StringIO()

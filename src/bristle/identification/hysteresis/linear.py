@@ -322,9 +322,8 @@ def _with_stops(
         stacked(traces, features, rows), outputs_of(recorded, rows)
     ).solve()
     weights, spring = solution.weights[:-1], float(solution.weights[-1])
-    used = weights * r > 1e-5 * float(
-        np.max(weights * r)
-    )  # of the largest force of a stop: a smaller weight is rounding
+    # Of the largest force of a stop: a smaller weight is rounding.
+    used = weights * r > 1e-5 * float(np.max(weights * r))
     used[-1] |= not used.any()
     if plays:  # a play is the input less the stop of its threshold
         spring, weights = spring + float(np.sum(weights[used])), -weights

@@ -37,9 +37,8 @@ class Branch(NamedTuple):
 def congruency_of(recorded: Curves) -> Congruency:
     """Return the deviation of recorded branches from congruency."""
     close, far = [], []
-    nearness = 0.02 * (
-        recorded.high - recorded.low
-    )  # of the range of inputs: turning points between which branches change evenly
+    # Of the range of inputs: turning points between which branches change evenly.
+    nearness = 0.02 * (recorded.high - recorded.low)
     for side in (1.0, -1.0):
         branches = _branches(recorded, side)
         third = len(branches) // 3
@@ -72,9 +71,8 @@ def _branches(recorded: Curves, side: float) -> list[Branch]:
 def _difference(before: Branch, branch: Branch, behind: Branch) -> np.ndarray:
     """Return the difference of a branch from the interpolation of two others, over their common part."""
     three = (before, branch, behind)
-    travel = np.linspace(0.0, min(branch.travel[-1] for branch in three), 20 + 1)[
-        1:
-    ]  # of a branch, at which it is compared
+    # Of a branch, at which it is compared.
+    travel = np.linspace(0.0, min(branch.travel[-1] for branch in three), 20 + 1)[1:]
     low, inner, high = (
         np.interp(travel, [0.0, *branch.travel], [0.0, *branch.change]) for branch in three
     )

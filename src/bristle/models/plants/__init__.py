@@ -14,9 +14,10 @@ from bristle.core.contracts import Plant
 from bristle.core.errors import InputError, did_you_mean
 from bristle.models.plants.terms import SPRINGS, TERMS, terms_in, with_terms
 
+# Every plant, by name.
 PLANTS: dict[str, Plant] = {
     plant.name: plant for plant in tuple(vars().values()) if isinstance(plant, Plant)
-}  # every plant, by name
+}
 
 __all__ = ["PLANTS", "find", "with_terms"]
 

@@ -35,12 +35,8 @@ from bristle.core.variable import Kind, Variable
 
 TWO_PI = 2.0 * math.pi
 GRAVITY, COGGING, SPRING, COLUMNS = "gravity", "cogging", "spring", "known"
-TERMS = (
-    GRAVITY,
-    COGGING,
-    SPRING,
-    COLUMNS,
-)  # Suffixes of the name of a plant, as in `inertia+gravity`
+# Suffixes of the name of a plant, as in `inertia+gravity`
+TERMS = (GRAVITY, COGGING, SPRING, COLUMNS)
 TURNS = {"motor": "motor_turn", "screw": "screw_turn"}
 """Causes of cogging, and the parameter with the movement for a turn of each."""
 TURN = {

@@ -21,10 +21,8 @@ PHASES = 33  # at which the positions of two cycles are compared
 PIECES = 20  # of the shorter of two motions that never turn
 FEWEST = 8  # samples of a cycle
 # For references, and for positions, which the loop makes:
-ALIKE = (
-    0.02,
-    0.06,
-)  # of the range of a cycle, and of its duration: smaller differences are ignored
+# Of the range of a cycle, and of its duration: smaller differences are ignored.
+ALIKE = (0.02, 0.06)
 TREMBLE = (1e-3, 1e-2)  # of the range of the motion: smaller turns are ignored
 
 LogAndAxis = tuple[Log, Axis | None]

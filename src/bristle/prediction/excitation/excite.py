@@ -50,14 +50,8 @@ DRAWS = 40  # simulated logs for the intervals of an earlier log
 NARROWER = 0.7  # largest ratio of the half-width after a motion to the present half-width: a smaller gain is scatter of their draws
 SLOWER = 0.9  # share of a limit that slower motion aims at
 SLOWER_MOST = 5  # slower motions
-LEAVES_FIRST = (
-    "resonance",
-    "stiffness",
-    "damping",
-    "break-away",
-    "presliding",
-    "stribeck",
-)  # dropped first if the time is short
+# Dropped first if the time is short.
+LEAVES_FIRST = ("resonance", "stiffness", "damping", "break-away", "presliding", "stribeck")
 TIME = Variable("time", "duration", min=SHORTEST)
 TRAVEL = Variable("length", "distance that the motion stays within", min=0.0)
 START = Variable("length", "start of the motion")

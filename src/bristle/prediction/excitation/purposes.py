@@ -32,11 +32,8 @@ SPEEDS = 10
 SPREAD = 3.0  # smallest ratio of the largest to the smallest velocity
 
 CHIRP_COUNTS = 2.0  # of the encoder: smallest amplitude
-SIZES = (
-    5,
-    2.0,
-    8.0,
-)  # chirps for the stiffness: their number, smallest and usual ratio of the largest amplitude to the smallest
+# Chirps for the stiffness: their number, smallest and usual ratio of the largest amplitude to the smallest.
+SIZES = (5, 2.0, 8.0)
 CHIRPED = (1.0 / 8.0, 2.5)  # of the resonance
 
 LEGS = 4  # fewest legs of a slide with a sine
@@ -85,9 +82,8 @@ def _no_presliding(limits: MotionLimits) -> str:
 def _conditioning(limits: MotionLimits, purpose: str) -> ExcitationPiece:
     """Return a slide to and fro that erases the memory of the contact."""
     amplitude = SLIDE * limits.reach
-    return _triangle(
-        limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / 1.5
-    )  # it takes 1.5 s
+    # It takes 1.5 s.
+    return _triangle(limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / 1.5)
 
 
 def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
@@ -96,12 +92,10 @@ def _presliding(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     smallest = max(SMALLEST * limits.reach, LOOP_COUNTS * limits.count, limits.followed)
     # Evenly spaced: most of the time belongs to the large loops, which contain most of the force.
     amplitudes = np.linspace(smallest, largest, 14)
-    slowest = (
-        2.0 * largest / 5.0
-    )  # longest leg of 5 s: in longer legs, drift of the axis looks like friction
-    fastest = min(
-        2.0 * smallest / (25.0 * limits.sample_time), limits.fastest
-    )  # samples in the shortest leg
+    # Longest leg of 5 s: in longer legs, drift of the axis looks like friction.
+    slowest = 2.0 * largest / 5.0
+    # Samples in the shortest leg.
+    fastest = min(2.0 * smallest / (25.0 * limits.sample_time), limits.fastest)
     cycles = 2
 
     def make(speed: float) -> list[ExcitationPiece]:

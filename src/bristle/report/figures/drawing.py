@@ -69,9 +69,8 @@ def one_line(text: str) -> str:
 def width(text: str, size: float) -> float:
     """Return the width of a line of text [inch], with letters of `size` points."""
     font = FontProperties(fname=REGULAR, size=size)
-    return (
-        TextToPath().get_text_width_height_descent(_drawable(text), font, False)[0] / 72.0
-    )  # points in an inch
+    # Points in an inch.
+    return TextToPath().get_text_width_height_descent(_drawable(text), font, False)[0] / 72.0
 
 
 def _drawable(text: str) -> str:
@@ -204,9 +203,8 @@ def own_settings() -> Iterator[None]:
                 yield
             else:
                 with matplotlib.rc_context(OWN), warnings.catch_warnings():
-                    warnings.filterwarnings(
-                        "ignore", "Glyph .* missing from"
-                    )  # a page is read with the fonts of its reader
+                    # A page is read with the fonts of its reader.
+                    warnings.filterwarnings("ignore", "Glyph .* missing from")
                     yield
         finally:
             _turn.depth -= 1

@@ -26,18 +26,13 @@ WITHOUT: style.Look = {"color": LIGHT["without"], "linewidth": 1.4, "linestyle":
 WITH: style.Look = {"color": LIGHT["with"], "linewidth": 2.0, "linestyle": "-"}
 THIN: style.Look = WITH | {"linewidth": 1.2}
 PALE: style.Look = style.MEASURED | {"linewidth": 3.0}
-TALL, SIDE, LOW = (
-    4.4,
-    5.8,
-    2.5,
-)  # inches: height of the large picture, width and height of the small pictures
+# inches: height of the large picture, width and height of the small pictures
+TALL, SIDE, LOW = (4.4, 5.8, 2.5)
 DISTANCE = amount(Variable("length", "distance after a reversal", min=0.0))
 MOST_REVERSALS = 12
 CELLS = 100, 50  # of the cloud of measured friction
-WAY, LONG = (
-    4.0,
-    0.05,
-)  # distance after a reversal over that of 95 % of the change; shortest travel over the longest
+# Distance after a reversal over that of 95 % of the change; shortest travel over the longest.
+WAY, LONG = (4.0, 0.05)
 GAP = 20.0  # median steps between samples: some are left out
 LINEAR = 1e-2  # velocity over the largest velocity below which the scale is linear
 
@@ -254,9 +249,8 @@ def draw_friction(
             label="_95 % band",
         )
     style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model", WITH)
-    if band and max(band) > 0.02 * float(
-        np.ptp(steady[:, 1])
-    ):  # a narrower band is hidden by the line
+    # A narrower band is hidden by the line.
+    if band and max(band) > 0.02 * float(np.ptp(steady[:, 1])):
         axes.text(
             0.99,
             0.03,

@@ -162,9 +162,8 @@ def at_worst_reversal(loop: _Loop) -> np.ndarray:
     """Return the times around a reversal of the reference, that with the widest swing of the error."""
     # If the reference never reverses, around the largest error.
     at = worst_reversal(loop.reference, loop.error)
-    return loop.time[
-        style.window(loop.time, loop.error, 0.05) if at is None else at
-    ]  # without a reversal
+    # Without a reversal
+    return loop.time[style.window(loop.time, loop.error, 0.05) if at is None else at]
 
 
 def has_completed(result: SimulationResult) -> bool:

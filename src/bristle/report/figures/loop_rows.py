@@ -315,8 +315,7 @@ def errors_by_truth(
         axes.axvline(limit, label=limit_name, **style.DOTTED)
         style.title(axes, head)
         axes.set_xlabel(error_name)
-        axes.set_ylabel(
-            "Friction of the rig", visible=axes is row[0]
-        )  # column head of the numbers of each panel
+        # Column head of the numbers of each panel.
+        axes.set_ylabel("Friction of the rig", visible=axes is row[0])
     style.legend_in_corner(figure, row[0])
     return figure

@@ -165,9 +165,8 @@ def _read(artist: Any, axes: Axes) -> Drawn | None:
     if isinstance(artist, PathCollection):
         placed = _in_units(_floats(artist.get_offsets()), artist.get_offset_transform(), axes)
         return None if placed is None else Drawn(artist, "points", [placed])
-    if isinstance(
-        artist, (FancyArrowPatch, ContourSet, QuadMesh)
-    ):  # the heights of contours and cells would be missing
+    # The heights of contours and cells would be missing.
+    if isinstance(artist, (FancyArrowPatch, ContourSet, QuadMesh)):
         return None
     if artist in axes.collections:
         paths, transform = artist.get_paths(), artist.get_transform()

@@ -155,9 +155,8 @@ def log_over_time(log: Log) -> Figure:
         max(round(SLOPE / log.sample_time), 1),
     )
     span, slope = time[reach:] - time[:-reach], position[reach:] - position[:-reach]
-    velocity = np.where(
-        span < 1.5 * reach * log.sample_time, slope / span, np.nan
-    )  # not across a gap
+    # Not across a gap.
+    velocity = np.where(span < 1.5 * reach * log.sample_time, slope / span, np.nan)
     signals = [
         (time, position, "length", style.position_word(log.kind)),
         (time[reach:] - 0.5 * span, velocity, "length/time", "Velocity"),

@@ -163,10 +163,8 @@ LINE = 0.18  # inches: of a legend
 HANDLE, BEHIND_HANDLE, BETWEEN = 2.2, 0.8, 1.4  # of a legend [em]
 PAD = 0.1  # around a legend [em]
 EM = LETTERS / 72.0  # inches
-EDGE, PIXELS = (
-    0.1,
-    1.03,
-)  # inches left free at the edges of a figure; times as wide are letters fitted to pixels
+# Inches left free at the edges of a figure; times as wide are letters fitted to pixels.
+EDGE, PIXELS = (0.1, 1.03)
 AVAILABLE = (WIDTH - 2.0 * EDGE) / PIXELS
 
 
@@ -249,9 +247,8 @@ def named_rows(
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure with a row for each name, from the top down, in each of its panels."""
     texts = shortened_apart(names, longest, AT_TICKS)
-    widest = max(
-        (max(0.085 * len(text), width(text, AT_TICKS)) for text in texts), default=0.0
-    )  # assumes wide letters
+    # Assumes wide letters
+    widest = max((max(0.085 * len(text), width(text, AT_TICKS)) for text in texts), default=0.0)
     left = max(0.45 + min(widest, longest), 1.0)
     figure, (row,) = panels(0.9 + row_height * len(texts), columns=columns, left=left, **layout)
     for axes in row:
@@ -342,9 +339,8 @@ def label_lines(axes: Axes) -> None:
                 places[below + 1] += up
                 places[below] -= lack - up
     for place, (_, name, colour) in zip(places, ends, strict=True):
-        colour = (
-            DOUBTFUL if colour == MEASURED["color"] else colour
-        )  # ochre letters are too pale to read
+        # Ochre letters are too pale to read.
+        colour = DOUBTFUL if colour == MEASURED["color"] else colour
         axes.text(
             1.01, place, name, color=colour, transform=axes.transAxes, verticalalignment="center"
         )

@@ -143,9 +143,8 @@ def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
 
     if periodic:
         return np.asarray(resample(effort, effort.size * steps))
-    beyond = min(
-        effort.size - 1, 4096
-    )  # samples of extrapolation at the ends before the interpolation
+    # Samples of extrapolation at the ends before the interpolation.
+    beyond = min(effort.size - 1, 4096)
     before = 2.0 * effort[0] - effort[beyond:0:-1]
     after = 2.0 * effort[-1] - effort[-2 : -2 - beyond : -1]
     fade = 0.5 * (1.0 - np.cos(np.pi * np.arange(1, beyond + 1) / (beyond + 1)))

@@ -142,9 +142,8 @@ def test_from_the_log_of_the_demonstration_to_a_compensated_loop_without_a_text_
     person.identifies()
     assert tab.run("state.parts.identified.model") == "lugre+asymmetry"
     assert tab.run("byId('ruling').textContent") == "Usable"
-    assert tab.run(
-        "Math.abs(byId('step-5').getBoundingClientRect().top) < 40"
-    )  # the page went to the verdict
+    # The page went to the verdict.
+    assert tab.run("Math.abs(byId('step-5').getBoundingClientRect().top) < 40")
     person.clicks("#compensate-now")
     person.waits("byId('compensate-failed').textContent.includes('controller is missing')")
     person.selects("controller.model", known["controller"].pop("model"))

@@ -178,9 +178,8 @@ def test_a_job_that_takes_too_long_is_asked_to_end_and_killed_if_it_does_not(
     monkeypatch, code, seconds, state, facts
 ):
     monkeypatch.setattr("bristle.apps.lab.server.cases.CODE", code)
-    job = cases.Job(
-        "identify", limits.Limits(job_seconds=seconds, grace_seconds=seconds - 0.2)
-    )  # asked after 0.2 s
+    # Asked after 0.2 s.
+    job = cases.Job("identify", limits.Limits(job_seconds=seconds, grace_seconds=seconds - 0.2))
     asyncio.run(asyncio.wait_for(job.run({}), 25.0))
     assert (job.state, job.facts, job.as_data()["cancelled"]) == (state, facts, True)
 

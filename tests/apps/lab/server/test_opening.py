@@ -91,9 +91,8 @@ def test_after_its_use_the_file_is_removed_and_its_ticket_invalid(opening, clien
     assert client.get(path).status_code == 200
     assert not file.exists()
     assert client.get(path).status_code == 404
-    assert (
-        client.get("/").status_code == 403
-    )  # it is the entrance that may be come to from elsewhere
+    # It is the entrance that may be come to from elsewhere.
+    assert client.get("/").status_code == 403
 
 
 def test_an_existing_link_is_not_written_through(opening, tmp_path):
@@ -121,9 +120,8 @@ def test_no_process_has_the_token_in_its_arguments(tmp_path):
         }
         (values,) = message.read_text().splitlines()
         assert [number for number, text in arguments.items() if token in text] == []
-        assert any(
-            values in text for text in arguments.values()
-        )  # that of the browser is among them
+        # That of the browser is among them.
+        assert any(values in text for text in arguments.values())
         file = Path(values.removeprefix("file://"))
         assert token in file.read_text()
         assert [stat.S_IMODE(each.stat().st_mode) for each in (file, file.parent)] == [0o600, 0o700]

@@ -72,9 +72,8 @@ def test_intervals_and_scatter_are_those_of_the_draws(logs, tmp_path):
 def test_a_fleet_continues_and_grows_and_logs_keep_their_numbers(logs, tmp_path, monkeypatch):
     each(logs, tmp_path / "out")
     (tmp_path / "out" / "runs" / "0000000001.parquet").unlink()
-    write_log(
-        logs / "press_2026-03-02T01-00.csv", 5.2, seed=9
-    )  # sorts between those that are there
+    # Sorts between those that are there.
+    write_log(logs / "press_2026-03-02T01-00.csv", 5.2, seed=9)
     identified, columns = [], Identifier.columns
     monkeypatch.setattr(
         Identifier,
@@ -90,9 +89,8 @@ def test_a_fleet_continues_and_grows_and_logs_keep_their_numbers(logs, tmp_path,
         f"press_2026-03-0{day}.csv" for day in ("1T06-30", "2T06-30", "3T06-30", "2T01-00")
     ]
     identified.clear()
-    each(
-        [logs / "press_2026-03-02T01-00.csv"], tmp_path / "out"
-    )  # the others are not named, and stay
+    # The others are not named, and stay.
+    each([logs / "press_2026-03-02T01-00.csv"], tmp_path / "out")
     assert identified == []
     assert runs_in(tmp_path / "out").count == 4
 

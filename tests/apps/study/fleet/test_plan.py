@@ -170,9 +170,8 @@ def test_errors_of_a_fit_are_shares_in_a_row(monkeypatch):
     assert [
         row[name] for name in ("error", "held_out_error", "duration", "temperature")
     ] == pytest.approx([0.05, 0.06, 4.0, 291.0])
-    assert settings == [
-        {"lines_gain": 1.0}
-    ]  # the logs of a fleet have the same plant: no second pass
+    # The logs of a fleet have the same plant: no second pass.
+    assert settings == [{"lines_gain": 1.0}]
     Identifier(fleet(log("a")), models=Path())._numbers(log("a"))
     assert settings[1:] == [{}]  # the axes of a trace may have different plants
     assert (row["diagnostics"], row["friction.F_C"], row["friction.F_C.upper"]) == ("a", 5.0, 6.0)

@@ -135,9 +135,8 @@ def protocol_with_limits(limits: Limits) -> type[H11Protocol]:
             super().connection_made(transport)
             self._begun = self._connected_at = self.loop.time()
             self._watch()
-            self.loop.call_later(
-                0.1, self._make_room
-            )  # time to read the first bytes of a connection [s]
+            # Time to read the first bytes of a connection [s]
+            self.loop.call_later(0.1, self._make_room)
 
         def connection_lost(self, exc: Exception | None) -> None:
             self._timer.cancel()

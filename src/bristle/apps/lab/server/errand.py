@@ -16,9 +16,8 @@ from bristle.core import TEXT, Axis, Content, InputError, whole
 if TYPE_CHECKING:
     from bristle.report.table import Table
 
-Answer = tuple[
-    dict[str, Any], dict[str, Any]
-]  # the state for the page, and the data that it requests later
+# The state for the page, and the data that it requests later.
+Answer = tuple[dict[str, Any], dict[str, Any]]
 COUNT = whole(0)
 BUCKETS = 1500  # of a curve: pairs of points on a screen
 DATA = "data.json"  # the data of a job for the page, in its folder
@@ -114,9 +113,8 @@ def zipped(folder: Path) -> None:
     with zipfile.ZipFile(folder.with_suffix(".zip"), "w", zipfile.ZIP_DEFLATED) as archive:
         for file in sorted(folder.rglob("*")):
             if file.is_file() and file.name != NOTE:
-                entry = zipfile.ZipInfo(
-                    str(file.relative_to(folder))
-                )  # without a time, so that equal results give equal archives
+                # Without a time, so that equal results give equal archives.
+                entry = zipfile.ZipInfo(str(file.relative_to(folder)))
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 archive.writestr(entry, file.read_bytes())
 

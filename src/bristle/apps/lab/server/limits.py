@@ -4,11 +4,8 @@ from dataclasses import dataclass
 
 from bristle.core import SIZE_LIMIT
 
-RESTORING = (
-    "plan",
-    "tune",
-    "undo",
-)  # jobs that may write on a machine: they end themselves, when the machine is restored
+# Jobs that may write on a machine: they end themselves, when the machine is restored.
+RESTORING = ("plan", "tune", "undo")
 
 
 @dataclass(frozen=True)

@@ -24,13 +24,8 @@ POINTS = 20  # of a drive table
 IDENTIFIED = (
     "identified.pickle"  # beside the results: the identification without its logs, and its command
 )
-OF_LOOP = (
-    "controller",
-    "effort_limit",
-    "lag",
-    "seeks_lag",
-    "presliding",
-)  # fields of an axis that only its simulated loop uses
+# Fields of an axis that only its simulated loop uses.
+OF_LOOP = ("controller", "effort_limit", "lag", "seeks_lag", "presliding")
 
 
 def controller_fields() -> list[dict[str, Any]]:

@@ -36,15 +36,8 @@ REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted"}
 LEAVES |= {"compensate": "compensated", "export": "exported", "excite": "excited"}
 LEAVES |= {"plan": "planned", "tune": "tuned", "undo": "undone"}
-SHORT = (
-    "look",
-    "check",
-    "predict",
-    "compensate",
-    "export",
-    "plan",
-    "undo",
-)  # jobs that the next request waits for
+# Jobs that the next request waits for.
+SHORT = ("look", "check", "predict", "compensate", "export", "plan", "undo")
 # Result of a job -> its archive; an export names its own.
 DOWNLOADS = {"identified": "results.zip", "exported": "export.zip", "excited": "motion.zip"}
 REPORTS = {"identified": Path("results") / REPORT, "excited": Path("motion") / REPORT}
@@ -188,14 +181,12 @@ class Routes:
             raise RefusedRequestError(
                 400, "is not a job", path="task", value=task, allowed=", ".join(LEAVES)
             )
-        async with (
-            case.turn
-        ):  # a request waits for short jobs before it, also for those of another tab
+        # A request waits for short jobs before it, also for those of another tab.
+        async with case.turn:
             while case.job is not None and case.job.runs and case.job.task in SHORT:
                 await asyncio.sleep(0.05)
-            return await self._begin(
-                self._case(request), task, options
-            )  # refused if it was closed meanwhile
+            # Refused if it was closed meanwhile.
+            return await self._begin(self._case(request), task, options)
 
     async def _begin(self, case: Case, task: str, options: Mapping[str, Any]) -> Response:
         if task == "look" and not options and "looked" in case.parts and not case.is_old("looked"):
@@ -253,9 +244,8 @@ class Routes:
         facts = dict(job.facts)
         if (changed := facts.pop("axis_text", text)) != text:
             case.axis = changed
-            case.changed(
-                "loop" if job.task == "compensate" else "axis"
-            )  # a change of the loop leaves the model valid
+            # A change of the loop leaves the model valid.
+            case.changed("loop" if job.task == "compensate" else "axis")
             made_of = case.inputs_of(part)
         case.keep(part, Part(number, folder, facts, made_of))
         if job.task == "identify":
@@ -349,9 +339,8 @@ class Routes:
             if case.job is not None:
                 case.job.kill()
         if self._work:
-            await asyncio.wait(
-                self._work, timeout=self._limits.grace_seconds
-            )  # until killed processes are gone, and machines restored
+            # Until killed processes are gone, and machines restored.
+            await asyncio.wait(self._work, timeout=self._limits.grace_seconds)
 
     def _case(self, request: Request) -> Case:
         return self._cases[request.path_params["case"]]

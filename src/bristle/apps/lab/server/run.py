@@ -60,9 +60,8 @@ def _remove_left_behind() -> None:
     if os.name != "posix":  # there folders have no owner, and open files cannot be removed
         return
     for path in sorted(Path(tempfile.gettempdir()).glob(f"{PREFIX}*")):
-        with suppress(
-            OSError
-        ):  # another user's folder, a live server, or a removal by another server
+        # Another user's folder, a live server, or a removal by another server.
+        with suppress(OSError):
             opened = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
             try:
                 _remove_if_dead(path, opened)
@@ -77,9 +76,8 @@ def _remove_if_dead(path: Path, folder: int) -> None:
         status = os.fstat(folder)
         is_ours = {status.st_uid, os.fstat(note).st_uid} == {os.getuid()}
         if is_ours and os.read(note, 200) == _words_of(path.name, status) and lock(note):
-            for name in os.listdir(
-                folder
-            ):  # the note is last, so that a failed removal is repeated
+            # The note is last, so that a failed removal is repeated.
+            for name in os.listdir(folder):
                 if stat.S_ISDIR(os.stat(name, dir_fd=folder, follow_symlinks=False).st_mode):
                     shutil.rmtree(name, dir_fd=folder)
                 elif name != NOTE:
@@ -150,9 +148,8 @@ def listening_on(port: int) -> socket.socket:
             "is not a port", path="--port", value=port, allowed="0 to 65535, 0 for any free port"
         )
     try:
-        return socket.create_server(
-            (LOOPBACK, port), backlog=BACKLOG
-        )  # queue for a browser that is faster than the server
+        # Queue for a browser that is faster than the server.
+        return socket.create_server((LOOPBACK, port), backlog=BACKLOG)
     except OSError as error:
         reason = str(error.strerror).partition(" (while")[0]  # followed by the address
         raise InputError(

@@ -104,15 +104,8 @@ def _of_columns(inspected: Inspected, columns: dict[str, Any]) -> list[dict[str,
 DRAWS = 100
 MODE = "inverse"
 LEFT_OUT = "bristle leaves this log out"
-SHOWN = (
-    "rate",
-    "duration",
-    "kind",
-    "channels",
-    "notes",
-    "diagnostics",
-    "problems",
-)  # of the summary of a log
+# Of the summary of a log.
+SHOWN = ("rate", "duration", "kind", "channels", "notes", "diagnostics", "problems")
 
 
 def check(errand: Errand) -> Answer:

@@ -111,8 +111,7 @@ CONDITIONS = {
 def under(condition: str, truth: Truth) -> Model:
     """Return the friction of a truth under a condition."""
     changes = CONDITIONS[condition].changes
-    if (
-        "scatter" in truth.friction.values and "unevenness" in changes
-    ):  # a model with its own scatter uses that
+    # A model with its own scatter uses that.
+    if "scatter" in truth.friction.values and "unevenness" in changes:
         changes = {"scatter": changes["unevenness"]}
     return truth.friction.with_values(**changes)

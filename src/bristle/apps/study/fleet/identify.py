@@ -172,9 +172,8 @@ class Identifier:
             settings = thresholds.as_data()
         else:
             settings = dict(thresholds or {})
-        if (
-            self.models is None
-        ):  # the logs of an axis are compared: no second pass with other lines for a log
+        # The logs of an axis are compared: no second pass with other lines for a log.
+        if self.models is None:
             settings |= {"lines_gain": 1.0}
         identification = identify(
             log, self.fleet.model, axis=axis, settings=settings, **options

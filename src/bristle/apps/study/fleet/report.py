@@ -320,9 +320,8 @@ def fleet_report(
     ruling = fleet_ruling(runs)
     columns = runs.columns
     word = "axes"
-    differ = outliers = {
-        name: np.zeros(0, dtype=int) for name in names
-    }  # axes of one log are not compared
+    # Axes of one log are not compared.
+    differ = outliers = {name: np.zeros(0, dtype=int) for name in names}
     if not holds_several_axes(runs):
         word = "logs"
         differ = {name: differing(columns, name) for name in names}

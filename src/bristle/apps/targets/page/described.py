@@ -57,15 +57,11 @@ from bristle.models.hysteresis.turning_points import Stack
 
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
-LONG, SHORT = (
-    20 * BLOCK,
-    4 * BLOCK,
-)  # steps of a model of the package, and of a model whose walk is computed while a page is written
+# Steps of a model of the package, and of a model whose walk is computed while a page is written.
+LONG, SHORT = (20 * BLOCK, 4 * BLOCK)
 PUSHED = 500
-STEPS_WITH_SLOTS, TOGETHER = (
-    500,
-    16,
-)  # steps with each set of slots, one per step length; sets in a block
+# Steps with each set of slots, one per step length; sets in a block.
+STEPS_WITH_SLOTS, TOGETHER = (500, 16)
 
 
 def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[str, Any]:
@@ -214,9 +210,8 @@ def _module(
     """Return the module of a friction model with further functions, and its data."""
     module = module_of(subject, plant, choices=True, others=functions)
     stack = None
-    if isinstance(
-        subject.virgin, Stack
-    ):  # the addresses of input, direction and depth in its state
+    # The addresses of input, direction and depth in its state.
+    if isinstance(subject.virgin, Stack):
         names = [name for name, _ in subject.state.fields]
         stack = {name: STATE + names.index(name) for name in ("z", "side", "depth")}
     return module, module_described(module) | {

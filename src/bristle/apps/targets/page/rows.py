@@ -23,10 +23,8 @@ from bristle.logs.turns import turning_points
 from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.statistics import relative_error_percent
 
-MOST_INTERVALS, MOST_ROWS = (
-    30_000,
-    12_000,
-)  # intervals of the motion and rows that a page carries at most
+# Intervals of the motion and rows that a page carries at most.
+MOST_INTERVALS, MOST_ROWS = (30_000, 12_000)
 FINE = 2**20  # steps in the longest interval
 NEGLIGIBLE = 1e-6  # of the largest effort, for signals that are linear in a parameter
 
@@ -138,20 +136,17 @@ def fitted_rows(
     is_shown = (sample - dataset.dropped) // dataset.decimation % spacing == 0
     selection = [np.flatnonzero((segment == i) & is_shown) for i in range(len(dataset.segments))]
     summed, middle = np.cumsum(dataset.response), dataset.response.size // 2
-    left = np.flatnonzero(
-        np.abs(summed[:middle]) > 1e-4
-    )  # share of the response of the filters that is left out on either side
+    # Share of the response of the filters that is left out on either side.
+    left = np.flatnonzero(np.abs(summed[:middle]) > 1e-4)
     reach = middle - int(left[0]) if left.size else 0
-    response = summed[
-        middle - reach : middle + reach + 1
-    ]  # summed up from its first sample on, without its tails
+    # Summed up from its first sample on, without its tails.
+    response = summed[middle - reach : middle + reach + 1]
     stretches, step = _stretches(dataset, fit, selection, response)
     chosen = np.concatenate(selection)
     residual, measured = traces.residual[:count], traces.measured[:count]
     rms = float(np.sqrt(np.mean(residual**2)))
-    finest = rms / 64.0 or NEGLIGIBLE * float(
-        np.max(np.abs(measured))
-    )  # 64 steps in what the model leaves over
+    # 64 steps in what the model leaves over
+    finest = rms / 64.0 or NEGLIGIBLE * float(np.max(np.abs(measured)))
     return FittedRows(
         dataset.sample_time,
         step,

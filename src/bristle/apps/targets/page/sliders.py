@@ -37,10 +37,8 @@ def _layer(p: Any, name: str) -> Any:
     return layer if hasattr(layer, "_fields") else None
 
 
-WITHOUT_PRESLIDING = (
-    1e-2,
-    2e-4,
-)  # a longer distance [m or rad] is no pre-sliding; the distance that replaces it
+# A longer distance [m or rad] is no pre-sliding; the distance that replaces it.
+WITHOUT_PRESLIDING = (1e-2, 2e-4)
 AROUND = 100.0  # factor from the middle of an unbounded slider to either end
 
 

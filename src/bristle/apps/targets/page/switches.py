@@ -170,9 +170,8 @@ STARTS = {
     "around_temperature": Start(NOMINAL_TEMPERATURE + 10.0, "", (233.15, 393.15)),
     "around_transmitted": Start(1.0, "force", (-4.0, 4.0)),
 }
-NEUTRAL = (
-    Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
-)  # neutral values of the numbers of slots
+# Neutral values of the numbers of slots.
+NEUTRAL = Place._field_defaults | Rise._field_defaults | Surroundings._field_defaults
 SYMBOLS = {
     "around_load": "<i>L</i>",
     "around_temperature": "<i>T</i>",

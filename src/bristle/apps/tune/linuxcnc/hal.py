@@ -13,12 +13,8 @@ from bristle.core import InputError
 
 PATIENCE = 60.0  # [s]
 NOBODY = "65534"
-COMPUTED = (
-    ".tmax",
-    ".time",
-    "-deriv",
-    ".alive",
-)  # names whose values a component or a running program changes
+# Names whose values a component or a running program changes.
+COMPUTED = (".tmax", ".time", "-deriv", ".alive")
 TRUTH = {"TRUE": 1.0, "FALSE": 0.0}
 CHATTER = "Note: Using POSIX non-realtime"
 

@@ -278,9 +278,8 @@ class LinuxCNC:
         if left:
             hal.sampled(left)
         hal.run(f"setp {STREAMER}.enable 0")
-        if (
-            hal.get(f"{STREAMER}.curr-depth")[0] <= 1.0
-        ):  # after its ring has wrapped, HAL counts one row too few
+        # After its ring has wrapped, HAL counts one row too few.
+        if hal.get(f"{STREAMER}.curr-depth")[0] <= 1.0:
             return
         hal.run(f"unlinkp {pin}", f"setp {STREAMER}.enable 1")
         while not hal.get(f"{STREAMER}.empty")[0]:
@@ -311,9 +310,8 @@ class LinuxCNC:
                 _, faults = started.communicate()
             if started.returncode or "line" in faults:
                 raise MachineRefusedError("streamer", f"halstreamer: {faults.strip()[:200]}")
-        for _ in range(
-            40
-        ):  # the pin is some cycles behind the file; after its ring has wrapped, HAL counts one row too few
+        # The pin is some cycles behind the file; after its ring has wrapped, HAL counts one row too few.
+        for _ in range(40):
             if self._hal.get(f"{STREAMER}.curr-depth")[0] in (positions.size, positions.size - 1):
                 return
             time.sleep(0.05)
@@ -345,9 +343,8 @@ class LinuxCNC:
         rows = played.size
         count = int(self._hal.get(f"{SAMPLER}.curr-depth")[0])
         lines = self._hal.sampled(count)
-        lines = (
-            lines[1:] if lines[:1] == ["overrun"] else lines
-        )  # each new halsampler prints a first, false line
+        # Each new halsampler prints a first, false line.
+        lines = lines[1:] if lines[:1] == ["overrun"] else lines
         if overruns or "overrun" in lines:
             raise MachineStoppedError(
                 "lost_samples", f"the sampler lost {max(overruns, 1):.0f} rows"
