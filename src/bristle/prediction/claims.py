@@ -80,8 +80,11 @@ def reach_of(
     fastest: float = FASTEST,
 ) -> float | None:
     """Return the reach F/K of a friction in a position loop [m or rad], from its control law or from its log; None if unknown."""
-    of_law = None if controller is None else stiffness_of(controller)
-    stiffness = treatment.get("stiffness") if of_law is None else of_law.value
+    stiffness = treatment.get("stiffness")
+    if controller is not None:
+        of_law = stiffness_of(controller)
+        if of_law is not None:
+            stiffness = of_law.value
     if not stiffness:
         return None
     try:
