@@ -114,7 +114,7 @@ def test_an_edited_source_of_bristle_never_returns_an_old_number(probe, tmp_path
     copy = tmp_path / "copy" / "bristle"
     shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
     # A function two calls away from the entry, and a number in it.
-    source = copy / "friction" / "lugre.py"
+    source = copy / "models" / "friction" / "lugre.py"
     text = source.read_text()
     edited = text.replace(
         "return p.F_C + (p.F_S - p.F_C) *", "return p.F_C + 2.0 * (p.F_S - p.F_C) *"
