@@ -127,19 +127,19 @@ def same_bits_exported(slot: Slot) -> Fact:
     if slot.channel.field == "x":
         values = (slot.channel.usual,)
     for usual in values:
-        channel = slot.channel
-        if channel.is_own:
-            # The self-test of an export runs with the usual value of the channel.
-            channel = replace(channel, usual=usual)
-        tried = slot
-        if channel != slot.channel:
-            # Equal slots share one model; a model made here would belong to no module.
-            tried = replace(slot, channel=channel)
-        steps, message = proved(model_with(tried, coulomb_viscous), command)
+        steps, message = proved(model_with(_with_usual(slot, usual), coulomb_viscous), command)
         total += steps
         if message:
             raise UnmetError(message, "Use bristle.core.mathematics, not math or **")
     return Fact(f"{total} steps compiled by {command}")
+
+
+def _with_usual(slot: Slot, usual: float) -> Slot:
+    """Return a slot with another usual value of its own channel: the self-test of an export runs with this value."""
+    if not slot.channel.is_own or usual == slot.channel.usual:
+        # Equal slots share one model; a model made here would belong to no module.
+        return slot
+    return replace(slot, channel=replace(slot.channel, usual=usual))
 
 
 DT = 1e-3
