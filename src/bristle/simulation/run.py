@@ -162,43 +162,45 @@ def leads(variant: Variant) -> bool:
 
 def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
     """Return one run of a variant; `number` shifts the seeds of its sensor and its friction."""
-    run = variant.run
-    dt = variant.run.sample_time
-    position, velocity, _, effort = desired
-    if run.tolerance:
-        trace = _by_tolerance(variant, desired, number)
+    if variant.run.tolerance:
+        return _result_of(variant, desired, _by_tolerance(variant, desired, number))
+    return _result_of(variant, desired, _by_steps(variant, desired, number))
+
+
+def _result_of(variant: Variant, desired: np.ndarray, trace: Trace) -> VariantResult:
+    """Return the signals of a run along a desired motion, and its errors and efforts after the settling time."""
+    count = trace.time.size
+    judged = slice(min(round(variant.run.settle / variant.run.sample_time), count), count)
+    planned, velocity, _, effort = desired[:, :count]
+    if variant.effort is None:
+        reference = planned
+    else:  # an open loop has no following error
+        reference = np.full(count, np.nan)
+    following = reference - trace.measured
+    if leads(variant):
+        wanted = planned_motion(variant)[0][:count]
+        true = wanted - trace.position
     else:
-        trace = _by_steps(variant, desired, number)
+        wanted = None
+        true = reference - trace.position
     compensation = 0.0
     controller = None
     if isinstance(trace, LoopTrace):
         compensation = trace.compensation
         if variant.effort is None:
             controller = trace.controller
-    if variant.effort is not None:  # an open loop has no following error
-        position = np.full_like(position, np.nan)
-    count = trace.time.size
-    judged = slice(min(round(run.settle / dt), count), count)
-
-    following = position[:count] - trace.measured
-    wanted = None
-    true = position[:count] - trace.position
-    if leads(variant):
-        wanted = planned_motion(variant)[0][:count]
-        true = wanted - trace.position
-    moving = velocity[:count][judged]
     return VariantResult(
         name=variant.name,
         following_error=statistics_of(following[judged]),
         true_error=statistics_of(true[judged]),
         by_direction={
-            name: statistics_of(following[judged][side * moving > 0.0])
+            name: statistics_of(following[judged][side * velocity[judged] > 0.0])
             for name, side in DIRECTIONS.items()
         },
         effort_rms=statistics_of(trace.effort[judged]).rms,
         effort_peak=float(np.max(np.abs(trace.effort[judged]), initial=0.0)),
-        reference=position[:count],
-        feedforward=effort[:count] + compensation,
+        reference=reference,
+        feedforward=effort + compensation,
         motion=statistics_of(trace.position[judged]),
         load_reference=wanted,
         controller=controller,
