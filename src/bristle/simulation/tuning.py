@@ -354,30 +354,31 @@ def proposals_for(
             judged[name] = assess(lagging(loop, UNSTATED[1]))
         else:
             judged[name] = assess(loop)
-    runs = min(variant.run.seeds, RUNS_MAX)
     able = tuple(
-        replace(loop, run=replace(loop.run, seeds=runs))
+        replace(loop, run=replace(loop.run, seeds=min(variant.run.seeds, RUNS_MAX)))
         for name, loop in loops.items()
         if judged[name].verdict is not Verdict.DIVERGES and (simulated or name != AS_IT_IS)
     )
     outcomes = simulate(Experiment(variant.name, variant.plant.kind, able), progress).variants
     proposals = []
     for name, loop in loops.items():
-        proposal = Proposal(
-            loop,
-            judged[name],
-            bandwidths.get(name),
-            law_stiffness(linear_law(loop.controller, loop.run.sample_time, LARGE)),
-            count_response(loop),
-            following_error=None,
-            effort_rms=None,
-        )
+        following_error = None
+        effort_rms = None
         outcome = outcomes.get(name)
         if outcome is not None and outcome.status is not Status.NOT_FINITE:
-            proposal = replace(
-                proposal, following_error=outcome.following_error, effort_rms=outcome.effort_rms
+            following_error = outcome.following_error
+            effort_rms = outcome.effort_rms
+        proposals.append(
+            Proposal(
+                loop,
+                judged[name],
+                bandwidths.get(name),
+                law_stiffness(linear_law(loop.controller, loop.run.sample_time, LARGE)),
+                count_response(loop),
+                following_error,
+                effort_rms,
             )
-        proposals.append(proposal)
+        )
     return tuple(proposals)
 
 
