@@ -83,18 +83,18 @@ class MotionLimits:
         """Largest velocity [m/s or rad/s], infinite if unknown."""
         return self.velocity or math.inf
 
+    @property
+    def largest_acceleration(self) -> float:
+        """Largest acceleration [m/s^2 or rad/s^2], infinite if unknown."""
+        return self.acceleration or math.inf
+
     def corner(self, speed: float, leg: float) -> float:
         """Return the acceleration at the ends of a leg of this length [m or rad], if the ends take a tenth of the leg."""
-        return min(2.0 * speed * speed / (0.1 * leg), largest_acceleration(self))
+        return min(2.0 * speed * speed / (0.1 * leg), self.largest_acceleration)
 
     def in_unit(self, value: float, quantity: str) -> str:
         """Return a value with its unit on this axis."""
         return with_unit(value, unit_of(quantity, self.kind))
-
-
-def largest_acceleration(limits: MotionLimits) -> float:
-    """Return the largest acceleration [m/s^2 or rad/s^2], infinite if unknown."""
-    return limits.acceleration or math.inf
 
 
 def limits_of(

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.models.references import chirp, s_curve, triangle
-from bristle.prediction.excitation.limits import MARGIN, MotionLimits, largest_acceleration
+from bristle.prediction.excitation.limits import MARGIN, MotionLimits
 from bristle.prediction.excitation.motion import ExcitationPiece, in_time
 from bristle.prediction.excitation.swept_slide import swept_slide
 
@@ -224,7 +224,7 @@ def _no_stribeck(limits: MotionLimits) -> str:
 
 def _stribeck(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, of about this duration [s]."""
-    acceleration = largest_acceleration(limits)
+    acceleration = limits.largest_acceleration
     most = 0.5 * limits.extent
     fastest = _fastest(limits)
     least = _shortest(limits)
@@ -262,7 +262,7 @@ def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
 
 def _fastest(limits: MotionLimits) -> float:
     """Return the largest velocity at which half of a quarter of the loop remains for a steady slide [m/s or rad/s]."""
-    a = largest_acceleration(limits)
+    a = limits.largest_acceleration
     room_left = 0.25 * limits.extent
     rise = a / limits.jerk
     return min(
@@ -344,7 +344,7 @@ def _chirp_amplitude(limits: MotionLimits) -> float:
     # The ramps add little to the amplitude of the sine.
     # Small against the pre-sliding amplitude, so that stiffness and damping show instead of slip.
     amplitude = max(0.2 * limits.reach, CHIRP_COUNTS * limits.count)
-    most = limits.fastest / omega, largest_acceleration(limits) / omega**2, limits.jerk / omega**3
+    most = limits.fastest / omega, limits.largest_acceleration / omega**2, limits.jerk / omega**3
     return min(amplitude, *most)
 
 
@@ -395,7 +395,7 @@ def _resonance(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
         kind=limits.kind,
         amplitude=amplitude,
         velocity=speed,
-        acceleration=MARGIN * largest_acceleration(limits),
+        acceleration=MARGIN * limits.largest_acceleration,
         shaking=SHAKEN * speed,
         f_0=SWEPT[0],
         f_1=_highest_swept(limits),
