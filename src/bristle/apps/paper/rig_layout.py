@@ -80,25 +80,11 @@ def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
         )
         at = 0.5 * (y + to_y)
         if corner or x == to_x:  # to the right of an upright arrow
-            axes.annotate(
-                text,
-                (to_x, at),
-                (4, 0),
-                textcoords="offset points",
-                style="italic",
-                ha="left",
-                va="center",
-            )
+            place = {"xy": (to_x, at), "xytext": (4, 0), "ha": "left", "va": "center"}
         else:  # above a level arrow
-            axes.annotate(
-                text,
-                (0.5 * (x + to_x), at),
-                (0, 2),
-                textcoords="offset points",
-                style="italic",
-                ha="center",
-                va="bottom",
-            )
+            middle = (0.5 * (x + to_x), at)
+            place = {"xy": middle, "xytext": (0, 2), "ha": "center", "va": "bottom"}
+        axes.annotate(text, **place, textcoords="offset points", style="italic")
     return figure
 
 

@@ -71,6 +71,8 @@ FAMILIES = (
     GATED,
     PRINTED,
 )
+# As in the paper, the operator is fitted over the position, then driven by z: the gate of the identification is removed.
+IDENTIFIED_AS = {PRINTED: GATED}
 CHOSEN = "maxwell_slip"  # The family of the compensator of the bench: used for every truth and every condition
 LOG = EXPERIMENTS / "set_a_log.toml"
 SEED = 501  # of the scatter in that log
@@ -93,11 +95,11 @@ def log_of(truth: Truth) -> tuple[Log, Axis]:
 
 def fitted(family: str, log: Log, axis: Axis) -> Fitted:
     """Return a model of a family, identified from the log and the axis of `log_of`, or the reason of a failure."""
-    # As in the paper, the operator is fitted over the position, then driven by z: the gate of the identification is removed.
+    identified = IDENTIFIED_AS.get(family, family)
     try:
-        if family == PRINTED:
-            gated = identify(log, GATED, axis=axis, blocks=0, draws=0).finished.best.friction
-            return Fitted(gated.with_values(transition="paper"))
-        return Fitted(identify(log, family, axis=axis, blocks=0, draws=0).finished.best.friction)
+        friction = identify(log, identified, axis=axis, blocks=0, draws=0).finished.best.friction
     except BristleError as error:
         return Fitted(None, error_text(error))
+    if family == PRINTED:
+        return Fitted(friction.with_values(transition="paper"))
+    return Fitted(friction)
