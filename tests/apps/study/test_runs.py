@@ -454,8 +454,6 @@ def simulator(in_batches):
         (3, None, True, Here, 6),
         (3, None, False, OwnCluster, 3),
         (1, None, False, Here, 1),
-        (0, None, True, Here, 1),
-        (0, 2, True, Here, 1),
     ],
 )
 def test_the_crew_follows_the_missing_blocks(
@@ -494,9 +492,8 @@ def test_workers_and_a_scheduler_are_not_asked_for_together(monkeypatch):
     with pytest.raises(
         br.core.InputError, match=r"workers: cannot be chosen together with a scheduler"
     ):
-        run._crew(None, 3, 2, "tcp://a:1", None)
+        run_within(Kept(()), workers=2, scheduler="tcp://a:1")
     assert isinstance(run._crew(None, 3, None, "tcp://a:1", None), Cluster)
-    assert isinstance(run._crew(None, 0, None, "tcp://a:1", simulator(False)), Here)
 
 
 def test_of_equally_bad_runs_the_earlier_comes_first():

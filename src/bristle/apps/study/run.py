@@ -26,6 +26,8 @@ from bristle.core import (
 )
 from bristle.simulation import SimulationResult
 
+WORKERS = optional(whole(1))
+
 
 @dataclass(frozen=True)
 class Ran:
@@ -91,17 +93,27 @@ def run_within(
     simulator: Make = Simulator,
 ) -> Ran:
     """Run the missing blocks of a study in its folder, locked by this process; see `run_study`."""
+    workers = WORKERS(workers, "workers", None)
+    if scheduler is not None and workers is not None:
+        raise InputError(
+            "cannot be chosen together with a scheduler",
+            path="workers",
+            value=workers,
+            mend="Remove workers or scheduler",
+        )
     study = store.study
     present = store.blocks_present()
     missing = [block for block in study.blocks if block.first not in present]
     before = study.count - sum(block.count for block in missing)
+    if progress is not None:
+        progress(before / study.count, f"{before} of {study.count} runs")
+    if not missing:
+        return Ran(len(present), ())
     crew = _crew(study, len(missing), workers, scheduler, simulator)
     ran = 0  # runs of this command
     at_first = 0  # of them in the first block
     started = time.monotonic()
     left = ""  # estimate of the remaining time
-    if progress is not None:
-        progress(before / study.count, f"{before} of {study.count} runs")
     with closing(crew.results(missing)) as results:  # any exit ends the workers
         for block, columns in results:
             store.write(block, columns)
@@ -118,23 +130,10 @@ def run_within(
     return Ran(len(present), tuple(crew.lost))
 
 
-WORKERS = optional(whole(1))
-
-
 def _crew(
     study: Any, missing: int, workers: int | None, scheduler: str | None, make: Make
 ) -> Cluster | Here:
     """Return the simulator of the missing blocks."""
-    workers = WORKERS(workers, "workers", None)
-    if scheduler is not None and workers is not None:
-        raise InputError(
-            "cannot be chosen together with a scheduler",
-            path="workers",
-            value=workers,
-            mend="Remove workers or scheduler",
-        )
-    if not missing:
-        return Here(lambda _: {})  # which has nothing to do
     if scheduler is not None:
         return Cluster(study, make, scheduler)
     if workers is None and make is Simulator:
