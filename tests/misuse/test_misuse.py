@@ -30,7 +30,7 @@ from bristle import (
 from bristle.apps import tune
 from bristle.apps.lab import Widget, lab_page
 from bristle.apps.study import fleet
-from bristle.apps.study.run import _crew
+from bristle.apps.study.run import run_within
 from bristle.core import Axis, Experiment, Feedforward, InputError, Run, unit_of
 from bristle.core.edge import amount, guarded
 from bristle.core.errors import BristleError
@@ -251,7 +251,7 @@ REFUSED: list[tuple[str, Callable[[Any], Any]]] = [
     ("offset: must be a finite number", lambda out: write_operator(out, PLAY, math.nan)),
     ("mass: must be positive", lambda out: lab_page(mass=-1.0)),
     ("draws: out of range", lambda out: ModelInHand.known_truth(None, draws=0)),  # type: ignore[arg-type]
-    ("workers: out of range", lambda out: _crew(None, 1, 0, None, out)),
+    ("workers: out of range", lambda out: run_within(None, workers=0)),
     (
         "variants: .* the same name; found 'base'",
         lambda out: Experiment("two", "translational", (variant(), variant())),
