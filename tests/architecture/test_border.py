@@ -1,6 +1,7 @@
 """Applications know the library by the names that its packages offer, and by no others; there are few of them."""
 
 import ast
+import importlib
 import re
 import tomllib
 from pathlib import Path
@@ -117,23 +118,19 @@ def test_the_reference_lists_exactly_these_names(border):
     assert listed == {pair for result in border.values() for pair in result}
 
 
-def test_no_late_name_is_that_of_a_module():
-    # Once that module is loaded, the package has it under this name, and is not asked.
+def test_a_late_name_stands_above_the_module_of_its_name():
+    # Python puts a module that is loaded into its package, under this name.
     for path in ROOT.rglob("__init__.py"):
         package = ".".join(path.parent.relative_to(ROOT.parent).parts)
-        blocks = (
-            node
+        places = {
+            alias.asname or alias.name: part.module
             for node in ast.parse(path.read_text(encoding="utf-8")).body
             if isinstance(node, ast.If)
-        )
-        names = {
-            alias.asname or alias.name
-            for node in blocks
             for part in ast.walk(node)
             if isinstance(part, ast.ImportFrom) and part.module != package  # that is the module
             for alias in part.names
         }
-        assert not names & (
-            {file.stem for file in path.parent.glob("*.py")}
-            | {folder.name for folder in path.parent.iterdir()}
-        ), path
+        for name in places.keys() & {file.stem for file in path.parent.iterdir()}:
+            module = importlib.import_module(f"{package}.{name}")
+            offered = getattr(importlib.import_module(package), name)
+            assert (places[name], offered) == (module.__name__, getattr(module, name)), path

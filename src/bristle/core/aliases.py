@@ -92,17 +92,10 @@ class Former(MetaPathFinder, Loader):
         return ModuleSpec(fullname, self)
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
-        """Return the present module, and give its loaded children their former names: a child may be replaced by a function."""
+        """Return the present module."""
         present = present_name(spec.name)
         module = sys.modules[present]
         self._specs[spec.name] = module.__spec__
-        for name in [name for name in sys.modules if name.startswith(f"{present}.")]:
-            sys.modules.setdefault(spec.name + name.removeprefix(present), sys.modules[name])
-        # A child with another name today must not become an attribute of the package, either.
-        for child in PLACES:
-            former = f"bristle.{child}"
-            if former.startswith(f"{spec.name}."):
-                sys.modules.setdefault(former, import_module(present_name(former)))
         self._warn(spec.name, present)
         return module
 
