@@ -141,10 +141,9 @@ def test_code_outside_the_subset_is_found(body, tmp_path, monkeypatch):
 
 def public_imports(package):
     """Return the names that a package imports from modules of its own under the same name, in order."""
-    nodes = ast.parse(inspect.getsource(package)).body
     imports = [
         node
-        for node in nodes
+        for node in ast.walk(ast.parse(inspect.getsource(package)))
         if isinstance(node, ast.ImportFrom) and node.module.startswith(f"{package.__name__}.")
     ]
     return [alias.name for node in imports for alias in node.names if alias.name == alias.asname]

@@ -7,30 +7,7 @@ Examples
 coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 """
 
-# Every model of bristle, in the order of the lists.
-# isort: off
-from bristle.models.friction.coulomb import coulomb as coulomb
-from bristle.models.friction.viscous import viscous as viscous
-from bristle.models.friction.coulomb_viscous import coulomb_viscous as coulomb_viscous
-from bristle.models.friction.stribeck import stribeck as stribeck
-from bristle.models.friction.stribeck_free import stribeck_free as stribeck_free
-from bristle.models.friction.dahl import dahl as dahl
-from bristle.models.friction.reformed_dahl import reformed_dahl as reformed_dahl
-from bristle.models.friction.bouc_wen import bouc_wen as bouc_wen
-from bristle.models.friction.bouc_wen_classic import bouc_wen_classic as bouc_wen_classic
-from bristle.models.friction.lugre import lugre as lugre
-from bristle.models.friction.elastoplastic import elastoplastic as elastoplastic
-from bristle.models.friction.maxwell_slip import maxwell_slip as maxwell_slip
-from bristle.models.friction.maxwell_stribeck import maxwell_stribeck as maxwell_stribeck
-from bristle.models.friction.gms import gms as gms
-from bristle.models.friction.gap_slider import gap_slider as gap_slider
-from bristle.models.friction.preisach_contact import preisach_contact as preisach_contact
-from bristle.models.friction.preisach_lugre import preisach_lugre as preisach_lugre
-from bristle.models.friction.leuven import leuven as leuven
-from bristle.models.friction.efficiency import efficiency as efficiency
-# isort: on
-
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +16,7 @@ from bristle.core.edge import NAMES, TEXT, component, guarded
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.loading import loaded_from
 from bristle.core.slot import Slot
+from bristle.models.family import Family
 from bristle.models.friction.channel_slot import channel_slots_of, with_channel_slot
 from bristle.models.friction.channels import CHANNEL_SLOTS
 from bristle.models.friction.level import risen
@@ -50,14 +28,35 @@ from bristle.models.friction.variation import varied
 from bristle.models.hysteresis import OPERATORS
 
 if TYPE_CHECKING:
+    # Every model of bristle, in the order of the lists.
+    # isort: off
+    from bristle.models.friction.coulomb import coulomb as coulomb
+    from bristle.models.friction.viscous import viscous as viscous
+    from bristle.models.friction.coulomb_viscous import coulomb_viscous as coulomb_viscous
+    from bristle.models.friction.stribeck import stribeck as stribeck
+    from bristle.models.friction.stribeck_free import stribeck_free as stribeck_free
+    from bristle.models.friction.dahl import dahl as dahl
+    from bristle.models.friction.reformed_dahl import reformed_dahl as reformed_dahl
+    from bristle.models.friction.bouc_wen import bouc_wen as bouc_wen
+    from bristle.models.friction.bouc_wen_classic import bouc_wen_classic as bouc_wen_classic
+    from bristle.models.friction.lugre import lugre as lugre
+    from bristle.models.friction.elastoplastic import elastoplastic as elastoplastic
+    from bristle.models.friction.maxwell_slip import maxwell_slip as maxwell_slip
+    from bristle.models.friction.maxwell_stribeck import maxwell_stribeck as maxwell_stribeck
+    from bristle.models.friction.gms import gms as gms
+    from bristle.models.friction.gap_slider import gap_slider as gap_slider
+    from bristle.models.friction.preisach_contact import preisach_contact as preisach_contact
+    from bristle.models.friction.preisach_lugre import preisach_lugre as preisach_lugre
+    from bristle.models.friction.leuven import leuven as leuven
+    from bristle.models.friction.efficiency import efficiency as efficiency
+
+    # isort: on
     from bristle.models.friction.irregular import spectrum
     from bristle.models.friction.slots import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
 
 __getattr__ = loaded_from(__name__)
 
-MODELS: dict[str, FrictionModel] = {
-    model.name: model for model in tuple(vars().values()) if isinstance(model, FrictionModel)
-}
+MODELS: Mapping[str, FrictionModel] = Family(__name__)
 """Every friction model, by name."""
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"

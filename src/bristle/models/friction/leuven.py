@@ -27,7 +27,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from bristle.core.contracts import FrictionModel
-from bristle.core.formula import Paragraph, paragraphs_of
 from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
@@ -54,11 +53,6 @@ class Leuven(FrictionModel):
         """Default values of the parameters."""
         return {name: value for name, value in super().defaults.items() if name not in HELD}
 
-    @property
-    def explanation(self) -> tuple[Paragraph, ...]:
-        """Docstring of this file, not that of Preisach-LuGre."""
-        return paragraphs_of(__doc__ or "")
-
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return the parameters of Preisach-LuGre from the values of the user."""
         return super().assemble({**values, **HELD})
@@ -72,6 +66,7 @@ class Leuven(FrictionModel):
 
 MODEL = leuven = Leuven(
     name="leuven",
+    module=__name__,
     description="a hysteretic contact that slips by a power law; drifts little with a large exponent",
     Parameters=COMPOSITE.Parameters,
     State=COMPOSITE.State,

@@ -10,44 +10,42 @@ Examples
 array([0.056552, 0.008571, 0.056552])
 """
 
-# Every operator of bristle, in the order of the lists.
-# isort: off
-from bristle.models.hysteresis.play import play as play
-from bristle.models.hysteresis.stop import stop as stop
-from bristle.models.hysteresis.prandtl_ishlinskii import prandtl_ishlinskii as prandtl_ishlinskii
-from bristle.models.hysteresis.inverse_prandtl_ishlinskii import (
-    inverse_prandtl_ishlinskii as inverse_prandtl_ishlinskii,
-)
-from bristle.models.hysteresis.preisach import preisach as preisach
-from bristle.models.hysteresis.inverse_preisach import inverse_preisach as inverse_preisach
-from bristle.models.hysteresis.everett_table import everett_table as everett_table
-from bristle.models.hysteresis.preisach_grid import preisach_grid as preisach_grid
-from bristle.models.hysteresis.reversal_table import reversal_table as reversal_table
-from bristle.models.hysteresis.relay_grid import relay_grid as relay_grid
-# isort: on
-
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bristle.core.contracts import HysteresisOperator, Model
-from bristle.core.edge import guarded, model
-from bristle.core.errors import InputError
+from bristle.core.contracts import HysteresisOperator
 from bristle.core.loading import loaded_from
-from bristle.models.hysteresis.initial import conditioned, saturated
-from bristle.models.hysteresis.inverse_prandtl_ishlinskii import inverse_of as _inverse_of_stops
-from bristle.models.hysteresis.relay_grid import relays_of
-from bristle.models.hysteresis.tabulate import from_reversal_curves, table_of_curves, tabulated
-from bristle.models.hysteresis.transition_branches import transition_branches
+from bristle.models.family import Family
 
 if TYPE_CHECKING:
+    # Every operator of bristle, in the order of the lists.
+    # isort: off
+    from bristle.models.hysteresis.play import play as play
+    from bristle.models.hysteresis.stop import stop as stop
+    from bristle.models.hysteresis.prandtl_ishlinskii import (
+        prandtl_ishlinskii as prandtl_ishlinskii,
+    )
+    from bristle.models.hysteresis.inverse_prandtl_ishlinskii import (
+        inverse_prandtl_ishlinskii as inverse_prandtl_ishlinskii,
+    )
+    from bristle.models.hysteresis.preisach import preisach as preisach
+    from bristle.models.hysteresis.inverse_preisach import inverse_preisach as inverse_preisach
+    from bristle.models.hysteresis.everett_table import everett_table as everett_table
+    from bristle.models.hysteresis.preisach_grid import preisach_grid as preisach_grid
+    from bristle.models.hysteresis.reversal_table import reversal_table as reversal_table
+    from bristle.models.hysteresis.relay_grid import relay_grid as relay_grid
+
+    # isort: on
     from bristle.models.hysteresis.beside_constant import with_constant
+    from bristle.models.hysteresis.initial import conditioned, saturated
+    from bristle.models.hysteresis.inverse_preisach import inverse_of
+    from bristle.models.hysteresis.relay_grid import relays_of
+    from bristle.models.hysteresis.tabulate import from_reversal_curves, table_of_curves, tabulated
+    from bristle.models.hysteresis.transition_branches import transition_branches
 
 __getattr__ = loaded_from(__name__)
 
-OPERATORS: dict[str, HysteresisOperator] = {
-    operator.name: operator
-    for operator in tuple(vars().values())
-    if isinstance(operator, HysteresisOperator)
-}
+OPERATORS: Mapping[str, HysteresisOperator] = Family(__name__, "transition_branches")
 """Every hysteresis operator, by name."""
 
 __all__ = [
@@ -61,37 +59,6 @@ __all__ = [
     "tabulated",
     "transition_branches",
 ]
-
-
-@guarded(operator=model("hysteresis"))
-def inverse_of(operator: Model) -> Model:
-    """Return the inverse of an operator: from force to displacement.
-
-    Parameters
-    ----------
-    operator : Model
-        A `prandtl_ishlinskii` or `preisach` operator with parameters.
-
-    Returns
-    -------
-    Model
-        The operator from force [N or N*m] to displacement [m or rad].
-
-    Raises
-    ------
-    InputError
-        If there is no inverse.
-    """
-    if operator.component is prandtl_ishlinskii:
-        return _inverse_of_stops(operator)
-    if operator.component is preisach:
-        return inverse_preisach(kind=operator.kind, **operator.values)
-    raise InputError(
-        "has no inverse in bristle",
-        path="operator",
-        value=operator.name,
-        allowed="prandtl_ishlinskii, preisach",
-    )
 
 
 def __dir__() -> list[str]:

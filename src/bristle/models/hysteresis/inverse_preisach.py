@@ -16,15 +16,20 @@ References
 
 import math
 
-from bristle.core.contracts import HysteresisOperator
+from bristle.core.contracts import HysteresisOperator, Model
+from bristle.core.edge import guarded, model
+from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update, direction
 from bristle.models.hysteresis.everett import REFORMED_DAHL_EXACT, loading_inverse
+from bristle.models.hysteresis.inverse_prandtl_ishlinskii import inverse_of as inverse_of_stops
+from bristle.models.hysteresis.prandtl_ishlinskii import prandtl_ishlinskii
 from bristle.models.hysteresis.preisach import (
     Parameters as Forward,
     commit as forward_commit,
     measure,
     memory_size,
+    preisach,
 )
 from bristle.models.hysteresis.turning_points import Stack, StackMove, branch_output, branch_with
 
@@ -106,3 +111,34 @@ MODEL = inverse_preisach = HysteresisOperator(
     reference="doi:10.1049/ip-cta:20010375",
     example={"s": 1.25e7, "f_p": 150.0, "kernel": "dahl_masing"},
 )
+
+
+@guarded(operator=model("hysteresis"))
+def inverse_of(operator: Model) -> Model:
+    """Return the inverse of an operator: from force to displacement.
+
+    Parameters
+    ----------
+    operator : Model
+        A `prandtl_ishlinskii` or `preisach` operator with parameters.
+
+    Returns
+    -------
+    Model
+        The operator from force [N or N*m] to displacement [m or rad].
+
+    Raises
+    ------
+    InputError
+        If there is no inverse.
+    """
+    if operator.component is prandtl_ishlinskii:
+        return inverse_of_stops(operator)
+    if operator.component is preisach:
+        return MODEL(kind=operator.kind, **operator.values)
+    raise InputError(
+        "has no inverse in bristle",
+        path="operator",
+        value=operator.name,
+        allowed="prandtl_ishlinskii, preisach",
+    )

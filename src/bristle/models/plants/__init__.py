@@ -1,23 +1,27 @@
 """Plants, each in a file: the equations of motion of an axis."""
 
-# Every plant of bristle, in the order of the lists.
-# isort: off
-from bristle.models.plants.inertia import inertia as inertia
-from bristle.models.plants.oscillator import oscillator as oscillator
-from bristle.models.plants.pulled_inertia import pulled_inertia as pulled_inertia
-from bristle.models.plants.ball_screw import ball_screw as ball_screw
-# isort: on
-
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 from bristle.core.contracts import Plant
 from bristle.core.errors import InputError, did_you_mean
+from bristle.core.loading import loaded_from
+from bristle.models.family import Family
 from bristle.models.plants.terms import SPRINGS, TERMS, terms_in, with_terms
 
+if TYPE_CHECKING:
+    # Every plant of bristle, in the order of the lists.
+    # isort: off
+    from bristle.models.plants.inertia import inertia as inertia
+    from bristle.models.plants.oscillator import oscillator as oscillator
+    from bristle.models.plants.pulled_inertia import pulled_inertia as pulled_inertia
+    from bristle.models.plants.ball_screw import ball_screw as ball_screw
+    # isort: on
+
+__getattr__ = loaded_from(__name__)
+
 # Every plant, by name.
-PLANTS: dict[str, Plant] = {
-    plant.name: plant for plant in tuple(vars().values()) if isinstance(plant, Plant)
-}
+PLANTS: Mapping[str, Plant] = Family(__name__)
 
 __all__ = ["PLANTS", "find", "with_terms"]
 
@@ -58,17 +62,17 @@ def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plan
     if not terms:
         return PLANTS[base]
     chosen = terms_in(keys)
+    given = {
+        "cogging": any(chosen["cogging"].values()),
+        "spring": chosen["spring"],
+        "known": chosen["columns"],
+    }
     for term, example in (
         ("cogging", "motor_6_cos"),
         ("spring", "spring_1"),
         ("known", "known_NAME"),
     ):
-        has_any = (
-            any(chosen["cogging"].values())
-            if term == "cogging"
-            else chosen["columns" if term == "known" else term]
-        )
-        if term in terms and not has_any:
+        if term in terms and not given[term]:
             raise InputError(
                 f"has +{term}, but no coefficient",
                 path=path,

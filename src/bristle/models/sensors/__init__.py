@@ -1,16 +1,22 @@
 """Sensors, each in a file."""
 
-# Every sensor of bristle, in the order of the lists.
-# isort: off
-from bristle.models.sensors.encoder import encoder as encoder
-# isort: on
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from bristle.core.contracts import Sensor
+from bristle.core.loading import loaded_from
+from bristle.models.family import Family
 from bristle.models.sensors.torque import torque_seen
 
-SENSORS: dict[str, Sensor] = {
-    sensor.name: sensor for sensor in tuple(vars().values()) if isinstance(sensor, Sensor)
-}
+if TYPE_CHECKING:
+    # Every sensor of bristle, in the order of the lists.
+    # isort: off
+    from bristle.models.sensors.encoder import encoder as encoder
+    # isort: on
+
+__getattr__ = loaded_from(__name__)
+
+SENSORS: Mapping[str, Sensor] = Family(__name__)
 
 __all__ = ["SENSORS", "torque_seen"]
 
