@@ -41,7 +41,7 @@ from bristle.models.controllers import open_loop
 from bristle.models.friction import MODELS, with_presliding
 from bristle.models.friction.level import rises_with_effort
 from bristle.models.plants import PLANTS, find as find_plant
-from bristle.models.references import REFERENCES, chirp, recorded, s_curve, sine, triangle
+from bristle.models.references import REFERENCES
 from bristle.models.sensors import SENSORS
 
 SECTIONS = (
@@ -440,7 +440,7 @@ def run_from(
 
 
 # The time functions of references, with an effort in place of each length.
-FUNCTIONS = {function.name: function for function in (sine, chirp, triangle, s_curve)}
+FUNCTIONS = ("sine", "chirp", "triangle", "s_curve")
 CONSTANT, RECORDED = "constant", "recorded"
 LEVEL = Variable("force", "effort from the first sample on")
 
@@ -473,8 +473,10 @@ def recorded_in(
 def at_rest(kind: Kind, log: Log | None = None) -> Model:
     """Return the unused reference of an open loop: a rest with the length of its log."""
     if log is None:
-        return sine(kind=kind, amplitude=0.0, frequency=1.0)
-    return recorded(kind=kind, position=np.zeros(len(log)), sample_time=log.sample_time)
+        return REFERENCES["sine"](kind=kind, amplitude=0.0, frequency=1.0)
+    return REFERENCES["recorded"](
+        kind=kind, position=np.zeros(len(log)), sample_time=log.sample_time
+    )
 
 
 def effort_from(
@@ -504,7 +506,8 @@ def effort_from(
         level = number_at(table.get("level", 0.0), LEVEL, kind, f"{path}.level")
         return Effort(np.full(time.size, level), f"{CONSTANT}, {numbers}" if numbers else "none")
     # So that the message for an unknown name lists them too.
-    registry = {**FUNCTIONS, CONSTANT: sine, RECORDED: sine}
+    without_length = dict.fromkeys((CONSTANT, RECORDED), REFERENCES["sine"])
+    registry = {name: REFERENCES[name] for name in FUNCTIONS} | without_length
     component: Trajectory = components.component_named(table["model"], registry, f"{path}.model")
     variables = effort_variables(component.name)
     check_keys(table, ("model", *map(key_of, variables)), path)
@@ -518,8 +521,9 @@ def effort_variables(name: Any) -> dict[str, Variable]:
     """Return the parameters of the effort of an open loop, by the name of its model; empty for a recorded effort."""
     if name == CONSTANT:
         return {"level": LEVEL}
-    component = FUNCTIONS.get(name) if isinstance(name, str) else None
-    lengths = {} if component is None else component.variables
+    lengths: Mapping[str, Variable] = {}
+    if name in FUNCTIONS:
+        lengths = REFERENCES[name].variables
     return {
         key: replace(length, quantity=length.quantity.replace("length", "force"))
         for key, length in lengths.items()
