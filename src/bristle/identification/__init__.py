@@ -3,10 +3,10 @@
 from typing import TYPE_CHECKING
 
 from bristle.core.loading import loaded_from
-from bristle.identification.identify import identify
 
 if TYPE_CHECKING:
     from bristle.identification.estimate import OPEN, Estimate, half_width
+    from bristle.identification.identify import identify
     from bristle.identification.known_truth import Determined
     from bristle.identification.request import models_of, prior_knowledge_of, refuse_options
     from bristle.identification.result import Fit, HeldOut, Identification

@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from bristle.core.loading import loaded_from
-from bristle.logs.passages import passages
 
 if TYPE_CHECKING:
     from bristle.logs.break_away import BreakAway
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
     from bristle.logs.formats import reading
     from bristle.logs.listing import LogFile, listed_logs
     from bristle.logs.log import Channel, Log, is_table
-    from bristle.logs.passages import Passage, holds
+    from bristle.logs.passages import Passage, holds, passages
     from bristle.logs.readers import read_log
     from bristle.logs.summary import summarize
     from bristle.logs.turns import period_of

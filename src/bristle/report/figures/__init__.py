@@ -8,20 +8,24 @@ from bristle.report.figures import loading  # first of all: imports matplotlib
 
 # isort: split
 
+from typing import TYPE_CHECKING
+
 from bristle.core.loading import loaded_from
-from bristle.report.figures.files import figure_file, inline_svg
-from bristle.report.figures.first_screen import (
-    friction_after_reversals,
-    friction_over_velocity,
-    gain_at_reversal,
-)
-from bristle.report.figures.following_error import following_error
-from bristle.report.figures.numbers import as_csv, numbers_of
-from bristle.report.figures.own import load_figure_file
-from bristle.report.figures.preisach import preisach_plane
-from bristle.report.figures.recorded import log_over_time
-from bristle.report.figures.report_figure import ReportFigure
-from bristle.report.figures.small_multiples import closure, drift, minor_loops
+
+if TYPE_CHECKING:
+    from bristle.report.figures.files import figure_file, inline_svg
+    from bristle.report.figures.first_screen import (
+        friction_after_reversals,
+        friction_over_velocity,
+        gain_at_reversal,
+    )
+    from bristle.report.figures.following_error import following_error
+    from bristle.report.figures.numbers import as_csv, numbers_of
+    from bristle.report.figures.own import load_figure_file
+    from bristle.report.figures.preisach import preisach_plane
+    from bristle.report.figures.recorded import log_over_time
+    from bristle.report.figures.report_figure import ReportFigure
+    from bristle.report.figures.small_multiples import closure, drift, minor_loops
 
 __getattr__ = loaded_from(__name__)
 __all__ = [
