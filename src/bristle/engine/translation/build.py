@@ -26,7 +26,7 @@ class Translation(Expressions):
     """Translates one kernel for arguments of these types."""
 
     def __init__(self, builder: Builder, kernel: Callable[..., Any], types: Sequence[Type]) -> None:
-        super().__init__(builder, kernel)
+        super().__init__(builder.constants, builder.function, kernel)
         self._argument_types, self._result, self._changed, self._count = (
             tuple(types),
             None,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from bristle.core.dispatch import is_dispatch
 from bristle.core.exponent import exponent, mantissa, power_of_two
@@ -29,9 +29,6 @@ from bristle.engine.translation.tree import (
     struct_of,
     tuple_of,
 )
-
-if TYPE_CHECKING:
-    from bristle.engine.translation.build import Builder
 
 OF_REALS = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 OF_WHOLES = {
@@ -80,8 +77,15 @@ NUMBERS = (REAL, INTEGER, TRUTH)
 class Expressions:
     """Translates expressions of one kernel; `types` are those of its variables as far as they are parts_unified."""
 
-    def __init__(self, builder: Builder, kernel: Callable[..., Any]) -> None:
-        self.builder, self.kernel = builder, kernel
+    def __init__(
+        self,
+        constants: Mapping[tuple[str, float], float],
+        function: Callable[..., tree.Function],
+        kernel: Callable[..., Any],
+    ) -> None:
+        self.constants = constants
+        self.function_of = function
+        self.kernel = kernel
         self.types: dict[str, Type] = {}
 
     def refuse(self, node: ast.AST | None, reason: str) -> NotExportableError:
@@ -138,7 +142,7 @@ class Expressions:
             return tree.Variable(self.types[node.id], node.id)
         value = global_value(self.kernel, node.id)
         if isinstance(value, float):
-            value = self.builder.constants.get((node.id, value), value)
+            value = self.constants.get((node.id, value), value)
         return self._constant_of(value, node, node.id)
 
     def _constant(self, node: ast.Constant) -> tree.Expression:
@@ -309,7 +313,7 @@ class Expressions:
             return self._tuple_made(called, arguments, node)
         if not is_kernel(called) and not (callable(called) and is_dispatch(called)):
             raise self.refuse(node, f"{name} is not a kernel")
-        function = self.builder.function(called, [argument.type for argument in arguments])
+        function = self.function_of(called, [argument.type for argument in arguments])
         return tree.Call(function.result, function, arguments)
 
     def _tuple_made(
