@@ -18,7 +18,6 @@ from bristle.apps.lab.server.cases import (
     Cases,
     Job,
     Part,
-    RefusedRequestError,
     StoredFile,
     _last_of,
     announced_by,
@@ -26,6 +25,7 @@ from bristle.apps.lab.server.cases import (
     label_of,
     stored,
 )
+from bristle.apps.lab.server.limits import RefusedRequestError
 from bristle.core.errors import InputError
 
 

@@ -12,16 +12,14 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import unquote
 
 from starlette.requests import ClientDisconnect, Request
 
-from bristle.apps.lab.server.limits import RESTORING, Limits
-from bristle.core import InputError, in_one_line, shortened, size_in_words
-
-if TYPE_CHECKING:
-    from bristle.apps.lab.server.tune import TunedMachine
+from bristle.apps.lab.server.limits import RESTORING, Limits, RefusedRequestError
+from bristle.apps.lab.server.tune import TunedMachine
+from bristle.core import in_one_line, shortened, size_in_words
 
 DAY = 86400.0  # [s]
 TAIL = 2000  # of the error output of a library
@@ -174,14 +172,6 @@ async def _last_of(stream: asyncio.StreamReader | None) -> str:
     return in_one_line(shortened(lines[-1], 300)) if lines else ""
 
 
-class RefusedRequestError(InputError):
-    """A refused request; `status` is the HTTP status."""
-
-    def __init__(self, status: int, message: str, **facts: Any) -> None:
-        self.status = status
-        super().__init__(message, **facts)
-
-
 async def stored(request: Request, target: Path, most: int, silence: float) -> int:
     """Write the body of a request to a new file and return its size [byte]."""
     size = 0
@@ -292,7 +282,7 @@ class Case:
     axis_label: str = "axis.toml"
     parts: dict[str, Part] = field(default_factory=dict)
     job: Job | None = None
-    machine: "TunedMachine | None" = None
+    machine: TunedMachine | None = None
     turn: asyncio.Lock = field(default_factory=asyncio.Lock)
     seen_at: float = field(default_factory=time.monotonic)
     _numbers: int = 0

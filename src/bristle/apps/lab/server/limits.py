@@ -1,8 +1,9 @@
-"""`Limits`: largest resources for requests of a browser."""
+"""`Limits`: largest resources for requests of a browser, and the refusal of a request."""
 
 from dataclasses import dataclass
+from typing import Any
 
-from bristle.core import SIZE_LIMIT
+from bristle.core import SIZE_LIMIT, InputError
 
 # Jobs that may write on a machine: they end themselves, when the machine is restored.
 RESTORING = ("plan", "tune", "undo")
@@ -52,3 +53,11 @@ class Limits:
     silence_seconds: float = 10.0
     strangers: int = 32
     stranger_seconds: float = 3.0
+
+
+class RefusedRequestError(InputError):
+    """A refused request; `status` is the HTTP status."""
+
+    def __init__(self, status: int, message: str, **facts: Any) -> None:
+        self.status = status
+        super().__init__(message, **facts)

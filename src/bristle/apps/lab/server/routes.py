@@ -19,7 +19,6 @@ from bristle.apps.lab.server.cases import (
     Cases,
     Job,
     Part,
-    RefusedRequestError,
     StoredFile,
     announced_by,
     json_of,
@@ -28,7 +27,7 @@ from bristle.apps.lab.server.cases import (
 )
 from bristle.apps.lab.server.errand import DATA
 from bristle.apps.lab.server.gate import ENTRANCE, HAS_TOKEN, Opening
-from bristle.apps.lab.server.limits import RESTORING, Limits
+from bristle.apps.lab.server.limits import RESTORING, Limits, RefusedRequestError
 from bristle.apps.lab.server.tune import TunedMachine
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.apps.lab.server.cases import RefusedRequestError
 from bristle.apps.lab.server.errand import Answer, Errand, as_table, thinned
+from bristle.apps.lab.server.limits import RefusedRequestError
 from bristle.core import Axis, unit_of
 
 AT_REST = ("rest", "rest_after_check", "test_effort")  # records without motion
