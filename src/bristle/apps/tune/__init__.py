@@ -13,7 +13,7 @@ if TYPE_CHECKING:
         MachineStoppedError,
         Recording,
     )
-    from bristle.apps.tune.run import Options
-    from bristle.apps.tune.tuning import Tuning, save, tune, undo
+    from bristle.apps.tune.run import Options, Tuning
+    from bristle.apps.tune.tuning import save, tune, undo
 
 __getattr__ = loaded_from(__name__)

@@ -12,8 +12,7 @@ from bristle.report.page import Block, Front, Ruling, Section, about, report_pag
 from bristle.report.table import Table, capital
 
 if TYPE_CHECKING:
-    from bristle.apps.tune.run import Run
-    from bristle.apps.tune.tuning import Tuning
+    from bristle.apps.tune.run import Run, Tuning
     from bristle.core import Kind
 
 

@@ -21,7 +21,8 @@ from bristle.apps.tune.machine import (
     Recording,
     State,
 )
-from bristle.core import Axis, Progress, Variable, amount, cached_property, guarded, whole
+from bristle.apps.tune.restoring import Restoration
+from bristle.core import Axis, Kind, Progress, Variable, amount, cached_property, guarded, whole
 from bristle.files import Growing, MachineFile, log_text
 from bristle.logs import Log, read_log
 
@@ -228,3 +229,58 @@ def cycles_of(run: Run, signal: np.ndarray, skip: int = 0) -> np.ndarray:
 def rms(signal: np.ndarray) -> float:
     """Return the root mean square without the mean."""
     return float(np.std(signal))
+
+
+@dataclass
+class Tuning:
+    """The result of a run.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the run.
+    outcome : {"kept", "restored", "planned", "undone", "saved"}
+        Whether the feedforward stays in the machine.
+    code, reason : str
+        Why the machine was restored; empty if it was not.
+    facts : mapping
+        Facts of each finished step.
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    way_out : Restoration, optional
+        How the machine reads back; None if the run wrote nothing on it.
+    again : str
+        The command that repeats the run.
+    remarks : list of str
+        What could not be written.
+    """
+
+    folder: Path
+    outcome: str
+    code: str = ""
+    reason: str = ""
+    facts: dict[str, dict[str, Any]] = field(default_factory=dict)
+    kind: Kind = "translational"
+    way_out: Restoration | None = None
+    again: str = ""
+    remarks: list[str] = field(default_factory=list)
+
+    @property
+    def restored(self) -> bool:
+        """Whether the machine reads back as before the run, if the run wrote on it."""
+        return self.way_out is None or self.way_out.is_identical
+
+    @property
+    def change_percent(self) -> float | None:
+        """Change of the rms following error [%]."""
+        change = self.facts.get("comparison", {}).get("changes", {}).get("following_error.rms")
+        return None if change is None else change["change_percent"]
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the result for JSON."""
+        return {
+            "outcome": self.outcome,
+            "code": self.code,
+            "reason": self.reason,
+            "steps": self.facts,
+        }

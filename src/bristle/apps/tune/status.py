@@ -7,8 +7,8 @@ from typing import Any
 from bristle.apps.tune.journal import Journal
 from bristle.apps.tune.report import sentences_of, undo_command
 from bristle.apps.tune.restoring import Restoration
+from bristle.apps.tune.run import Tuning
 from bristle.apps.tune.steps import STEPS, Step
-from bristle.apps.tune.tuning import Tuning
 from bristle.core import Kind, number, unit_of, with_unit
 
 STATES = {"begun": "running", "done": "passed", "kept": "passed", "stopped": "refused"}

@@ -7,7 +7,6 @@ import hashlib
 import os
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
@@ -15,10 +14,10 @@ from bristle.apps.tune.journal import NAME, Journal
 from bristle.apps.tune.machine import Machine, MachineRefusedError, SavingMachine, State
 from bristle.apps.tune.machines import Connection, code_of, connected
 from bristle.apps.tune.report import last_line
-from bristle.apps.tune.restoring import Restoration, answering, differences, named, plain, restored
-from bristle.apps.tune.run import MODEL, REFINED, RESULTS, Options, Run, noted
+from bristle.apps.tune.restoring import answering, differences, named, plain, restored
+from bristle.apps.tune.run import MODEL, REFINED, RESULTS, Options, Run, Tuning, noted
 from bristle.apps.tune.steps import GAINS, ORDER, RUN_IN, STAGE_CYCLES, STEPS, Step, cycles_compared
-from bristle.core import InputError, InputWarning, Kind, Progress, guarded
+from bristle.core import InputError, InputWarning, Progress, guarded
 from bristle.files import (
     MachineFile,
     as_json,
@@ -36,61 +35,6 @@ COMPUTES = 5.0  # weight of a step without motion, for the remaining time [s]
 ADDRESS = ("net_id", "url", "prefix")  # settings that identify a controller
 # Steps that write on the machine.
 WRITING = ("check", "stages", "refinement", "comparison", "verdict")
-
-
-@dataclass
-class Tuning:
-    """The result of a run.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder of the run.
-    outcome : {"kept", "restored", "planned", "undone", "saved"}
-        Whether the feedforward stays in the machine.
-    code, reason : str
-        Why the machine was restored; empty if it was not.
-    facts : mapping
-        Facts of each finished step.
-    kind : {"translational", "rotational"}
-        Kind of axis.
-    way_out : Restoration, optional
-        How the machine reads back; None if the run wrote nothing on it.
-    again : str
-        The command that repeats the run.
-    remarks : list of str
-        What could not be written.
-    """
-
-    folder: Path
-    outcome: str
-    code: str = ""
-    reason: str = ""
-    facts: dict[str, dict[str, Any]] = field(default_factory=dict)
-    kind: Kind = "translational"
-    way_out: Restoration | None = None
-    again: str = ""
-    remarks: list[str] = field(default_factory=list)
-
-    @property
-    def restored(self) -> bool:
-        """Whether the machine reads back as before the run, if the run wrote on it."""
-        return self.way_out is None or self.way_out.is_identical
-
-    @property
-    def change_percent(self) -> float | None:
-        """Change of the rms following error [%]."""
-        change = self.facts.get("comparison", {}).get("changes", {}).get("following_error.rms")
-        return None if change is None else change["change_percent"]
-
-    def as_data(self) -> dict[str, Any]:
-        """Return the result for JSON."""
-        return {
-            "outcome": self.outcome,
-            "code": self.code,
-            "reason": self.reason,
-            "steps": self.facts,
-        }
 
 
 @guarded()
