@@ -50,7 +50,7 @@ def _cost(label: str, model: Model, place: Path) -> Ratio:
     from tests.exports.native import Native
 
     from bristle.apps.targets import hal as target
-    from bristle.exports.targets import Request
+    from bristle.exports.described import Request
 
     files = target.write(Request(model, "stage", DT, rest="held")).files
     native = Native({"stage": model}, place / "c", optimise="-O3", more=("-DNDEBUG",))

@@ -3,7 +3,8 @@
 import numpy as np
 
 import bristle as br
-from bristle.exports.targets import TARGETS, Request
+from bristle.exports.described import Request
+from bristle.exports.targets import TARGETS
 
 TURNING = {
     "schema": 1,

@@ -47,6 +47,7 @@ from bristle.exports.c_parts import (
     saved_facts,
     started,
 )
+from bristle.exports.described import Request
 from bristle.exports.printing import (
     element,
     loops_of,
@@ -56,7 +57,6 @@ from bristle.exports.printing import (
     wrapped,
 )
 from bristle.exports.subject import subject_of
-from bristle.exports.targets import Request
 from bristle.exports.tunable import tunable_of
 
 pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")

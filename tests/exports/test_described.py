@@ -17,10 +17,10 @@ import bristle as br
 from bristle.contract import example_of
 from bristle.exports import face
 from bristle.exports.described import (
+    Request,
     Source,
     command_facts,
     copyright_line,
-    hash_of_law,
     hash_of_model,
     meaning_of,
     meaning_within,
@@ -32,9 +32,9 @@ from bristle.exports.described import (
     version,
     with_rights,
 )
-from bristle.exports.law import law_of
+from bristle.exports.law import hash_of_law, law_of
 from bristle.exports.subject import capacity_of, forces_of, subject_of
-from bristle.exports.targets import TARGETS, Product, Request
+from bristle.exports.targets import TARGETS, Product
 from bristle.prediction.drive_units import CommandUnits, DriveUnit
 
 VALUES = {"F_C": 22.0, "F_S": 29.0, "v_S": 3e-3, "sigma_0": 2e6, "sigma_1": 1e3, "sigma_2": 40.0}

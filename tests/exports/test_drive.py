@@ -14,11 +14,11 @@ import bristle as br
 from bristle.cli.main import main
 from bristle.engine.contact import sliding_level, steady_force
 from bristle.exports import ax8000, cogging, sinumerik, tf5200
-from bristle.exports.described import Source
+from bristle.exports.described import Request, Source
 from bristle.exports.drive import Side, levels_and_curves, reads, side_of, write
 from bristle.exports.loops import loop_for
 from bristle.exports.moves import turning_distance
-from bristle.exports.targets import TARGETS, Request
+from bristle.exports.targets import TARGETS
 from bristle.exports.tf5200 import merged
 from bristle.exports.writing import files_for
 from bristle.files.axis import axis_from

@@ -29,9 +29,8 @@ from bristle.core.experiment import Effort, Experiment, Feedforward, Learning, R
 from bristle.exports.c import builds, law_files
 from bristle.exports.described import Source
 from bristle.exports.effect import effect_of_law
-from bristle.exports.law import Inputs, law_facts, law_of, law_walk
+from bristle.exports.law import Inputs, law_facts, law_of, law_walk, settled_law, tunable_law
 from bristle.exports.law_text import Gravity, Load, loads_of
-from bristle.exports.tunable import settled_law, tunable_law
 from bristle.models.plants import inertia
 from bristle.models.references import varied_sine
 from bristle.models.sensors import encoder

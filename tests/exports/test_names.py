@@ -28,8 +28,8 @@ from bristle.contract import example_of
 from bristle.engine.translation.scope import NotExportableError
 from bristle.exports.c import builds
 from bristle.exports.c_code import Names
+from bristle.exports.described import Request
 from bristle.exports.subject import subject_of
-from bristle.exports.targets import Request
 
 HEADERS = ("stddef", "stdint", "float", "math", "stdbool", "stdlib", "string")
 TEXT = """

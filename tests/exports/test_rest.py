@@ -15,8 +15,9 @@ from tests.models.hysteresis.paths import OPERATORS, sized, walk
 
 import bristle as br
 from bristle.core.experiment import RESTS, Feedforward
+from bristle.exports.described import Request
 from bristle.exports.drive import direction_by, last_direction
-from bristle.exports.targets import TARGETS, Request
+from bristle.exports.targets import TARGETS
 from bristle.exports.writing import files_for
 from bristle.models.friction.resting import rest_rule, with_rest
 

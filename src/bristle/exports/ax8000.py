@@ -19,7 +19,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.variable import Kind, unit_of
-from bristle.exports.described import plain
+from bristle.exports.described import Request, plain
 from bristle.exports.drive import (
     behind_comments,
     last_direction,
@@ -28,7 +28,7 @@ from bristle.exports.drive import (
     rows_of,
 )
 from bristle.exports.effect import Drive
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.prediction.drive_table import SETTLED_SHARE, reversal_distance
 from bristle.prediction.drive_units import table_units
 

@@ -37,6 +37,7 @@ from bristle.exports.c_parts import (
     started,
 )
 from bristle.exports.described import (
+    Request,
     Source,
     command_facts,
     meaning_of,
@@ -45,19 +46,11 @@ from bristle.exports.described import (
     with_rights,
 )
 from bristle.exports.feed import fed, feed_facts, with_feed
-from bristle.exports.law import PER_VELOCITY, Law, law_facts, law_walk
+from bristle.exports.law import PER_VELOCITY, Law, law_facts, law_walk, settled_law, tunable_law
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import COUNT, Subject, Walk
-from bristle.exports.targets import Product, Request
-from bristle.exports.tunable import (
-    CONSTANTS,
-    Tunable,
-    checkpoints,
-    settled_law,
-    single_note,
-    tunable_law,
-    tunable_of,
-)
+from bristle.exports.targets import Product
+from bristle.exports.tunable import CONSTANTS, Tunable, checkpoints, single_note, tunable_of
 from bristle.prediction.drive_units import command_units
 
 FLAGS = "-std=c99 -ffp-contract=off"

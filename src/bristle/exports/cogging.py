@@ -12,9 +12,10 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.exports.described import Request
 from bristle.exports.drive import behind_comments, rows_of, said_of_units
 from bristle.exports.effect import Drive
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.models.plants.terms import TermedPlant, terms_of
 from bristle.prediction.drive_units import table_units
 

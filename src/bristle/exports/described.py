@@ -1,4 +1,4 @@
-"""Descriptions of the model in exported files: parameters, source, licence, and a hash of the model."""
+"""The request for an export, and descriptions of its model in files: parameters, source, licence, and a hash of the model."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.experiment import Variant
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.engine.translation.scope import NotExportableError, ascii_name
@@ -24,12 +26,13 @@ from bristle.engine.translation.tree import Array, Function, Node, Scalar, Struc
 from bristle.exports.printing import loops_of
 from bristle.exports.subject import Subject, subject_of
 from bristle.exports.tunable import TOLERANCE
-from bristle.models.friction.resting import rest_rule
+from bristle.logs.log import Log
+from bristle.models.controllers.feedforward import WHOLE, Rule
+from bristle.models.friction.resting import rest_rule, with_rest
 
 if TYPE_CHECKING:
     import jinja2
 
-    from bristle.exports.law import Law
     from bristle.prediction.drive_units import CommandUnits
 
 
@@ -47,6 +50,107 @@ class Source:
         """Remarks and provenance, one line each."""
         facts = [f"{key}: {plain(str(value))}" for key, value in self.provenance.items()]
         return [*(plain(remark) for remark in self.remarks), *facts]
+
+
+@dataclass(frozen=True)
+class Request:
+    """A request for an export: the model and the options.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    name : str
+        Name of files, types and functions.
+    dt : float
+        Time step [s].
+    source : Source
+        Origin of the values.
+    tunable : bool
+        Whether parameters can be changed at run time.
+    single : bool
+        Whether numbers are of single precision.
+    derivatives : bool
+        Whether the files also compute derivatives.
+    axis : Axis or None
+        The axis; its columns define the units of a table.
+    speed : float
+        Largest speed of a table [m/s or rad/s].
+    points : int
+        Maximum number of entries of a table. With 3, a ``table`` holds gravity and one level per direction.
+    mass : float
+        Moved mass of a scene [kg or kg*m^2].
+    plant : Model or None
+        The plant with the friction, if known.
+    log : Log or None
+        Log whose motion is used to compare a table with the model.
+    info : mapping
+        Further contents of the model file: ``provenance``, the log of the fit, and ``treatment``, its preprocessing.
+    rest : {"held", "middle", ""}
+        Force of a memoryless model at rest: the force of the last direction, or the mean of both directions. Empty
+        for the rule of the target.
+    loop : Variant or None
+        The loop of the axis along the motion of its log. The effect of the files is simulated in this loop.
+    mode : {"torque", "velocity"}
+        The quantity that the amplifier of the axis follows.
+    table : Model or None
+        Friction of the table of a plant with a screw, in N and m.
+    rule : Rule or None
+        Share of the friction that a compensator feeds forward; None for all of it.
+    undivided : Model or None
+        The friction of the axis, if `model` contains a share of it.
+    """
+
+    model: Model
+    name: str
+    dt: float
+    source: Source = field(default_factory=Source)
+    tunable: bool = False
+    single: bool = False
+    axis: Axis | None = None
+    speed: float = 0.0
+    points: int = 20
+    mass: float = 1.0
+    plant: Model | None = None
+    log: Log | None = None
+    info: Mapping[str, Any] = field(default_factory=dict)
+    rest: str = ""
+    loop: Variant | None = None
+    mode: str = "torque"
+    table: Model | None = None
+    derivatives: bool = False
+    rule: Rule | None = None
+    undivided: Model | None = None
+
+    @property
+    def draws(self) -> Mapping[str, np.ndarray]:
+        """Draws of the parameters of the friction; empty if its uncertainty is unknown."""
+        return (self.info.get("bands") or {}).get("draws", {})
+
+    @property
+    def share(self) -> Rule:
+        """The share of the friction that a compensator feeds forward."""
+        return self.rule or WHOLE
+
+    @property
+    def treatment(self) -> Mapping[str, Any]:
+        """The preprocessing of the log of the identification; empty for a model that is not from a log."""
+        return self.info.get("treatment", {})
+
+    @property
+    def friction(self) -> Model:
+        """The friction of the axis."""
+        return self.undivided or self.model
+
+    @property
+    def is_from_log(self) -> bool:
+        """Whether the model was identified from a log."""
+        return bool(self.treatment)
+
+    @property
+    def sampled(self) -> Model:
+        """The model as evaluated along samples: a memoryless model gets a rule at rest."""
+        return with_rest(self.model, self.rest) if self.rest else self.model
 
 
 def meaning_of(variable: Variable, kind: Kind) -> str:
@@ -239,18 +343,12 @@ def hash_of_model(model: Model) -> str:
     except NotExportableError:
         return ""
     start = [subject.virgin, float(subject.memory_size)]
-    return _digest(model.name, model.kind, subject.unit.functions, start, model.parameters)
+    return digest_over(model.name, model.kind, subject.unit.functions, start, model.parameters)
 
 
 def hash_on_plant(friction: str, plant: Model, unit: Unit) -> str:
     """Return the SHA-256 of a plant with its friction, from the hash of the friction and the functions of both."""
-    return _digest(friction, plant.name, plant.kind, unit.functions, plant.parameters)
-
-
-def hash_of_law(law: Law) -> str:
-    """Return the SHA-256 of a control law whose parameters are fixed, in double precision."""
-    start = [law.lasting, law.memory, law.dt, float(law.samples_ahead)]
-    return _digest(law.controller.name, law.controller.kind, law.unit.functions, start, law.p)
+    return digest_over(friction, plant.name, plant.kind, unit.functions, plant.parameters)
 
 
 def model_version(source: Source) -> str:
@@ -294,7 +392,8 @@ def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:
     return headed
 
 
-def _digest(*parts: Any) -> str:
+def digest_over(*parts: Any) -> str:
+    """Return the SHA-256 of names, numbers and functions."""
     digest = hashlib.sha256()
     for word in _words(parts):
         digest.update(word.encode() + b"\0")

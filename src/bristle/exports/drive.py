@@ -18,8 +18,8 @@ from bristle.core.contracts import STILL, Model
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.core.variable import unit_of
-from bristle.exports.described import plain
-from bristle.exports.targets import Product, Request
+from bristle.exports.described import Request, plain
+from bristle.exports.targets import Product
 from bristle.identification.parameters import offset_of
 from bristle.models.friction.slots import variations_of
 from bristle.prediction.drive_table import (

@@ -34,6 +34,7 @@ from bristle.exports.cases import (
     tried_cases,
     unfed_cases,
 )
+from bristle.exports.described import Request
 from bristle.exports.loops import late_of, lead_of, loop_for, reach_for
 from bristle.exports.moves import (
     FASTEST,
@@ -45,7 +46,6 @@ from bristle.exports.moves import (
     moves_over,
     turning_distance,
 )
-from bristle.exports.targets import Request
 from bristle.models.controllers.feedforward import Rule, Shape
 from bristle.models.friction import with_presliding
 from bristle.models.friction.level import rises_with_effort

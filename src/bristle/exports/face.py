@@ -13,10 +13,10 @@ from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS, Variant
 from bristle.core.variable import Variable
 from bristle.engine.checks import PERIOD
-from bristle.exports.described import Source
+from bristle.exports.described import Request, Source
 from bristle.exports.effect import Effect
 from bristle.exports.moves import moved_by
-from bristle.exports.targets import NAME, Product, Request, Target
+from bristle.exports.targets import NAME, Product, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for, target_named
 from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder

@@ -21,9 +21,10 @@ from bristle.core.contracts import (
     Reference,
 )
 from bristle.core.errors import InputError
-from bristle.core.experiment import Variant
+from bristle.core.experiment import FEEDFORWARD, Variant
 from bristle.core.kernel import kernel
-from bristle.core.variable import Variable, unit_of
+from bristle.core.variable import Variable, unit_of, variables_of
+from bristle.engine.screwed import of_travel
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.scope import NotExportableError, defined, is_kernel
 from bristle.engine.translation.tree import (
@@ -37,17 +38,25 @@ from bristle.engine.translation.tree import (
     struct_type,
     type_of,
 )
-from bristle.exports.described import Source, command_facts, parameter_table, plain, version
+from bristle.exports.described import (
+    Source,
+    command_facts,
+    digest_over,
+    parameter_table,
+    plain,
+    version,
+)
 from bristle.exports.law_text import ALWAYS, law_text, loads_of, samples_of_wind_up
 from bristle.exports.printing import loops_of
-from bristle.exports.settled import pruned
+from bristle.exports.settled import fact_of, pruned, settled
 from bristle.exports.subject import Walk, places_of, subject_of, walk_of, walk_over
-from bristle.exports.tunable import CONSTANTS, TOLERANCE, refuse_beyond_single
+from bristle.exports.tunable import CONSTANTS, TOLERANCE, Tunable, refuse_beyond_single, tunable_of
 from bristle.models.controllers.feedforward import Shape, compensate
 from bristle.models.controllers.law import law
 from bristle.models.controllers.limits import within_drive
 from bristle.models.controllers.wind_up import (
     AROUND,
+    WindUp,
     Wound,
     bend_at,
     lead_at,
@@ -539,3 +548,69 @@ def _fed(law: Law) -> list[str]:
                 f"the friction level rises with the effort that {passing} transmits along the desired motion"
             )
     return [plain(line) for line in lines] or ["nothing"]
+
+
+def hash_of_law(law: Law) -> str:
+    """Return the SHA-256 of a control law whose parameters are fixed, in double precision."""
+    start = [law.lasting, law.memory, law.dt, float(law.samples_ahead)]
+    return digest_over(law.controller.name, law.controller.kind, law.unit.functions, start, law.p)
+
+
+def tunable_law(law: Law) -> Tunable:
+    """Return the variable parameters of the controller and the feedforward of a law, named such as ``controller_k_p``."""
+    feedforward = law.variant.feedforward
+    friction = feedforward.friction
+    values: dict[str, Any] = {}
+    variables: dict[str, Variable] = {}
+    places: dict[tuple[str, ...], str] = {}
+    for part, model in (
+        ("controller", law.controller),
+        ("friction", friction),
+        ("table", feedforward.table),
+    ):
+        if model is not None:
+            tuned = tunable_of(model)
+            values |= {f"{part}_{name}": value for name, value in tuned.values.items()}
+            named = {
+                name: of_travel(variable) if part == "table" else variable
+                for name, variable in tuned.variables.items()
+            }
+            variables |= {f"{part}_{name}": named[name] for name in tuned.values}
+            places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
+    fed = {("mass",): law.p.mass} if law.p.mass else {}
+    fed |= (
+        {}
+        if friction is None
+        else {("shape", name): value for name, value in _tunable_shape(law.p.shape).items()}
+    )
+    further = {**FEEDFORWARD, **variables_of(Shape)}
+    if hasattr(law.p, "screw"):
+        further |= variables_of(WindUp)
+        fed |= {
+            ("screw", name): value
+            for name, value in law.p.screw._asdict().items()
+            if isinstance(value, float)
+        }
+    for path, value in fed.items():
+        name = f"feedforward_{path[-1]}"
+        values[name], variables[name], places[path] = value, further[path[-1]], name
+    return Tunable(law.controller.kind, variables, values, places)
+
+
+def _tunable_shape(shape: Shape) -> dict[str, float]:
+    """Return the fields of a shape that can change; the fields of a rule only if the shape has it."""
+    usual = Shape._field_defaults
+    fixed = {"return_distance", "fade_time", "constant", "viscous"}
+    return {
+        name: value
+        for name, value in shape._asdict().items()
+        if name not in fixed or value != usual[name]
+    }
+
+
+def settled_law(law: Law) -> Law:
+    """Return a law without the branches that its fixed parameters rule out."""
+    places = tunable_law(law).places if law.tunable else ()
+    fact = fact_of(law.p, law.types[1], places)
+    unit, (entry,) = settled(law.unit, [law.entry], {"p": fact}, single=law.single)
+    return replace(law, unit=unit, entry=entry)

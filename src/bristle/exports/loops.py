@@ -7,8 +7,8 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.experiment import Variant
+from bristle.exports.described import Request
 from bristle.exports.moves import fastest_of
-from bristle.exports.targets import Request
 from bristle.prediction.claims import in_samples, lateness_of, reach_of, samples_ahead
 from bristle.simulation.compensation import COMPENSATED, compensation_experiment
 

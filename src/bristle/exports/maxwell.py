@@ -23,8 +23,8 @@ from bristle.core.least_squares import non_negative
 from bristle.core.typography import number, with_unit
 from bristle.engine import force_along, interpreted
 from bristle.engine.contact import steady_force
+from bristle.exports.described import Request
 from bristle.exports.moves import fastest_of, hardening_distance, moves_for, turning_distance
-from bristle.exports.targets import Request
 from bristle.identification.parameters import offset_of
 from bristle.models.friction import base_of, is_static, unvaried
 from bristle.models.friction.slots import by_direction

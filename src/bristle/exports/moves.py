@@ -9,7 +9,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Motion
 from bristle.engine.contact import sliding_level
-from bristle.exports.targets import Request
+from bristle.exports.described import Request
 from bristle.models.references.legs import legs_through
 from bristle.prediction.claims import FASTEST
 from bristle.prediction.drive_table import reversal_distance

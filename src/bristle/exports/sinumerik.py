@@ -25,10 +25,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.exports.described import Request
 from bristle.exports.drive import behind_comments, curve_of, last_direction, memory_lost
 from bristle.exports.effect import Drive
 from bristle.exports.loops import loop_for
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.prediction.drive_units import table_units
 
 CONTROLLER = "cascade"

@@ -1,140 +1,21 @@
-"""The targets of the export: the request, the product, the declaration of a target, and the targets of bristle as help lists them."""
+"""The targets of the export: the product, the declaration of a target, and the targets of bristle as help lists them."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from bristle.core.axis import Axis
-    from bristle.core.contracts import Model
-    from bristle.core.experiment import Variant
-    from bristle.exports.described import Source
+    from bristle.exports.described import Request, Source
     from bristle.exports.effect import Drive, Effect
     from bristle.exports.law import Law
-    from bristle.logs.log import Log
-    from bristle.models.controllers.feedforward import Rule
 
 
 VALID_NAME = re.compile("[a-z][a-z0-9_]{0,40}")
 NAME = "axis_x"  # The default name of an export
-
-
-def _no_source() -> Source:
-    from bristle.exports.described import Source  # help must not load modules that compute
-
-    return Source()
-
-
-@dataclass(frozen=True)
-class Request:
-    """A request for an export: the model and the options.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model with parameters.
-    name : str
-        Name of files, types and functions.
-    dt : float
-        Time step [s].
-    source : Source
-        Origin of the values.
-    tunable : bool
-        Whether parameters can be changed at run time.
-    single : bool
-        Whether numbers are of single precision.
-    derivatives : bool
-        Whether the files also compute derivatives.
-    axis : Axis or None
-        The axis; its columns define the units of a table.
-    speed : float
-        Largest speed of a table [m/s or rad/s].
-    points : int
-        Maximum number of entries of a table. With 3, a ``table`` holds gravity and one level per direction.
-    mass : float
-        Moved mass of a scene [kg or kg*m^2].
-    plant : Model or None
-        The plant with the friction, if known.
-    log : Log or None
-        Log whose motion is used to compare a table with the model.
-    info : mapping
-        Further contents of the model file: ``provenance``, the log of the fit, and ``treatment``, its preprocessing.
-    rest : {"held", "middle", ""}
-        Force of a memoryless model at rest: the force of the last direction, or the mean of both directions. Empty
-        for the rule of the target.
-    loop : Variant or None
-        The loop of the axis along the motion of its log. The effect of the files is simulated in this loop.
-    mode : {"torque", "velocity"}
-        The quantity that the amplifier of the axis follows.
-    table : Model or None
-        Friction of the table of a plant with a screw, in N and m.
-    rule : Rule or None
-        Share of the friction that a compensator feeds forward; None for all of it.
-    undivided : Model or None
-        The friction of the axis, if `model` contains a share of it.
-    """
-
-    model: Model
-    name: str
-    dt: float
-    source: Source = field(default_factory=_no_source)
-    tunable: bool = False
-    single: bool = False
-    axis: Axis | None = None
-    speed: float = 0.0
-    points: int = 20
-    mass: float = 1.0
-    plant: Model | None = None
-    log: Log | None = None
-    info: Mapping[str, Any] = field(default_factory=dict)
-    rest: str = ""
-    loop: Variant | None = None
-    mode: str = "torque"
-    table: Model | None = None
-    derivatives: bool = False
-    rule: Rule | None = None
-    undivided: Model | None = None
-
-    @property
-    def draws(self) -> Mapping[str, np.ndarray]:
-        """Draws of the parameters of the friction; empty if its uncertainty is unknown."""
-        return (self.info.get("bands") or {}).get("draws", {})
-
-    @property
-    def share(self) -> Rule:
-        """The share of the friction that a compensator feeds forward."""
-        # Help must not load modules that compute.
-        from bristle.models.controllers.feedforward import WHOLE
-
-        return self.rule or WHOLE
-
-    @property
-    def treatment(self) -> Mapping[str, Any]:
-        """The preprocessing of the log of the identification; empty for a model that is not from a log."""
-        return self.info.get("treatment", {})
-
-    @property
-    def friction(self) -> Model:
-        """The friction of the axis."""
-        return self.undivided or self.model
-
-    @property
-    def is_from_log(self) -> bool:
-        """Whether the model was identified from a log."""
-        return bool(self.treatment)
-
-    @property
-    def sampled(self) -> Model:
-        """The model as evaluated along samples: a memoryless model gets a rule at rest."""
-        from bristle.models.friction.resting import with_rest
-
-        return with_rest(self.model, self.rest) if self.rest else self.model
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
+from bristle.exports.described import Request
 from bristle.exports.drive import (
     Side,
     behind_comments,
@@ -28,7 +29,7 @@ from bristle.exports.drive import (
 )
 from bristle.exports.effect import Drive
 from bristle.exports.loops import lead_of
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import reversal_distance
 from bristle.prediction.drive_units import DriveUnit, table_units

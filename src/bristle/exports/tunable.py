@@ -4,26 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from bristle.core import mathematics
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.experiment import FEEDFORWARD
-from bristle.core.variable import Kind, Variable, variables_of
-from bristle.engine.screwed import of_travel
-from bristle.exports.settled import fact_of, settled
-from bristle.models.controllers.feedforward import Shape
-from bristle.models.controllers.wind_up import WindUp
+from bristle.core.variable import Kind, Variable
 from bristle.models.friction import deflection, slip_law
 from bristle.models.friction.maxwell_stribeck import BEYOND
 from bristle.models.hysteresis import everett
-
-if TYPE_CHECKING:
-    from bristle.exports.law import Law
 
 TOLERANCE = (
     1e-3  # Allowed deviation from double precision in the self-test, divided by the largest output
@@ -171,66 +163,6 @@ def tunable_of(
             mend=mend,
         )
     return Tunable(model.kind, component.variables, values, places)
-
-
-def tunable_law(law: Law) -> Tunable:
-    """Return the variable parameters of the controller and the feedforward of a law, named such as ``controller_k_p``."""
-    feedforward = law.variant.feedforward
-    friction = feedforward.friction
-    values: dict[str, Any] = {}
-    variables: dict[str, Variable] = {}
-    places: dict[tuple[str, ...], str] = {}
-    for part, model in (
-        ("controller", law.controller),
-        ("friction", friction),
-        ("table", feedforward.table),
-    ):
-        if model is not None:
-            tuned = tunable_of(model)
-            values |= {f"{part}_{name}": value for name, value in tuned.values.items()}
-            named = {
-                name: of_travel(variable) if part == "table" else variable
-                for name, variable in tuned.variables.items()
-            }
-            variables |= {f"{part}_{name}": named[name] for name in tuned.values}
-            places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
-    fed = {("mass",): law.p.mass} if law.p.mass else {}
-    fed |= (
-        {}
-        if friction is None
-        else {("shape", name): value for name, value in _tunable_shape(law.p.shape).items()}
-    )
-    further = {**FEEDFORWARD, **variables_of(Shape)}
-    if hasattr(law.p, "screw"):
-        further |= variables_of(WindUp)
-        fed |= {
-            ("screw", name): value
-            for name, value in law.p.screw._asdict().items()
-            if isinstance(value, float)
-        }
-    for path, value in fed.items():
-        name = f"feedforward_{path[-1]}"
-        values[name], variables[name], places[path] = value, further[path[-1]], name
-    return Tunable(law.controller.kind, variables, values, places)
-
-
-def _tunable_shape(shape: Shape) -> dict[str, float]:
-    """Return the fields of a shape that can change; the fields of a rule only if the shape has it."""
-    usual = Shape._field_defaults
-    fixed = {"return_distance", "fade_time", "constant", "viscous"}
-    return {
-        name: value
-        for name, value in shape._asdict().items()
-        if name not in fixed or value != usual[name]
-    }
-
-
-def settled_law(law: Law) -> Law:
-    """Return a law without the branches that its fixed parameters rule out."""
-    places = tunable_law(law).places if law.tunable else ()
-    fact = fact_of(law.p, law.types[1], places)
-    unit, (entry,) = settled(law.unit, [law.entry], {"p": fact}, single=law.single)
-    return replace(law, unit=unit, entry=entry)
 
 
 def _leaves(value: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], Any]]:

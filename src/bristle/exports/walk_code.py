@@ -17,8 +17,7 @@ from bristle.engine.translation.tree import Function
 from bristle.exports.c import CFiles, written_files
 from bristle.exports.c_code import Printer
 from bristle.exports.c_derivatives import DerivedStep
-from bristle.exports.described import rendered
-from bristle.exports.targets import Request
+from bristle.exports.described import Request, rendered
 
 RECORDED = {
     tangent_sum: "tape_sum(a, b)",

@@ -8,7 +8,7 @@ from bristle.core.content import Readable
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS, Variant
 from bristle.exports.c_code import RESERVED
-from bristle.exports.described import Source, hash_of_law, hash_of_model
+from bristle.exports.described import Request, Source, hash_of_model
 from bristle.exports.effect import (
     FAR,
     WORSE,
@@ -18,9 +18,9 @@ from bristle.exports.effect import (
     length_text,
     with_best_rule,
 )
-from bristle.exports.law import law_of
+from bristle.exports.law import hash_of_law, law_of
 from bristle.exports.loops import cycle_of, late_of, lead_of, loop_for, reach_for
-from bristle.exports.targets import TARGETS, VALID_NAME, Product, Request, Target
+from bristle.exports.targets import TARGETS, VALID_NAME, Product, Target
 from bristle.exports.tunable import refuse_beyond_single, single_note
 from bristle.files.owned import is_plain
 from bristle.files.permission import code_at

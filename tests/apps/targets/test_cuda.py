@@ -16,7 +16,7 @@ from bristle.apps.targets import cuda
 from bristle.apps.targets.cuda import write
 from bristle.contract import example_of
 from bristle.engine.path import output_along
-from bristle.exports.targets import Request
+from bristle.exports.described import Request
 
 COMPILER = shutil.which("c++") or shutil.which("g++")
 DT = 5e-4

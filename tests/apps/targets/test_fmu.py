@@ -30,8 +30,8 @@ from bristle.apps.targets.fmu_exchange import why_not
 from bristle.cli.main import main
 from bristle.contract import example_of
 from bristle.exports.c import law_files
-from bristle.exports.described import Source, hash_of_law, hash_of_model
-from bristle.exports.law import law_of, law_walk
+from bristle.exports.described import Source, hash_of_model
+from bristle.exports.law import hash_of_law, law_of, law_walk
 from bristle.models.friction.resting import with_rest
 from bristle.models.friction.slots import SLOTS
 

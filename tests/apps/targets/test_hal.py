@@ -15,9 +15,8 @@ import bristle as br
 from bristle.apps.targets import hal
 from bristle.cli.main import main
 from bristle.engine.contact import steady_force
-from bristle.exports.described import Source
+from bristle.exports.described import Request, Source
 from bristle.exports.law import law_of
-from bristle.exports.targets import Request
 from bristle.files.axis import axis_from
 from bristle.models.controllers.feedforward import Rule
 from bristle.models.plants.terms import effort_of_place, terms_of, with_terms

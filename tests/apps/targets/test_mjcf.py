@@ -12,8 +12,8 @@ import bristle as br
 from bristle.apps.targets.mjcf import write
 from bristle.contract import example_of
 from bristle.core import InputError
+from bristle.exports.described import Request
 from bristle.exports.moves import moves_for
-from bristle.exports.targets import Request
 
 needs_mujoco = pytest.mark.skipif(importlib.util.find_spec("mujoco") is None, reason="needs mujoco")
 LUGRE = br.friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=316.0, sigma_2=0.4)

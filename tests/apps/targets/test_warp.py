@@ -11,7 +11,7 @@ from tests.exports.native import example_with
 
 import bristle as br
 from bristle.apps.targets.warp import write
-from bristle.exports.targets import Request
+from bristle.exports.described import Request
 from bristle.exports.tunable import tunable_of
 
 DT, AXES, SAMPLES = 5e-4, 48, 300

@@ -21,8 +21,8 @@ from tests.exports.native import (
 import bristle as br
 from bristle.apps.targets.wasm import ALONE, module_of, write
 from bristle.apps.targets.wasm_code import leb, signed_leb
+from bristle.exports.described import Request
 from bristle.exports.subject import digest_of, subject_of
-from bristle.exports.targets import Request
 from bristle.models.friction.resting import rest_rule, with_rest
 
 NODE = shutil.which("node")

@@ -13,9 +13,9 @@ from bristle.core.errors import InputError
 from bristle.engine.translation.tree import INTEGER, REAL, TRUTH, Struct, Type
 from bristle.exports.c import CFiles
 from bristle.exports.c_code import Printer
-from bristle.exports.described import rendered, with_rights
+from bristle.exports.described import Request, rendered, with_rights
 from bristle.exports.subject import settled_subject, subject_of
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.exports.tunable import tunable_of
 from bristle.models.friction.resting import HELD
 

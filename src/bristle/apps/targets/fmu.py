@@ -35,6 +35,7 @@ from bristle.exports.c_code import Printer, number
 from bristle.exports.c_parts import array_text, assembled, constant_text, declared, helpers_text
 from bristle.exports.described import (
     PACKAGES,
+    Request,
     Source,
     hash_of_model,
     hash_on_plant,
@@ -46,7 +47,7 @@ from bristle.exports.described import (
 )
 from bristle.exports.law import Law
 from bristle.exports.subject import digest_of, subject_of
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.models.friction.resting import rest_rule
 
 PATIENCE = 600.0  # [s]; zig builds the library of a platform once

@@ -28,10 +28,10 @@ from bristle.engine.translation.tree import (
 )
 from bristle.exports.cycle import LARGEST, Core, core_of
 from bristle.exports.described import Source, parameter_table
-from bristle.exports.law import INPUTS, Law, law_facts, law_of
+from bristle.exports.law import INPUTS, Law, law_facts, law_of, settled_law, tunable_law
 from bristle.exports.settled import pruned
 from bristle.exports.subject import Subject, capacity_of, places_of
-from bristle.exports.tunable import Tunable, settled_law, tunable_law, tunable_of
+from bristle.exports.tunable import Tunable, tunable_of
 
 TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT, STATE, RATE, MARGIN = range(9)
 

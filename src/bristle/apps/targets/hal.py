@@ -23,14 +23,13 @@ from bristle.engine.translation.tree import REAL, Unit, struct_type
 from bristle.exports import subject as subjects
 from bristle.exports.c import CFiles, law_code_facts
 from bristle.exports.c_parts import constant_text
-from bristle.exports.described import Source, plain, rendered, with_rights
+from bristle.exports.described import Request, Source, plain, rendered, with_rights
 from bristle.exports.drive import error_on_log, losses, side_of
 from bristle.exports.feed import fed
-from bristle.exports.law import Law, law_walk, samples_along
+from bristle.exports.law import Law, law_walk, samples_along, settled_law
 from bristle.exports.loops import cycle_of, late_of
 from bristle.exports.subject import Subject
-from bristle.exports.targets import NAME, Product, Request
-from bristle.exports.tunable import settled_law
+from bristle.exports.targets import NAME, Product
 from bristle.models.controllers.feedforward import Rule
 from bristle.models.plants.terms import Place, effort_at, place_of
 from bristle.prediction.drive_units import DriveUnit, signed_units

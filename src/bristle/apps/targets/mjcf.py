@@ -13,9 +13,9 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.exports.described import parameter_table, plain, version
+from bristle.exports.described import Request, parameter_table, plain, version
 from bristle.exports.maxwell import Deviation, Elements, elements_of
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.identification.parameters import offset_of
 from bristle.models.friction import base_of
 from bristle.models.friction.level import rises_with_effort

@@ -9,9 +9,9 @@ from bristle.core.variable import unit_of
 from bristle.exports.c import CFiles
 from bristle.exports.c_code import Printer
 from bristle.exports.c_parts import meaning_within
-from bristle.exports.described import plain, rendered, with_rights
+from bristle.exports.described import Request, plain, rendered, with_rights
 from bristle.exports.subject import settled_subject, subject_of
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.exports.tunable import Tunable, tunable_of
 
 OF_C = ("{}.h", "{}.c", "{}_selftest.c")  # files of the export to C

@@ -30,9 +30,17 @@ from bristle.apps.targets.st_project import (
 )
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine.translation.tree import Array, Struct, Type
-from bristle.exports.described import Source, meaning_of, model_facts, plain
+from bristle.exports.described import Request, Source, meaning_of, model_facts, plain
 from bristle.exports.feed import Feed, with_feed
-from bristle.exports.law import INPUTS, PER_VELOCITY, Law, law_facts, law_walk
+from bristle.exports.law import (
+    INPUTS,
+    PER_VELOCITY,
+    Law,
+    law_facts,
+    law_walk,
+    settled_law,
+    tunable_law,
+)
 from bristle.exports.subject import (
     COMMIT,
     COUNT,
@@ -43,8 +51,8 @@ from bristle.exports.subject import (
     subject_of,
     walk_of,
 )
-from bristle.exports.targets import Product, Request
-from bristle.exports.tunable import CONSTANTS, settled_law, single_note, tunable_law, tunable_of
+from bristle.exports.targets import Product
+from bristle.exports.tunable import CONSTANTS, single_note, tunable_of
 from bristle.models.controllers.feedforward import Rule
 from bristle.prediction.drive_units import command_units
 

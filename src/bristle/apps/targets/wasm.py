@@ -41,7 +41,7 @@ from bristle.exports.cycle import (
     core_of,
     cycle_of,
 )
-from bristle.exports.described import parameter_table, rendered, version, with_rights
+from bristle.exports.described import Request, parameter_table, rendered, version, with_rights
 from bristle.exports.printing import needs_wide_integers
 from bristle.exports.settled import pruned
 from bristle.exports.subject import (
@@ -53,7 +53,7 @@ from bristle.exports.subject import (
     layout_of,
     subject_of,
 )
-from bristle.exports.targets import Product, Request
+from bristle.exports.targets import Product
 from bristle.exports.tunable import tunable_of
 from bristle.models.friction import unvaried
 from bristle.models.friction.resting import rest_rule
