@@ -367,8 +367,11 @@ def why_only_similar(fit: Fit) -> str:
 
 def _parameters(identification: Identification, axis: Axis | None) -> list[object]:
     """Return the parameters of two masses, if the log shows them, those of the best model, and those of sweeps."""
-    parameters = Block("table", parameter_table(identification.best, axis), ("long",))
-    return [two_masses_table(identification), parameters, sweep_table(identification)]
+    return [
+        two_masses_table(identification),
+        Block("table", parameter_table(identification.best, axis), ("long",)),
+        sweep_table(identification),
+    ]
 
 
 def _correlations(fit: Fit) -> Table:

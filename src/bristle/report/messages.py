@@ -39,8 +39,7 @@ def message(diagnostic: Diagnostic) -> str:
 
 def whole_sentence(diagnostic: Diagnostic) -> str:
     """Return a diagnostic as a sentence, with a capital and a full stop."""
-    text = message(diagnostic)
-    return f"{capital(text)}."
+    return f"{capital(message(diagnostic))}."
 
 
 def clause(diagnostic: Diagnostic) -> str:

@@ -225,10 +225,9 @@ class ModelInHand(WithCard):
         rows = tuple(tuple(row[index] for index in columns) for row in table.rows)
         logs, remarks = self._words()
         title = f"{self.best.name}, identified{f' from {logs}' if logs else ''}: error {self.best.error_percent:.3g} %"
-        heads = tuple(table.heads[index] for index in columns)
         return Card(
             title,
-            heads,
+            tuple(table.heads[index] for index in columns),
             rows,
             (*remarks, *(f"warning: {warning}" for warning in warnings_of(self.best))),
         )
