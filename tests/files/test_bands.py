@@ -9,7 +9,7 @@ from bristle import friction, plants
 from bristle.core import InputError
 from bristle.files import read_model
 from bristle.files.model import NUMBERS, write_model
-from bristle.identification.simulated_bands import Bands
+from bristle.identification.result import Bands
 
 BANDS = Bands(
     {"F_C": np.array([7.9, 8.1, 8.0]), "M": np.array([20.0, 20.1, 19.9])},

@@ -18,7 +18,7 @@ from bristle.identification.least_squares import linear
 from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
-from bristle.identification.simulated_bands import Bands
+from bristle.identification.result import Bands
 from bristle.prediction import predict
 
 PAIRS = 15

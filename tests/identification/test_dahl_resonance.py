@@ -185,9 +185,11 @@ def reported(sweep, **quantities):
     sweep = (
         sweep
         if isinstance(sweep, str) or sweep is None
-        else SimpleNamespace(compared_with=lambda _: items)
+        else SimpleNamespace(compared_with=lambda *_: items)
     )
-    return SimpleNamespace(sweep=sweep, best=SimpleNamespace(name="lugre"))
+    return SimpleNamespace(
+        sweep=sweep, best=SimpleNamespace(name="lugre", plant=None, friction=None, estimates=())
+    )
 
 
 @pytest.mark.parametrize(
@@ -215,7 +217,9 @@ def test_an_identification_reports_the_sweep_beside_its_fit(log, sweep):
     found = identify(log, "dahl", draws=0, blocks=0)
     assert isinstance(found.sweep, DahlResonance)
     assert found.sweep.stiffness == pytest.approx(sweep.stiffness, rel=1e-9)
-    stiffness, damping = found.sweep.compared_with(found.best)
+    stiffness, damping = found.sweep.compared_with(
+        found.best.plant, found.best.friction, found.best.estimates
+    )
     assert stiffness.fitted == found.best.parameters["sigma_0"].value
     assert damping.fitted == found.best.parameters["sigma_2"].value
     assert [row[0] for row in sweep_table(found).rows] == ["Stiffness", "Damping"]

@@ -14,7 +14,7 @@ import bristle as br
 from bristle.core import Axis, with_unit
 from bristle.files import read_experiment, results_folder
 from bristle.identification import identify, one_encoder
-from bristle.identification.elasticity import Elastic, elastic_coupling
+from bristle.identification.elasticity import Elastic, Masses, elastic_coupling
 from bristle.identification.one_encoder import CUT, OneEncoder, with_masses
 from bristle.identification.two_encoders import (
     A_1,
@@ -26,7 +26,6 @@ from bristle.identification.two_encoders import (
     UNKNOWN,
     V_1,
     V_2,
-    Masses,
     Prior,
     Spectra,
 )

@@ -10,7 +10,7 @@ from tests.identification.known_logs import STATED, virgin_curve
 from bristle.files.model import read_model, write_model
 from bristle.identification import identify, stribeck_element_models
 from bristle.identification.fixed_shape import in_lists, shaped
-from bristle.identification.simulated_bands import Bands
+from bristle.identification.result import Bands
 from bristle.identification.stribeck_element_models import (
     OF_THIS_SHAPE,
     Curve,

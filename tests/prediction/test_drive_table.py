@@ -13,8 +13,7 @@ from bristle.core import InputError
 from bristle.core.diagnostic import Diagnostic
 from bristle.engine.contact import steady_force
 from bristle.identification import identify
-from bristle.identification.result import Resampling
-from bristle.identification.simulated_bands import Bands
+from bristle.identification.result import Bands, Resampling
 from bristle.models.plants import inertia, oscillator
 from bristle.prediction import drive_table
 from bristle.prediction.drive_table import (

@@ -8,7 +8,7 @@ import pytest
 from bristle import controllers, friction
 from bristle.core import Axis, InputError
 from bristle.core.status import Status
-from bristle.identification.simulated_bands import Bands
+from bristle.identification.result import Bands
 from bristle.logs.log import Channel, Log
 from bristle.models.plants import inertia
 from bristle.prediction import predict

@@ -9,15 +9,16 @@ if TYPE_CHECKING:
     from bristle.identification.identify import identify
     from bristle.identification.known_truth import Determined
     from bristle.identification.request import models_of, prior_knowledge_of, refuse_options
-    from bristle.identification.result import Fit, HeldOut, Identification
-    from bristle.identification.second_pass import (
+    from bristle.identification.result import (
+        Bands,
+        Fit,
+        HeldOut,
+        Identification,
         ProposedLine,
         SecondPass,
-        axis_with,
-        proposed_lines,
     )
+    from bristle.identification.second_pass import axis_with, proposed_lines
     from bristle.identification.settings import Settings
-    from bristle.identification.simulated_bands import Bands
     from bristle.identification.work import Work
 
 __getattr__ = loaded_from(__name__)

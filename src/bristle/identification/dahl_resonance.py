@@ -40,8 +40,8 @@ from bristle.identification.parameters import Role, names_of
 from bristle.logs.log import Log
 
 if TYPE_CHECKING:
+    from bristle.core.contracts import Model
     from bristle.identification.estimate import Estimate
-    from bristle.identification.result import Fit
 
 CYCLES = 4.0  # of a window
 OF_RATE, PER_OCTAVE = 0.1, 6  # highest frequency over the sampling frequency; frequencies tried
@@ -80,25 +80,27 @@ class DahlResonance(NamedTuple):
     stiffnesses: tuple[float, ...]
     losses: tuple[float, ...]
 
-    def compared_with(self, fit: Fit) -> tuple[Compared, ...]:
+    def compared_with(
+        self, plant: Model, friction: Model, estimates: Sequence[Estimate]
+    ) -> tuple[Compared, ...]:
         """Return stiffness and damping of the sweep and of a fit."""
-        kind, friction = fit.plant.kind, fit.friction.component.variables
-        units = unit_of("force/length", kind), unit_of("force*time/length", kind)
+        variables = friction.component.variables
+        units = (unit_of("force/length", plant.kind), unit_of("force*time/length", plant.kind))
         viscous = [
             name
-            for part in (fit.plant, fit.friction)
+            for part in (plant, friction)
             for name in names_of(Role.VISCOUS, part.component.variables)
         ]
         # Viscous friction of two directions counts half each.
         shares = dict.fromkeys(viscous, 1.0 / max(len(viscous), 1)) | dict.fromkeys(
-            names_of(Role.MICRO_DAMPING, friction), 1.0
+            names_of(Role.MICRO_DAMPING, variables), 1.0
         )
         springs = [
             (item, 1.0)
-            for item in fit.estimates
-            if item.unit == units[0] and item.name not in fit.plant.values
+            for item in estimates
+            if item.unit == units[0] and item.name not in plant.values
         ]
-        damping = [(item, shares[item.name]) for item in fit.estimates if item.name in shares]
+        damping = [(item, shares[item.name]) for item in estimates if item.name in shares]
         return (
             Compared(
                 "stiffness",

@@ -38,7 +38,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,9 +48,6 @@ from bristle.identification.preprocessing import step_of
 from bristle.logs.filters import derivative, low_passed
 from bristle.logs.log import Log
 from bristle.logs.turns import runs
-
-if TYPE_CHECKING:
-    from bristle.identification.two_encoders import Masses
 
 # s: of a slide; slides; tapered share of a slide
 LONGEST, SHORTEST, FEWEST, TAPER = (8.0, 0.4, 3, 1.0)
@@ -80,6 +77,27 @@ HOLDS = (-1.5, 1.5)  # exponent of the hold
 LEAST_CLEAN, LEAST_ROWS = 0.05, 50.0  # of the effort, power without noise; rows of a level of noise
 BEHIND = 0.05  # of the mass: error of the inertia of a whole log by friction behind a spring
 TINY = float(np.finfo(float).tiny)
+# Places of the quantities in the values of two masses.
+M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
+
+
+class Masses(NamedTuple):
+    """Motor, load, load over stiffness, damping over stiffness, and delay of the effort, with standard errors; and the stiffness."""
+
+    values: np.ndarray
+    errors: np.ndarray
+    stiffness: float
+    stiffness_error: float
+
+    @property
+    def damping(self) -> float:
+        """Damping of the coupling [N*s/m or N*m*s/rad]."""
+        return self.stiffness * float(self.values[DAMPING])
+
+    @property
+    def delay(self) -> float:
+        """Delay of the effort [s]."""
+        return float(self.values[DELAY])
 
 
 class Elastic(NamedTuple):

@@ -50,8 +50,8 @@ from bristle.identification.preprocessing import (
     long_enough,
     treat_all,
 )
-from bristle.identification.result import Fit, Identification
-from bristle.identification.second_pass import Passed, SecondPass, second_pass
+from bristle.identification.result import Fit, Identification, SecondPass
+from bristle.identification.second_pass import Passed, second_pass
 from bristle.identification.settings import Settings
 from bristle.identification.structure import with_friction_alone, with_spring_named, with_structure
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses

@@ -30,7 +30,8 @@ from bristle.core.lazy import cached_property
 from bristle.core.least_squares import apart_from, non_negative
 from bristle.core.variable import Kind
 from bristle.engine.motion import along
-from bristle.identification.two_encoders import DAMPING, FACTOR, M_1, Masses, Record
+from bristle.identification.elasticity import DAMPING, M_1, Masses
+from bristle.identification.two_encoders import FACTOR, Record
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.models.friction import maxwell_slip
 

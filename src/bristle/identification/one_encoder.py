@@ -23,20 +23,25 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.elasticity import HOLDS, TINY, Elastic, motor_spectra
-from bristle.identification.preprocessing import step_of
-from bristle.identification.two_encoders import (
+from bristle.identification.elasticity import (
     DAMPING,
-    EFFORT,
-    EXCITE,
+    HOLDS,
     KAPPA,
     M_1,
     M_2,
-    UNKNOWN,
+    TINY,
     VISCOUS_1,
     VISCOUS_2,
-    Cut,
+    Elastic,
     Masses,
+    motor_spectra,
+)
+from bristle.identification.preprocessing import step_of
+from bristle.identification.two_encoders import (
+    EFFORT,
+    EXCITE,
+    UNKNOWN,
+    Cut,
     MassFit,
     Prior,
     Record,

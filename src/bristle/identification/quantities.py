@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from bristle.core.variable import Kind, unit_of
+from bristle.identification.elasticity import DAMPING, KAPPA, M_1, M_2, Masses
 from bristle.identification.lost_motion import Hysteresis, LostMotion
-from bristle.identification.two_encoders import DAMPING, FACTOR, KAPPA, M_1, M_2, Masses, half_width
+from bristle.identification.two_encoders import FACTOR, half_width
 
 if TYPE_CHECKING:
     from bristle.identification.elasticity import Elastic

@@ -5,27 +5,32 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.core.diagnostic import HeldOut
+from bristle.core.dimensions import exponents_of
 from bristle.core.lazy import cached_property
+from bristle.core.tabular import plain
 from bristle.core.typography import with_unit
+from bristle.core.values import numbers_of
+from bristle.core.variable import Kind
 from bristle.identification.estimate import Estimate
 from bristle.identification.parameters import Role, acts_in_sliding, constant_of, name_of, names_of
+from bristle.identification.quantities import Quantity
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.passages import Passage, passages
+from bristle.models.friction import find
+from bristle.models.friction.next_model import goes_by_name, model_with
+from bristle.models.plants import ball_screw
 from bristle.simulation.statistics import relative_error_percent
 
 if TYPE_CHECKING:
-    from bristle.core import Model
     from bristle.core.diagnostic import Diagnostic
     from bristle.identification.dahl_resonance import DahlResonance
     from bristle.identification.one_encoder import Response
-    from bristle.identification.second_pass import SecondPass
-    from bristle.identification.simulated_bands import Bands
-    from bristle.identification.two_masses import TwoMasses
     from bristle.logs.break_away import BreakAway
     from bristle.logs.log import Log
 
@@ -37,6 +42,81 @@ TWO_MASSES = "the plant with two masses"  # in the parts of a result that are le
 LARGE_OFFSET, SURE_OFFSET = (0.25, 3.0)
 LACKING = ("structure", "like_a_spring", "clipped", "saturates", "scale_steps", "high_passed")
 """Codes for a force missing in the model or in the effort of a log: the parameters in `names` absorb it."""
+
+
+class ProposedLine(NamedTuple):
+    """A line for the axis file: section, key, value in SI units of the axis, and the code of its reason."""
+
+    section: str
+    key: str
+    value: Any
+    reason: str
+
+
+class SecondPass(NamedTuple):
+    """A second pass with proposed lines, and the held-out errors without and with them [%]; infinite if no model fits."""
+
+    lines: tuple[ProposedLine, ...]
+    error_without: float
+    error_with: float
+    taken: bool
+
+
+@dataclass(frozen=True)
+class Bands:
+    """The data of the 95 % band around a prediction.
+
+    Parameters
+    ----------
+    draws : mapping of str to array_like, shape (member,) or (member, element)
+        Draws of the free parameters of the model [SI].
+    scatter : float
+        Relative standard deviation of the friction level between half-cycles.
+    noise : float
+        Standard deviation of the effort noise, independent between samples [N or N*m].
+    unexplained : float
+        Rms of the residual that noise, encoder and scatter do not explain [N or N*m].
+    lasting : float
+        Correlation time of the unexplained force [s].
+    inflation : float
+        Factor on the width of the band, from held-out blocks.
+    left_in_closed_loop : float
+        Standard deviation of the position error in closed loop that the values above and the rounding of the encoder do
+        not explain [m or rad].
+    left_in_open_loop : float
+        Standard deviation of the position error in open loop that the values above do not explain [m or rad].
+    """
+
+    draws: Mapping[str, np.ndarray]
+    scatter: float
+    noise: float
+    unexplained: float
+    lasting: float = 0.0
+    inflation: float = 1.0
+    left_in_closed_loop: float = 0.0
+    left_in_open_loop: float = 0.0
+
+    @property
+    def count(self) -> int:
+        """Number of draws."""
+        return min((len(draws) for draws in self.draws.values()), default=0)
+
+    def models(self, model: Model, most: int) -> list[Model]:
+        """Return a model with the parameters of the first draws, at most `most` models."""
+        return [with_parameters(self, index, model) for index in range(min(self.count, most))]
+
+
+def with_parameters(bands: Bands, index: int, model: Model) -> Model:
+    """Return a model with its parameters from one draw."""
+    own = {
+        name: np.asarray(draws[index])[()]
+        for name, draws in bands.draws.items()
+        if name in model.values
+    }
+    component = model.component
+    return Model(
+        component, component.assemble(numbers_of(component, model.parameters) | own), model.kind
+    )
 
 
 class Information(NamedTuple):
@@ -440,3 +520,164 @@ class Identification:
     def passages(self) -> tuple[Passage, ...]:
         """The kinds of experiment that the log contains, in order."""
         return passages(self.log)
+
+
+@dataclass(frozen=True)
+class TwoMasses:
+    """A motor and a load behind an elastic coupling, identified from a log with an encoder on either side, or at the motor.
+
+    Parameters
+    ----------
+    quantities : tuple of Quantity
+        Masses, stiffness and damping in SI units of the axis, with 95 % intervals; with two encoders also play and friction of
+        the nut, and the hysteresis of the coupling, if the log shows it.
+    motor : Identification
+        Friction models of the bearings of the motor, best first, from motor position and effort minus forces of coupling and
+        nut. With one encoder, the friction of both sides.
+    load : Identification or None
+        Friction models of the load side, best first, from load position and force of the coupling; None with one encoder,
+        which does not separate the friction of both sides.
+    delay : float
+        Delay of the effort [s].
+    arm : float
+        Movement of the axis per radian of the motor [m/rad]; 1 if unknown, and on a rotational axis.
+    nut_is_masked : bool
+        Whether other forces mask the friction of a nut, and the force of the coupling is not too small to show it.
+    measured : bool
+        Whether a sensor of torque or force separates both sides. Friction of the load side is then all friction behind the
+        sensor, without that of a nut that the log shows.
+    rigid : str
+        Reason why the log of a sensor does not show the deflection of the coupling; empty if it does.
+    """
+
+    quantities: tuple[Quantity, ...]
+    motor: Identification
+    load: Identification | None
+    delay: float
+    arm: float = 1.0
+    nut_is_masked: bool = False
+    measured: bool = False
+    rigid: str = ""
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether the log shows the stiffness of the coupling."""
+        return "stiffness" in self.by_name
+
+    @property
+    def nut_is_separable(self) -> bool:
+        """Whether the log separates friction of the nut from bearings, load and stiffness."""
+        if self.load is None or "nut" not in self.by_name:
+            return False
+        nut, stiffness = self.by_name["nut"], self.by_name["stiffness"]
+        return nut.value > 0.0 or nut.half_width < stiffness.half_width / stiffness.value
+
+    @property
+    def nut(self) -> float:
+        """Friction of the nut per force of the coupling; 0 if the log does not show it."""
+        return self.by_name["nut"].value if "nut" in self.by_name else 0.0
+
+    @property
+    def by_name(self) -> dict[str, Quantity]:
+        """The quantities by name."""
+        return {quantity.name: quantity for quantity in self.quantities}
+
+    @property
+    def sides(self) -> dict[str, Identification]:
+        """Friction of motor and load by the name of the side; with one encoder, all friction is that of the motor."""
+        return {"motor": self.motor} | ({} if self.load is None else {"load": self.load})
+
+    @property
+    def play_is_clear(self) -> bool:
+        """Whether the log shows play."""
+        return "play" in self.by_name and self.by_name["play"].value > 0.0
+
+    @property
+    def plant(self) -> Model:
+        """The plant for simulations, a `ball_screw`; without a lead, its motor has the kind of the axis, and moves as far as the load."""
+        value = {name: quantity.value for name, quantity in self.by_name.items()}
+        J, lead = (value["motor"] + value.get("screw", 0.0)) * self.arm**2, 2.0 * math.pi * self.arm
+        return ball_screw(
+            kind=self.kind,
+            J=J,
+            M=value["load"],
+            lead=lead,
+            k=value["stiffness"],
+            d=value["damping"],
+            backlash=value.get("play", 0.0),
+        )
+
+    @property
+    def kind(self) -> Kind:
+        """The kind of the motor: that of the axis, or rotational behind a lead."""
+        return self.motor.best.friction.kind if self.arm == 1.0 else "rotational"
+
+    @property
+    def motor_friction(self) -> Model:
+        """Friction of bearings and nut in units of the motor; without that of the nut if the model has no slot ``+transmitted``."""
+        friction, nut = _determined(self.motor.best), self.nut
+        name = (
+            model_with("transmitted", friction)
+            if nut > 0.0 and goes_by_name(friction.component)
+            else ""
+        )
+        return self.at_the_motor(
+            find(name)(kind=friction.kind, **friction.values, c_T=nut) if name else friction
+        )
+
+    def at_the_motor(self, friction: Model) -> Model:
+        """Return a friction of the axis in units of the motor."""
+        values: dict[str, Any] = {}
+        for name, value in friction.values.items():
+            powers: Mapping[str, float] = exponents_of(friction.component.variables[name].quantity)
+            factor = self.arm ** (powers.get("force", 0.0) - powers.get("length", 0.0))
+            scaled = np.asarray(value, dtype=float) * factor if powers else value
+            values[name] = scaled if np.ndim(scaled) else scaled.item() if powers else value
+        return friction.component(kind=self.kind, **values)
+
+    @property
+    def table_friction(self) -> Model | None:
+        """Friction of the table in N and m; of a rotational load in the same numbers. None with one encoder."""
+        if self.load is None:
+            return None
+        friction = _determined(self.load.best)
+        return friction.component(kind="translational", **friction.values)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return quantities and friction as plain data."""
+        sides = {f"{name}_friction": _friction_data(side.best) for name, side in self.sides.items()}
+        numbers = {quantity.name: plain(quantity) for quantity in self.quantities}
+        return {
+            "quantities": numbers,
+            "delay": self.delay,
+            "play_is_clear": self.play_is_clear,
+            **sides,
+        }
+
+
+def _determined(fit: Fit) -> Model:
+    """Return the friction of a fit; a break-away level that the log does not determine is that of sliding."""
+    values, variables = fit.friction.values, fit.friction.component.variables
+    pairs = zip(names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables), strict=False)
+    return fit.friction.with_values(
+        **{
+            peak: values[level]
+            for peak, level in pairs
+            if fit.parameters[peak].status not in ("identified", "held")
+        }
+    )
+
+
+def _friction_data(fit: Fit) -> dict[str, Any]:
+    """Return model, parameters and intervals of a side."""
+    values = {
+        item.name: {
+            "value": item.value,
+            "unit": item.unit,
+            "interval": item.ends,
+            "status": item.status,
+        }
+        for item in fit.estimates
+        if item.name in fit.friction.values
+    }
+    return {"model": fit.name, "error_percent": fit.force_error_percent, "parameters": values}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from bristle.core.axis import Axis, Cogging
 from bristle.core.diagnostic import Diagnostic, Number
@@ -14,7 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, unit_of
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.parameters import PROPOSED, STATED
-from bristle.identification.result import Fit
+from bristle.identification.result import Fit, ProposedLine, SecondPass
 from bristle.identification.structure import LIKE_A_SPRING
 from bristle.logs.log import Log
 from bristle.models.plants.inertia import MODEL as inertia
@@ -27,24 +27,6 @@ REJECTED: dict[str, dict[str, Number]] = {
 }
 """Numbers of diagnostics whose lines a second pass rejected."""
 Pairs = list[tuple[Log, Axis | None]]
-
-
-class ProposedLine(NamedTuple):
-    """A line for the axis file: section, key, value in SI units of the axis, and the code of its reason."""
-
-    section: str
-    key: str
-    value: Any
-    reason: str
-
-
-class SecondPass(NamedTuple):
-    """A second pass with proposed lines, and the held-out errors without and with them [%]; infinite if no model fits."""
-
-    lines: tuple[ProposedLine, ...]
-    error_without: float
-    error_with: float
-    taken: bool
 
 
 class Passed(NamedTuple):

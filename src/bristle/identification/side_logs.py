@@ -19,8 +19,9 @@ import numpy as np
 from bristle.core.axis import COUPLING_EFFORT, LOAD_ENCODER
 from bristle.core.errors import InputError
 from bristle.identification.dataset import effort_of
+from bristle.identification.elasticity import M_1, Masses
 from bristle.identification.lost_motion import LostMotion
-from bristle.identification.two_encoders import DELAY_STEP, EARLY, LATE, M_1, TINY, Masses, Record
+from bristle.identification.two_encoders import DELAY_STEP, EARLY, LATE, TINY, Record
 from bristle.logs.filters import ahead, derivative, low_passed
 from bristle.logs.log import Channel, Log
 

@@ -23,9 +23,9 @@ error accumulates, as in open loop, the spread grows with the error.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -35,12 +35,11 @@ from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
-from bristle.core.values import numbers_of
 from bristle.engine.motion import along
 from bristle.identification.dataset import Dataset, mechanical, transmitted_by
 from bristle.identification.half_cycles import force_with_scatter, half_cycle_starts, least_way
 from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
-from bristle.identification.result import Fit
+from bristle.identification.result import Bands, Fit, with_parameters
 from bristle.logs.log import Log
 from bristle.logs.turns import numbered, reversals, turning_points
 from bristle.models.friction import with_presliding
@@ -158,50 +157,6 @@ MEMBERS = 40
 SEED = 95
 
 
-@dataclass(frozen=True)
-class Bands:
-    """The data of the 95 % band around a prediction.
-
-    Parameters
-    ----------
-    draws : mapping of str to array_like, shape (member,) or (member, element)
-        Draws of the free parameters of the model [SI].
-    scatter : float
-        Relative standard deviation of the friction level between half-cycles.
-    noise : float
-        Standard deviation of the effort noise, independent between samples [N or N*m].
-    unexplained : float
-        Rms of the residual that noise, encoder and scatter do not explain [N or N*m].
-    lasting : float
-        Correlation time of the unexplained force [s].
-    inflation : float
-        Factor on the width of the band, from held-out blocks.
-    left_in_closed_loop : float
-        Standard deviation of the position error in closed loop that the values above and the rounding of the encoder do
-        not explain [m or rad].
-    left_in_open_loop : float
-        Standard deviation of the position error in open loop that the values above do not explain [m or rad].
-    """
-
-    draws: Mapping[str, np.ndarray]
-    scatter: float
-    noise: float
-    unexplained: float
-    lasting: float = 0.0
-    inflation: float = 1.0
-    left_in_closed_loop: float = 0.0
-    left_in_open_loop: float = 0.0
-
-    @property
-    def count(self) -> int:
-        """Number of draws."""
-        return min((len(draws) for draws in self.draws.values()), default=0)
-
-    def models(self, model: Model, most: int) -> list[Model]:
-        """Return a model with the parameters of the first draws, at most `most` models."""
-        return [with_parameters(self, index, model) for index in range(min(self.count, most))]
-
-
 def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
     """Return the half-width of the 95 % band around the effort of each row [N or N*m]; without draws, parameters are fixed.
 
@@ -276,17 +231,4 @@ def within_the_log(fit: Fit, dataset: Dataset) -> Fit:
     return replace(
         fit,
         resampling=replace(fit.resampling, bands=replace(bands, draws={**bands.draws, **moved})),
-    )
-
-
-def with_parameters(bands: Bands, index: int, model: Model) -> Model:
-    """Return a model with its parameters from one draw."""
-    own = {
-        name: np.asarray(draws[index])[()]
-        for name, draws in bands.draws.items()
-        if name in model.values
-    }
-    component = model.component
-    return Model(
-        component, component.assemble(numbers_of(component, model.parameters) | own), model.kind
     )

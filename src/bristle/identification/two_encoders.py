@@ -35,7 +35,20 @@ import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.least_squares import normal
-from bristle.identification.elasticity import TINY, starts_of_groups
+from bristle.identification.elasticity import (
+    DAMPING,
+    DELAY,
+    FRICTION_1,
+    FRICTION_2,
+    KAPPA,
+    M_1,
+    M_2,
+    TINY,
+    VISCOUS_1,
+    VISCOUS_2,
+    Masses,
+    starts_of_groups,
+)
 from bristle.logs.filters import low_passed
 from bristle.logs.turns import runs
 
@@ -53,7 +66,6 @@ PASSES, STEPS_OF_FIT, BLOCKS, FEWEST = (4, 15, 20, 6)
 NUDGE = 1e-5  # of a parameter, for a derivative
 SIGNALS = 10
 EFFORT, A_1, A_2, V_1, V_2, TWIST, TWIST_RATE, FADING_1, FADING_2, NUT = range(SIGNALS)
-M_1, M_2, KAPPA, DAMPING, VISCOUS_1, VISCOUS_2, DELAY, FRICTION_1, FRICTION_2 = range(9)
 
 EXCITE = "Record long strokes with noise or a chirp around antiresonance and resonance"
 # Of the intervals: factor of the standard error, smallest relative half-width.
@@ -82,25 +94,6 @@ class Record(NamedTuple):
     load: np.ndarray
     effort: np.ndarray
     dt: float
-
-
-class Masses(NamedTuple):
-    """Motor, load, load over stiffness, damping over stiffness, and delay of the effort, with standard errors; and the stiffness."""
-
-    values: np.ndarray
-    errors: np.ndarray
-    stiffness: float
-    stiffness_error: float
-
-    @property
-    def damping(self) -> float:
-        """Damping of the coupling [N*s/m or N*m*s/rad]."""
-        return self.stiffness * float(self.values[DAMPING])
-
-    @property
-    def delay(self) -> float:
-        """Delay of the effort [s]."""
-        return float(self.values[DELAY])
 
 
 class Prior(NamedTuple):

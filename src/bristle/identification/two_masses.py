@@ -13,24 +13,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import COUPLING_EFFORT, LOAD_ENCODER, OF_COUPLING, Axis
-from bristle.core.contracts import Model
 from bristle.core.dimensions import exponents_of
 from bristle.core.edge import Progress, between
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
-from bristle.core.tabular import plain
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
-from bristle.identification.elasticity import Elastic
+from bristle.identification.elasticity import Elastic, Masses
 from bristle.identification.lost_motion import LostMotion, lost_motion
 from bristle.identification.one_encoder import response_of
-from bristle.identification.parameters import Role, names_of
 from bristle.identification.preprocessing import step_of
 from bristle.identification.quantities import (
     JUDGED,
@@ -40,7 +37,7 @@ from bristle.identification.quantities import (
     quantities_of_response,
     unsure_of,
 )
-from bristle.identification.result import TWO_MASSES
+from bristle.identification.result import TWO_MASSES, Fit, Identification, TwoMasses
 from bristle.identification.side_logs import (
     advice,
     alone,
@@ -56,19 +53,14 @@ from bristle.identification.two_encoders import (
     SPARE,
     TINY,
     UNKNOWN,
-    Masses,
     Prior,
     Record,
     masses_of,
 )
 from bristle.logs.log import Log
-from bristle.models.friction import find
-from bristle.models.friction.next_model import goes_by_name, model_with
-from bristle.models.plants import ball_screw
 
 if TYPE_CHECKING:
     from bristle.identification.estimate import Estimate
-    from bristle.identification.result import Fit, Identification
 
     Pairs = Sequence[tuple[Log, Axis | None]]
 
@@ -82,139 +74,6 @@ NO_SCALE = (
     "Without a second encoder, the load is rigid behind the sensor: its inertia and friction hold below the antiresonance, and contain "
     "friction of the nut"
 )
-
-
-@dataclass(frozen=True)
-class TwoMasses:
-    """A motor and a load behind an elastic coupling, identified from a log with an encoder on either side, or at the motor.
-
-    Parameters
-    ----------
-    quantities : tuple of Quantity
-        Masses, stiffness and damping in SI units of the axis, with 95 % intervals; with two encoders also play and friction of
-        the nut, and the hysteresis of the coupling, if the log shows it.
-    motor : Identification
-        Friction models of the bearings of the motor, best first, from motor position and effort minus forces of coupling and
-        nut. With one encoder, the friction of both sides.
-    load : Identification or None
-        Friction models of the load side, best first, from load position and force of the coupling; None with one encoder,
-        which does not separate the friction of both sides.
-    delay : float
-        Delay of the effort [s].
-    arm : float
-        Movement of the axis per radian of the motor [m/rad]; 1 if unknown, and on a rotational axis.
-    nut_is_masked : bool
-        Whether other forces mask the friction of a nut, and the force of the coupling is not too small to show it.
-    measured : bool
-        Whether a sensor of torque or force separates both sides. Friction of the load side is then all friction behind the
-        sensor, without that of a nut that the log shows.
-    rigid : str
-        Reason why the log of a sensor does not show the deflection of the coupling; empty if it does.
-    """
-
-    quantities: tuple[Quantity, ...]
-    motor: Identification
-    load: Identification | None
-    delay: float
-    arm: float = 1.0
-    nut_is_masked: bool = False
-    measured: bool = False
-    rigid: str = ""
-
-    @property
-    def is_elastic(self) -> bool:
-        """Whether the log shows the stiffness of the coupling."""
-        return "stiffness" in self.by_name
-
-    @property
-    def nut_is_separable(self) -> bool:
-        """Whether the log separates friction of the nut from bearings, load and stiffness."""
-        if self.load is None or "nut" not in self.by_name:
-            return False
-        nut, stiffness = self.by_name["nut"], self.by_name["stiffness"]
-        return nut.value > 0.0 or nut.half_width < stiffness.half_width / stiffness.value
-
-    @property
-    def nut(self) -> float:
-        """Friction of the nut per force of the coupling; 0 if the log does not show it."""
-        return self.by_name["nut"].value if "nut" in self.by_name else 0.0
-
-    @property
-    def by_name(self) -> dict[str, Quantity]:
-        """The quantities by name."""
-        return {quantity.name: quantity for quantity in self.quantities}
-
-    @property
-    def sides(self) -> dict[str, Identification]:
-        """Friction of motor and load by the name of the side; with one encoder, all friction is that of the motor."""
-        return {"motor": self.motor} | ({} if self.load is None else {"load": self.load})
-
-    @property
-    def play_is_clear(self) -> bool:
-        """Whether the log shows play."""
-        return "play" in self.by_name and self.by_name["play"].value > 0.0
-
-    @property
-    def plant(self) -> Model:
-        """The plant for simulations, a `ball_screw`; without a lead, its motor has the kind of the axis, and moves as far as the load."""
-        value = {name: quantity.value for name, quantity in self.by_name.items()}
-        J, lead = (value["motor"] + value.get("screw", 0.0)) * self.arm**2, 2.0 * math.pi * self.arm
-        return ball_screw(
-            kind=self.kind,
-            J=J,
-            M=value["load"],
-            lead=lead,
-            k=value["stiffness"],
-            d=value["damping"],
-            backlash=value.get("play", 0.0),
-        )
-
-    @property
-    def kind(self) -> Kind:
-        """The kind of the motor: that of the axis, or rotational behind a lead."""
-        return self.motor.best.friction.kind if self.arm == 1.0 else "rotational"
-
-    @property
-    def motor_friction(self) -> Model:
-        """Friction of bearings and nut in units of the motor; without that of the nut if the model has no slot ``+transmitted``."""
-        friction, nut = _determined(self.motor.best), self.nut
-        name = (
-            model_with("transmitted", friction)
-            if nut > 0.0 and goes_by_name(friction.component)
-            else ""
-        )
-        return self.at_the_motor(
-            find(name)(kind=friction.kind, **friction.values, c_T=nut) if name else friction
-        )
-
-    def at_the_motor(self, friction: Model) -> Model:
-        """Return a friction of the axis in units of the motor."""
-        values: dict[str, Any] = {}
-        for name, value in friction.values.items():
-            powers: Mapping[str, float] = exponents_of(friction.component.variables[name].quantity)
-            factor = self.arm ** (powers.get("force", 0.0) - powers.get("length", 0.0))
-            scaled = np.asarray(value, dtype=float) * factor if powers else value
-            values[name] = scaled if np.ndim(scaled) else scaled.item() if powers else value
-        return friction.component(kind=self.kind, **values)
-
-    @property
-    def table_friction(self) -> Model | None:
-        """Friction of the table in N and m; of a rotational load in the same numbers. None with one encoder."""
-        if self.load is None:
-            return None
-        friction = _determined(self.load.best)
-        return friction.component(kind="translational", **friction.values)
-
-    def as_data(self) -> dict[str, Any]:
-        """Return quantities and friction as plain data."""
-        sides = {f"{name}_friction": _friction_data(side.best) for name, side in self.sides.items()}
-        numbers = {quantity.name: plain(quantity) for quantity in self.quantities}
-        return {
-            "quantities": numbers,
-            "delay": self.delay,
-            "play_is_clear": self.play_is_clear,
-            **sides,
-        }
 
 
 def apart(pairs: Pairs) -> tuple[list[tuple[Log, Axis | None]], Pairs]:
@@ -538,31 +397,3 @@ def _widened(fit: Fit, share: float) -> Fit:
         )
 
     return replace(fit, estimates=tuple(map(wider, fit.estimates)))
-
-
-def _determined(fit: Fit) -> Model:
-    """Return the friction of a fit; a break-away level that the log does not determine is that of sliding."""
-    values, variables = fit.friction.values, fit.friction.component.variables
-    pairs = zip(names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables), strict=False)
-    return fit.friction.with_values(
-        **{
-            peak: values[level]
-            for peak, level in pairs
-            if fit.parameters[peak].status not in ("identified", "held")
-        }
-    )
-
-
-def _friction_data(fit: Fit) -> dict[str, Any]:
-    """Return model, parameters and intervals of a side."""
-    values = {
-        item.name: {
-            "value": item.value,
-            "unit": item.unit,
-            "interval": item.ends,
-            "status": item.status,
-        }
-        for item in fit.estimates
-        if item.name in fit.friction.values
-    }
-    return {"model": fit.name, "error_percent": fit.force_error_percent, "parameters": values}

@@ -16,9 +16,9 @@ from bristle.identification.half_cycles import BLOCKS, correlation_time, within_
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Role
 from bristle.identification.refit import Refit
-from bristle.identification.result import Fit, Resampling
+from bristle.identification.result import Bands, Fit, Resampling
 from bristle.identification.settings import Settings
-from bristle.identification.simulated_bands import Bands, half_width
+from bristle.identification.simulated_bands import half_width
 from bristle.models.friction import is_static
 
 IN_DOUBT = (

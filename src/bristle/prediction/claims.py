@@ -21,7 +21,8 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.typography import number
 from bristle.engine.contact import level_of
 from bristle.identification.position_loop import stiffness_of
-from bristle.identification.simulated_bands import MEMBERS, Bands
+from bristle.identification.result import Bands
+from bristle.identification.simulated_bands import MEMBERS
 from bristle.models.controllers.feedforward import Rule
 from bristle.models.friction.slots import whole_parts
 

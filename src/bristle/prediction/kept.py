@@ -11,8 +11,7 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.files.model import NUMBERS
 from bristle.identification.estimate import Estimate
-from bristle.identification.result import Fit, Resampling, Scatter, Traces
-from bristle.identification.simulated_bands import Bands
+from bristle.identification.result import Bands, Fit, Resampling, Scatter, Traces
 
 SIMULATED = ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
 

@@ -21,8 +21,8 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import refuse_unrecorded
 from bristle.identification.preprocessing import differentiated, treat_all
 from bristle.identification.request import treatment_of
-from bristle.identification.result import Fit, Traces
-from bristle.identification.simulated_bands import Bands, half_width, simulated_widths
+from bristle.identification.result import Bands, Fit, Traces
+from bristle.identification.simulated_bands import half_width, simulated_widths
 from bristle.logs.check import RECORDED, checked, parted
 from bristle.logs.log import Channel, Log
 from bristle.logs.look import CheckThresholds

@@ -71,9 +71,10 @@ def sweep_data(identification: Identification) -> dict[str, Any]:
 
 def _items(identification: Identification) -> tuple[Any, ...]:
     sweep = identification.sweep
-    return (
-        () if sweep is None or isinstance(sweep, str) else sweep.compared_with(identification.best)
-    )
+    if sweep is None or isinstance(sweep, str):
+        return ()
+    best = identification.best
+    return sweep.compared_with(best.plant, best.friction, best.estimates)
 
 
 def _contradiction(identification: Identification) -> str:
