@@ -1,4 +1,4 @@
-"""No file of the package needs itself by way of others: imports inside functions count, those for types alone do not.
+"""No file of the package needs itself by way of others: imports inside functions count, and those for types alone.
 
 ``python tests/architecture/test_circles.py`` prints the circles that there are, and what makes each.
 """
@@ -12,22 +12,19 @@ import bristle
 
 pytestmark = pytest.mark.slow
 ROOT = Path(bristle.__file__).parent
-ALLOWED: dict[frozenset[str], str] = {}
-"""Files of a circle -> why it stays."""
 
 
 def is_for_types(node):
     """Whether a statement is ``if TYPE_CHECKING:``, which nothing runs."""
-    test = getattr(node, "test", None)
-    return isinstance(node, ast.If) and "TYPE_CHECKING" in (
-        getattr(test, "id", ""),
-        getattr(test, "attr", ""),
-    )
+    return isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING")
 
 
-def imports(node):
-    """Yield the imports under a node, at any depth, and what `import_module` is called with where that is text."""
-    for child in node.orelse if is_for_types(node) else ast.iter_child_nodes(node):
+def imports(node, *, of_package=False):
+    """Yield the imports under a node, at any depth, and what `import_module` is called with where that is text.
+
+    What a package imports for types alone are the names that it offers, which it loads when they are asked for.
+    """
+    for child in node.orelse if of_package and is_for_types(node) else ast.iter_child_nodes(node):
         if isinstance(child, (ast.Import, ast.ImportFrom)):
             yield child
         elif isinstance(child, ast.Call) and ast.unparse(child.func).endswith("import_module"):
@@ -36,7 +33,7 @@ def imports(node):
                 for text in child.args
                 if isinstance(text, ast.Constant)
             )
-        yield from imports(child)
+        yield from imports(child, of_package=of_package)
 
 
 def late_names(name, tree):
@@ -83,10 +80,11 @@ def graph(root=ROOT):
         late |= late_names(name, tree_of(files[name]))
     arrows = {}
     for name, path in files.items():
-        folder = name if path.name == "__init__.py" else name.rpartition(".")[0]
+        of_package = path.name == "__init__.py"
+        folder = name if of_package else name.rpartition(".")[0]
         loaded = {
             target
-            for node in imports(tree_of(path))
+            for node in imports(tree_of(path), of_package=of_package)
             for target in targets(node, folder, files, late)
         }
         arrows[name] = sorted(loaded & files.keys() - {name})
@@ -123,11 +121,7 @@ def arrows():
 
 
 def test_no_files_import_each_other_in_a_circle(arrows):
-    assert [sorted(circle) for circle in circles(arrows) if circle not in ALLOWED] == []
-
-
-def test_allowed_circles_are_needed(arrows):
-    assert set(ALLOWED) <= set(circles(arrows))
+    assert [sorted(circle) for circle in circles(arrows)] == []
 
 
 def test_all_files_are_looked_at(arrows):
@@ -161,8 +155,15 @@ def test_all_files_are_looked_at(arrows):
             {"a": "if TYPE_CHECKING:\n    import p.b\nelse:\n    import p.b", "b": "import p.a"},
             {"p.a", "p.b"},
         ),
-        ({"a": "if TYPE_CHECKING:\n    import p.b", "b": "import p.a"}, None),
-        ({"a": "if typing.TYPE_CHECKING:\n    from p import b", "b": "import p.a"}, None),
+        ({"a": "if TYPE_CHECKING:\n    import p.b", "b": "import p.a"}, {"p.a", "p.b"}),
+        (
+            {
+                "a": "if typing.TYPE_CHECKING:\n    from p import b",
+                "b": "if TYPE_CHECKING:\n    from p.a import f",
+            },
+            {"p.a", "p.b"},
+        ),
+        ({"__init__": "if TYPE_CHECKING:\n    from p.a import f", "a": "import p"}, None),
         (
             {
                 "__init__": "if TYPE_CHECKING:\n    from p.a import f",
