@@ -18,7 +18,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.variable import Kind, unit_of
+from bristle.core.variable import unit_of
 from bristle.exports.described import Request, plain
 from bristle.exports.drive import (
     behind_comments,
@@ -32,7 +32,9 @@ from bristle.exports.targets import Product
 from bristle.prediction.drive_table import SETTLED_SHARE, reversal_distance
 from bristle.prediction.drive_units import table_units
 
-STATIC, DYNAMIC, SPRING = "0x3144:02", "0x3144:03", "0x3144:01"
+STATIC = "0x3144:02"
+DYNAMIC = "0x3144:03"
+SPRING = "0x3144:01"
 QUANTITIES = {STATIC: "force", DYNAMIC: "force*time/length", SPRING: "force/length"}
 TITLES = {
     STATIC: "Static friction torque/force",
@@ -44,7 +46,8 @@ TITLES = {
 def write(request: Request) -> Product:
     """Return the objects with their values: means of both directions, static friction, dynamic factor, spring rate."""
     curves, levels = levels_and_curves(request)
-    axis, kind = request.axis, request.model.kind
+    axis = request.axis
+    kind = request.model.kind
     effort = table_units(axis, kind).efforts[0]
     level, slope = (
         float(np.mean([value for value in pair if value is not None]))
@@ -53,13 +56,12 @@ def write(request: Request) -> Product:
             (levels.viscous_forward, levels.viscous_backward),
         )
     )
-    static, distance = max(level, 0.0), reversal_distance(request.model, request.speed)
+    static = max(level, 0.0)
+    distance = reversal_distance(request.model, request.speed)
     # The spring makes 95 % of the change over the pre-sliding distance of the model.
-    values = {
-        STATIC: static,
-        DYNAMIC: max(slope, 0.0),
-        SPRING: 2.0 * SETTLED_SHARE * static / distance if distance else 0.0,
-    }
+    values = {STATIC: static, DYNAMIC: max(slope, 0.0), SPRING: 0.0}
+    if distance:
+        values[SPRING] = 2.0 * SETTLED_SHARE * static / distance
     notes = [*level_losses(request.model, curves, levels, effort, turns=values[SPRING] > 0.0)]
     if (
         levels.forward is not None
@@ -75,18 +77,18 @@ def write(request: Request) -> Product:
         notes.append(
             f"the objects do not contain the constant force of {force}: set this force separately in the drive"
         )
-    notes.append(
-        "0x3144:01 is set so that 95 % of the friction reverses within the pre-sliding distance; Beckhoff does not document this behaviour"
-        if values[SPRING]
-        else "0x3144:01 is not written: the friction of the model reverses at once, and Beckhoff does not document the value 0"
-    )
-    rotates: Kind = (
-        "translational"
-        if kind == "translational" and (axis is None or axis.arm is None)
-        else "rotational"
-    )
+    of_spring = "0x3144:01 is not written: the friction of the model reverses at once, and Beckhoff does not document the value 0"
+    if values[SPRING]:
+        of_spring = (
+            "0x3144:01 is set so that 95 % of the friction reverses within the pre-sliding distance; "
+            "Beckhoff does not document this behaviour"
+        )
+    notes.append(of_spring)
+    of_motor = kind
+    if axis is not None and axis.arm is not None:
+        of_motor = "rotational"
     rows = [
-        f"{index},{_of_motor(value, index, axis):.9g},{plain(unit_of(QUANTITIES[index], rotates))},{TITLES[index]}"
+        f"{index},{_of_motor(value, index, axis):.9g},{plain(unit_of(QUANTITIES[index], of_motor))},{TITLES[index]}"
         for index, value in values.items()
         if index != SPRING or value
     ]
@@ -124,5 +126,9 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
 
 def _of_motor(value: float, index: str, axis: Axis | None) -> float:
     """Return a value in SI units of the axis as a torque of the motor, or as a torque per angle or angular velocity."""
-    arm = 1.0 if axis is None or axis.arm is None else axis.arm
-    return value * arm if index == STATIC else value * arm**2
+    arm = 1.0
+    if axis is not None and axis.arm is not None:
+        arm = axis.arm
+    if index == STATIC:
+        return value * arm
+    return value * arm**2

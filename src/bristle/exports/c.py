@@ -23,11 +23,12 @@ from bristle.core.variable import Variable, variables_of
 from bristle.engine.translation.scope import free_name
 from bristle.engine.translation.tree import Struct
 from bristle.exports import subject as subjects
-from bristle.exports.c_code import Printer, number
+from bristle.exports.c_code import Printer, initializer, number
 from bristle.exports.c_derivatives import DerivedStep, derived_step
 from bristle.exports.c_parts import (
     CONSTANT,
     Fields,
+    around_text,
     array_text,
     declared,
     helpers_text,
@@ -89,13 +90,17 @@ class CFiles:
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
-        subject, request = self.subject, self.request
+        subject = self.subject
+        request = self.request
         walk = subjects.walk_of(subject, request.dt)
         x = walk.positions(self.steps)
-        forces = subject.outputs(x) if subject.is_operator else subject.forces(x, request.dt)
-        walked = selftest_facts(walk, forces, single=request.single) | (
-            self.derived.selftest_facts(x, request.dt) if self.derived else {}
-        )
+        if subject.is_operator:
+            forces = subject.outputs(x)
+        else:
+            forces = subject.forces(x, request.dt)
+        walked = selftest_facts(walk, forces, single=request.single)
+        if self.derived:
+            walked |= self.derived.selftest_facts(x, request.dt)
         if self.has_feed:
             walked["feed_hash"] = (
                 f"0x{subjects.hash_of(fed(x, forces.tolist(), request.dt, request.share) + 0.0):016X}"
@@ -110,20 +115,32 @@ class CFiles:
     def new_printer(self, subject: Subject | None = None) -> Printer:
         """Return a printer of the functions and types of the subject."""
         subject = subject or self.subject
-        around = [subject.state, subject.move, subject.parameters] + (
-            [] if subject.is_operator else [subject.motion]
-        )
+        around = [subject.state, subject.move, subject.parameters]
+        if not subject.is_operator:
+            around.append(subject.motion)
         return self.printer(subject.unit, SCALAR[self.request.single], around)
 
     def facts(self) -> dict[str, Any]:
         """Return the facts of the templates of the header and the source."""
-        subject, request = self.subject, self.request
-        name, scalar, kind = request.name, SCALAR[request.single], subject.model.kind
-        units = None if subject.is_operator else command_units(request.axis, kind)
+        subject = self.subject
+        request = self.request
+        name = request.name
+        scalar = SCALAR[request.single]
+        kind = subject.model.kind
+        units = None
+        if not subject.is_operator:
+            units = command_units(request.axis, kind)
         cycles = max(2, round(1.0 / request.dt))  # of the example: one second
-        tuned = tunable_of(subject.model, self.fixed) if request.tunable else None
-        with_it, feed = with_feed(subject) if self.has_feed else (subject, None)
-        printer = self.new_printer(with_it)
+        tuned = None
+        if request.tunable:
+            tuned = tunable_of(subject.model, self.fixed)
+        if self.has_feed:
+            with_it, feed = with_feed(subject)
+            printer = self.new_printer(with_it)
+            of_feed = feed_facts(feed, request.share, printer, kind)
+        else:
+            printer = self.new_printer()
+            of_feed = {"feed": False}
         of_state = zip(
             subject.state.fields,
             variables_of(subject.state.cls).values(),
@@ -137,12 +154,12 @@ class CFiles:
         used = {
             argument.name for argument in (*subject.trial.parameters, *subject.commit.parameters)
         }
-        data = (
-            ""
-            if tuned is None and "p" not in used
-            else parameters_text(subject.model.parameters, subject.parameters, printer, name, tuned)
-        )
-        return (
+        data = ""
+        if tuned is not None or "p" in used:
+            data = parameters_text(
+                subject.model.parameters, subject.parameters, printer, name, tuned
+            )
+        facts = (
             model_facts(
                 subject,
                 name,
@@ -159,7 +176,7 @@ class CFiles:
                 subject.memory_size,
                 subjects.layout_of(subject, scalar),
             )
-            | ({"feed": False} if feed is None else feed_facts(feed, request.share, printer, kind))
+            | of_feed
             | {
                 "drive": command_facts(units, kind),
                 "device": "",
@@ -188,28 +205,22 @@ class CFiles:
                 ],
                 "steps": self.steps,
             }
-            | (
-                self.derived.facts(printer, tunable=request.tunable)
-                if self.derived
-                else {"derived": False}
-            )
+            | {"derived": False}
         )
+        if self.derived:
+            facts |= self.derived.facts(printer, tunable=request.tunable)
+        return facts
 
     def _step(self, printer: Printer) -> list[str]:
-        subject, cast = self.subject, "(float)" * self.request.single
-        usual = subject.usual.items()
-        around = [
-            printer.names.variable(name) if name in subject.signals else repr(value)
-            for name, value in usual
-        ]
+        subject = self.subject
+        cast = CAST[self.request.single]
+        around = around_text(subject, printer)
         values = f"{{{', '.join(['velocity', f'{cast}x', *(f'{cast}{text}' for text in around)])}}}"
-        motion = (
-            ""
-            if subject.is_operator
-            else f"const {printer.named(subject.motion, 'motion')} = {values};"
-        )
+        motion = ""
+        if not subject.is_operator:
+            motion = f"const {printer.named(subject.motion, 'motion')} = {values};"
         names = [printer.names.variable(name) for name, _ in subject.state.fields]
-        state = ", ".join(f"axis->state.{name}" for name in names) or "0"
+        state = initializer(f"axis->state.{name}" for name in names)
         assembling = (
             f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);"
         )
@@ -217,10 +228,9 @@ class CFiles:
             "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
             "motion": ("motion", motion),
         }
-        handed |= {
-            "p": ("p", assembling) if self.request.tunable else (CONSTANT, ""),
-            "memory": ("axis->memory", ""),
-        }
+        handed |= {"p": (CONSTANT, ""), "memory": ("axis->memory", "")}
+        if self.request.tunable:
+            handed["p"] = ("p", assembling)
         handed |= {"input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""), "move": ("step.part_1", "")}
         of_trial = subjects.arguments_left(subject.trial, subjects.TRIAL[subject.is_operator])
         of_commit = subjects.arguments_left(subject.commit, subjects.COMMIT)
@@ -228,7 +238,9 @@ class CFiles:
             f"{function.name}({', '.join(handed[name][0] for name in left)})"
             for function, left in ((subject.trial, of_trial), (subject.commit, of_commit))
         )
-        needed = {*of_trial, *(of_commit if subject.commits else ())}
+        needed = {*of_trial}
+        if subject.commits:
+            needed.update(of_commit)
         assert isinstance(subject.trial.result, Struct)
         lines = [
             *(line for name, (_, line) in handed.items() if line and name in needed),
@@ -240,7 +252,9 @@ class CFiles:
             "axis->force = step.part_0;",
         ]
         if not names:
-            return [*lines, f"(void){commit};"] if subject.commit.writes else lines
+            if subject.commit.writes:
+                return [*lines, f"(void){commit};"]
+            return lines
         lines.append(f"const {printer.named(subject.state, 'after')} = {commit};")
         return lines + [f"axis->state.{name} = after.{name};" for name in names]
 
@@ -254,17 +268,16 @@ def written_files(
 ) -> dict[str, str]:
     """Return the text of each file by its name, from its template; the self-test also gets facts on the walk."""
     facts = facts | {"name": STAND_IN}
-    texts = {
-        file: rendered(template, facts | walked if "selftest" in file else facts)
-        for file, template in templates.items()
-    }
-    texts = {
-        file: _apart(text, name) if file.endswith((".c", ".h")) else text
-        for file, text in texts.items()
-    }
-    return with_rights(
-        {file.format(name): text.replace(STAND_IN, name) for file, text in texts.items()}, source
-    )
+    texts = {}
+    for file, template in templates.items():
+        of_file = facts
+        if "selftest" in file:
+            of_file = facts | walked
+        text = rendered(template, of_file)
+        if file.endswith((".c", ".h")):
+            text = _apart(text, name)
+        texts[file.format(name)] = text.replace(STAND_IN, name)
+    return with_rights(texts, source)
 
 
 def _apart(text: str, name: str) -> str:
@@ -286,6 +299,10 @@ def block_facts(
         f"axis->state.{field} = {literal(value, part, printer.scalar)};"
         for field, part, _, value in fields
     ]
+    parameters = []
+    if tuned:
+        start += started(tuned, printer)
+        parameters = declared(tuned, printer)
     return (
         {
             "guard": name.upper(),
@@ -294,10 +311,7 @@ def block_facts(
             "inline": printer.inline,
             "memory": memory,
         }
-        | {
-            "definitions": printer.definitions(),
-            "start": start + (started(tuned, printer) if tuned else []),
-        }
+        | {"definitions": printer.definitions(), "start": start}
         | {
             "state": [
                 f"{printer.named(part, field)}; /* {meaning} */"
@@ -309,7 +323,7 @@ def block_facts(
                 printer.helpers, printer.scalar, printer.integer, printer.inline
             )
         }
-        | {"parameters": declared(tuned, printer) if tuned else []}
+        | {"parameters": parameters}
     )
 
 
@@ -336,7 +350,12 @@ def selftest_facts(walk: Walk, outputs: np.ndarray, *, single: bool) -> dict[str
 
 def write(request: Request) -> Product:
     """Return the source, in double or single precision."""
-    subject = subjects.subject_of(request.sampled, CONSTANTS if request.single else None)
+    fixed = None
+    notes = ()
+    if request.single:
+        fixed = CONSTANTS
+        notes = (single_note("force"),)
+    subject = subjects.subject_of(request.sampled, fixed)
     if request.derivatives:
         if request.single:
             raise InputError(
@@ -346,14 +365,18 @@ def write(request: Request) -> Product:
             )
         derived = derived_step(subject, tunable=request.tunable)
         return Product(dict(CFiles(derived.subject, request, derived=derived, feeds=True).files()))
-    places = tunable_of(subject.model).places if request.tunable else ()
+    places = ()
+    if request.tunable:
+        places = tunable_of(subject.model).places
     files = CFiles(
         subjects.settled_subject(subject, places, single=request.single), request, feeds=True
     ).files()
-    return Product(dict(files), (single_note("force"),) if request.single else ())
+    return Product(dict(files), notes)
 
 
-STEPS, NAME = 400, "model"
+CAST = {False: "", True: "(float)"}  # of an input, by single precision
+STEPS = 400
+NAME = "model"
 PATIENCE = 120.0  # [s]
 
 
@@ -403,7 +426,9 @@ def proved(model: Model, command: str) -> tuple[int, str]:
         ran = subprocess.run(
             ["./selftest"], cwd=place, capture_output=True, text=True, timeout=PATIENCE, check=False
         )
-        return STEPS, ran.stdout.strip().splitlines()[-1] if ran.returncode else ""
+        if ran.returncode:
+            return STEPS, ran.stdout.strip().splitlines()[-1]
+        return STEPS, ""
 
 
 LAW_FILES = {
@@ -429,13 +454,20 @@ def law_files(law: Law, name: str, source: Source) -> dict[str, str]:
 
 def law_code_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     """Return the facts of the templates of the header and the source of a law."""
-    variant, (lasting, p), tuned = law.variant, law.types, tunable_law(law) if law.tunable else None
+    variant = law.variant
+    lasting, p = law.types
+    tuned = None
+    if law.tunable:
+        tuned = tunable_law(law)
     printer = Printer(law.unit, SCALAR[law.single], [lasting, p])
-    fields, after = [], []
+    fields = []
+    after = []
     for path, kind in law.leaves:
         hints = get_type_hints(type(reduce(getattr, path[:-1], law.lasting)), include_extras=True)
         variable = next(mark for mark in hints[path[-1]].__metadata__ if isinstance(mark, Variable))
-        side = "translational" if path[0] == "table" else variant.controller.kind
+        side = variant.controller.kind
+        if path[0] == "table":
+            side = "translational"
         fields.append(
             ("_".join(path), kind, meaning_of(variable, side), reduce(getattr, path, law.lasting))
         )
@@ -444,45 +476,48 @@ def law_code_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
         )
     friction = variant.feedforward.friction
     law_name = f"{variant.controller.name} {friction and friction.name}"
-    layout = f"{law_name} {law.dt!r} {[field[:2] for field in fields]} {law.memory_size}{' float' if law.single else ''}"
-    remembered = array_text("remembered", law.memory, printer) + "\n" if np.any(law.memory) else ""
+    layout = f"{law_name} {law.dt!r} {[field[:2] for field in fields]} {law.memory_size}"
+    if law.single:
+        layout += " float"
+    array = ""
+    remembered = number(0.0, printer.scalar)
+    if np.any(law.memory):
+        array = array_text("remembered", law.memory, printer) + "\n"
+        remembered = "remembered[i]"
     return (
         law_facts(law, name, source)
         | block_facts(printer, name, fields, law.memory_size, tuned)
         | saved_facts(printer, ("effort",), fields, law.memory_size, layout)
         | {
-            "data": remembered + parameters_text(law.p, p, printer, name, tuned),
+            "data": array + parameters_text(law.p, p, printer, name, tuned),
             "step": _law_step(law, printer),
             "after": after,
         }
-        | {
-            "remembered": "remembered[i]" if remembered else number(0.0, printer.scalar),
-            "steps": COUNT,
-        }
+        | {"remembered": remembered, "steps": COUNT}
     )
 
 
 def _law_step(law: Law, printer: Printer) -> list[str]:
     lasting, p = law.types
     needed = [argument.name for argument in law.entry.parameters]
-    arrays = [name for name in needed if name.endswith("_ahead")] if law.single else []
-    handed = {
-        name: name if name in arrays else f"{'(float)' * law.single}inputs->{name}"
-        for name in law.inputs
-    }
-    handed |= {
-        name: f"axis->memory + {at}" if at else "axis->memory" for name, at in law.memory_at.items()
-    }
+    arrays = []
+    if law.single:
+        arrays = [name for name in needed if name.endswith("_ahead")]
+    handed = {name: f"{CAST[law.single]}inputs->{name}" for name in law.inputs}
+    handed |= {name: name for name in arrays}
+    handed |= {name: f"axis->memory + {at}" for name, at in law.memory_at.items()}
+    handed |= {name: "axis->memory" for name, at in law.memory_at.items() if not at}
     handed |= {
         "lasting": "lasting",
         "begun": "axis->begun != 0",
         "dt": number(law.dt, printer.scalar),
-        "p": "p" if law.tunable else CONSTANT,
+        "p": CONSTANT,
     }
     assert isinstance(law.entry.result, Struct)
-    lines = (
-        [f"const {printer.named(p, 'p')} = assembled(&axis->parameters);"] if law.tunable else []
-    )
+    lines = []
+    if law.tunable:
+        handed["p"] = "p"
+        lines = [f"const {printer.named(p, 'p')} = assembled(&axis->parameters);"]
     if arrays:
         lines += [f"float {name}[{law.samples_ahead}];" for name in arrays]
         lines.append(f"for (int32_t i = 0; i < {law.samples_ahead}; ++i) {{")
@@ -495,10 +530,10 @@ def _law_step(law: Law, printer: Printer) -> list[str]:
 
 
 def _gathered(kind: Struct, path: tuple[str, ...]) -> str:
-    parts = [
-        _gathered(part, (*path, name))
-        if isinstance(part, Struct)
-        else f"axis->state.{'_'.join((*path, name))}"
-        for name, part in kind.fields
-    ]
-    return "{" + (", ".join(parts) or "0") + "}"
+    parts = []
+    for name, part in kind.fields:
+        if isinstance(part, Struct):
+            parts.append(_gathered(part, (*path, name)))
+        else:
+            parts.append(f"axis->state.{'_'.join((*path, name))}")
+    return f"{{{initializer(parts)}}}"

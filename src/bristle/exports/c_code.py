@@ -59,13 +59,15 @@ class Names:
         self._functions = frozenset(functions)
         used = {*RESERVED, *self._functions}
         for kind in structures:
-            first = "Several" if kind.is_plain else kind.cls.__name__
+            first = "Several"
+            if not kind.is_plain:
+                first = kind.cls.__name__
             if counted[first] > 1 and not kind.is_plain:
                 module = kind.cls.__module__.rpartition(".")[2]
-                own = module.startswith("bristle_user_")
-                first = (
-                    "Own" if own else "".join(part.capitalize() for part in module.split("_"))
-                ) + first
+                if module.startswith("bristle_user_"):
+                    first = f"Own{first}"
+                else:
+                    first = "".join(part.capitalize() for part in module.split("_")) + first
             self.structures[kind] = scope.free_name(scope.ascii_name(first), used)
             used.add(self.structures[kind])
 
@@ -74,7 +76,9 @@ class Names:
         plain = name.rstrip("_")
         if plain in RESERVED or name in self._functions or MACROS.fullmatch(plain):
             return f"{name}_"
-        return f"part{name}" if name.startswith("_") else scope.ascii_name(name)
+        if name.startswith("_"):
+            return f"part{name}"
+        return scope.ascii_name(name)
 
 
 # Precedence of an expression; a part with too low a precedence gets brackets.
@@ -100,13 +104,25 @@ ABSORBED = """/* Kernels that their callers absorb, as in compiled Python, but w
 """
 
 
+TRUTHS = {True: "true", False: "false"}
+
+
 def number(value: float, scalar: str = "double") -> str:
     """Return a real number as exact text of C."""
     if math.isnan(value):
         return f"({scalar})NAN"
-    if math.isinf(value):
-        return f"{'-' if value < 0 else ''}({scalar})INFINITY"
-    return repr(float(value)) + ("f" if scalar == "float" else "")
+    if value == math.inf:
+        return f"({scalar})INFINITY"
+    if value == -math.inf:
+        return f"-({scalar})INFINITY"
+    if scalar == "float":
+        return f"{float(value)!r}f"
+    return repr(float(value))
+
+
+def initializer(parts: Iterable[str]) -> str:
+    """Return the parts of a structure or an array as text of C, which cannot be empty."""
+    return ", ".join(parts) or "0"
 
 
 class Printer:
@@ -122,8 +138,11 @@ class Printer:
     """Initializer of a structure of zeros."""
 
     def __init__(self, unit: tree.Unit, scalar: str = "double", also: Sequence[Type] = ()) -> None:
-        self.unit, self.scalar = unit, scalar
-        self.integer = "int64_t" if printing.needs_wide_integers(unit) else "int32_t"
+        self.unit = unit
+        self.scalar = scalar
+        self.integer = "int32_t"
+        if printing.needs_wide_integers(unit):
+            self.integer = "int64_t"
         used = [kind for function in unit.functions for kind in printing.types_in(function)]
         self.structures = printing.structures_of([*used, *also])
         self.names = Names(self.structures, [function.name for function in unit.functions])
@@ -132,7 +151,9 @@ class Printer:
     def definitions(self) -> str:
         """Return structures and functions; `helpers` then holds the helpers that they call."""
         functions = [self._function(function) for function in self.unit.functions]
-        texts = [ABSORBED] if self.absorbed == "ABSORBED" else []
+        texts = []
+        if self.absorbed == "ABSORBED":
+            texts = [ABSORBED]
         for kind in self.structures:
             declared = [
                 f"{self.named(part, self.names.variable(name))};" for name, part in kind.fields
@@ -146,14 +167,18 @@ class Printer:
     def named(self, kind: Type, name: str) -> str:
         """Return the declaration of a name of this type."""
         text = self.type_name(kind)
-        return f"{text}{'' if text.endswith('*') else ' '}{name}"
+        if text.endswith("*"):
+            return f"{text}{name}"
+        return f"{text} {name}"
 
     def type_name(self, kind: Type) -> str:
         """Return the name of a type."""
         if isinstance(kind, Scalar):
             return {REAL: self.scalar, INTEGER: self.integer, TRUTH: "bool", VOID: "void"}[kind]
         if isinstance(kind, Array):
-            return f"{self.scalar} *" if kind.writable else f"const {self.scalar} *"
+            if kind.writable:
+                return f"{self.scalar} *"
+            return f"const {self.scalar} *"
         return self.names.structures[kind]
 
     def structure_text(self, kind: Type, parts: str) -> str:
@@ -165,11 +190,13 @@ class Printer:
             self.named(argument.type, self.names.variable(argument.name))
             for argument in function.parameters
         ]
-        inline = self.absorbed if is_absorbed(function.source) else self.inline
+        inline = self.inline
+        if is_absorbed(function.source):
+            inline = self.absorbed
         head = f"{inline} {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
-        comment = (
-            [f"/* {printing.described(function.description)} */"] if function.description else []
-        )
+        comment = []
+        if function.description:
+            comment = [f"/* {printing.described(function.description)} */"]
         body = Body(self, function).lines()
         return "\n".join([*comment, *printing.wrapped(head, ""), "{", *body, "}", ""])
 
@@ -178,7 +205,9 @@ class Body:
     """Prints the body of one function."""
 
     def __init__(self, printer: Printer, function: tree.Function) -> None:
-        self.printer, self.function, self.helpers = printer, function, printer.helpers
+        self.printer = printer
+        self.function = function
+        self.helpers = printer.helpers
         self._arguments = {parameter.name for parameter in function.parameters}
         self._first: set[int] = set()  # assignments that declare their variables
         self._rounds = 0
@@ -197,7 +226,8 @@ class Body:
                 self._first.add(id(at))
                 continue
             zero = {REAL: number(0.0, self.printer.scalar), TRUTH: "false"}.get(variable.type, "0")  # type: ignore[call-overload]
-            zero = self.printer.cleared if isinstance(variable.type, Struct) else zero
+            if isinstance(variable.type, Struct):
+                zero = self.printer.cleared
             top.append(
                 f"{printing.INDENT}{self.printer.named(variable.type, self._name(variable.name))} = {zero};"
             )
@@ -207,28 +237,30 @@ class Body:
         return [line for statement in block for line in self._statement(statement, indent)]
 
     def _statement(self, statement: tree.Statement, indent: str) -> list[str]:
-        inner, after = indent + printing.INDENT, f"{indent}}}"
+        inner = indent + printing.INDENT
+        after = f"{indent}}}"
         if isinstance(statement, tree.If):
-            test, first, second = statement.test, statement.body, statement.otherwise
+            test = statement.test
+            first = statement.body
+            second = statement.otherwise
             if not first:
-                test, first, second = tree.Not(TRUTH, test), second, []
+                test = tree.Not(TRUTH, test)
+                first = second
+                second = []
             lines = [
                 *printing.wrapped(f"{indent}if ({self._of(test)}) {{", indent),
                 *self._block(first, inner),
             ]
-            return [
-                *lines,
-                *([f"{indent}}} else {{", *self._block(second, inner)] if second else []),
-                after,
-            ]
+            if second:
+                lines += [f"{indent}}} else {{", *self._block(second, inner)]
+            return [*lines, after]
         if isinstance(statement, tree.For):
             self._rounds += 1
-            name = (
-                f"round_{self._rounds}"
-                if statement.variable.name == "_"
-                else self._name(statement.variable.name)
-            )
-            start, stop = self._of(statement.start), self._of(statement.stop, BINDS["<"] + 1)
+            name = f"round_{self._rounds}"
+            if statement.variable.name != "_":
+                name = self._name(statement.variable.name)
+            start = self._of(statement.start)
+            stop = self._of(statement.stop, BINDS["<"] + 1)
             head = f"for ({self.printer.integer} {name} = {start}; {name} < {stop}; ++{name}) {{"
             return [
                 *printing.wrapped(indent + head, indent),
@@ -247,34 +279,43 @@ class Body:
         """Return a statement without inner statements."""
         if isinstance(statement, tree.Assign):
             name = self._name(statement.variable.name)
-            target = (
-                self.printer.named(statement.variable.type, name)
-                if id(statement) in self._first
-                else name
-            )
+            target = name
+            if id(statement) in self._first:
+                target = self.printer.named(statement.variable.type, name)
             return f"{target} = {self._of(statement.value)}"
         if isinstance(statement, tree.Store):
             return f"{self._of(statement.array, printing.PRIMARY)}[{self._of(statement.at)}] = {self._of(statement.value)}"
         if isinstance(statement, tree.Evaluate):
             return f"(void){self._of(statement.call)}"
         if isinstance(statement, tree.Return):
-            return "return" if statement.value is None else f"return {self._of(statement.value)}"
-        return "break" if isinstance(statement, tree.Break) else "continue"
+            if statement.value is None:
+                return "return"
+            return f"return {self._of(statement.value)}"
+        if isinstance(statement, tree.Break):
+            return "break"
+        return "continue"
 
     def _of(self, expression: tree.Expression, least: int = 0) -> str:
         text, binds = getattr(self, f"_{type(expression).__name__.lower()}")(expression)
-        return text if binds >= least and binds > 0 else f"({text})"
+        if binds >= least and binds > 0:
+            return text
+        return f"({text})"
 
     def _name(self, name: str) -> str:
         return self.printer.names.variable(name)
 
     def _constant(self, e: tree.Constant) -> tuple[str, int]:
         if e.type == TRUTH:
-            return ("true" if e.value else "false"), printing.PRIMARY
-        text = number(float(e.value), self.printer.scalar) if e.type == REAL else str(int(e.value))
+            return TRUTHS[bool(e.value)], printing.PRIMARY
+        if e.type == REAL:
+            text = number(float(e.value), self.printer.scalar)
+        else:
+            text = str(int(e.value))
         if e.type == INTEGER and abs(e.value) >= 2**31:
             text = f"INT64_C({text})"
-        return text, (printing.UNARY - 1 if text.startswith("-") else printing.PRIMARY)
+        if text.startswith("-"):
+            return text, printing.UNARY - 1
+        return text, printing.PRIMARY
 
     def _variable(self, e: tree.Variable) -> tuple[str, int]:
         return self._name(e.name), printing.PRIMARY
@@ -293,7 +334,9 @@ class Body:
 
     def _binary(self, e: tree.Binary) -> tuple[str, int]:
         if e.operator in ("//", "%"):
-            helper = "floor_divided" if e.operator == "//" else "floor_rest"
+            helper = "floor_rest"
+            if e.operator == "//":
+                helper = "floor_divided"
             self.helpers |= {"floor_divided", helper}
             return f"{helper}({self._of(e.left)}, {self._of(e.right)})", printing.PRIMARY
         binds = BINDS[e.operator]
@@ -330,7 +373,10 @@ class Body:
         )
 
     def _intrinsic(self, e: tree.Intrinsic) -> tuple[str, int]:
-        name = e.name if e.type != INTEGER or e.name == "floor" else f"whole_{e.name}"
+        if e.type != INTEGER or e.name == "floor":
+            name = e.name
+        else:
+            name = f"whole_{e.name}"
         self.helpers.add(name)
         return (
             f"{HELPED.get(name, name)}({', '.join(self._of(argument) for argument in e.arguments)})",
@@ -338,7 +384,7 @@ class Body:
         )
 
     def _make(self, e: tree.Make) -> tuple[str, int]:
-        parts = ", ".join(self._of(part) for part in e.parts) or "0"
+        parts = initializer(self._of(part) for part in e.parts)
         return self.printer.structure_text(e.type, parts), printing.PRIMARY
 
 
@@ -365,15 +411,16 @@ def _first_value(block: list[tree.Statement], name: str) -> tree.Assign | None:
     using = [statement for statement in block if _uses(statement, name)]
     first = using[0]
     if isinstance(first, tree.Assign):
-        return None if _uses(first.value, name) else first
+        if _uses(first.value, name):
+            return None
+        return first
     inside = [
         part for part in blocks_of(first) if any(_uses(statement, name) for statement in part)
     ]
-    heads = (
-        [first.start, first.stop, first.variable]
-        if isinstance(first, tree.For)
-        else [getattr(first, "test", first)]
-    )
+    if isinstance(first, tree.For):
+        heads = [first.start, first.stop, first.variable]
+    else:
+        heads = [getattr(first, "test", first)]
     if len(using) > 1 or len(inside) != 1 or any(_uses(head, name) for head in heads):
         return None
     return _first_value(inside[0], name)

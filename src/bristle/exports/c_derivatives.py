@@ -26,8 +26,8 @@ from bristle.engine.translation.derivative import (
 from bristle.engine.translation.directional import derived_in
 from bristle.engine.translation.scope import defined
 from bristle.engine.translation.tree import REAL, Array, Struct, Type
-from bristle.exports.c_code import Printer
-from bristle.exports.c_parts import CONSTANT, place_of
+from bristle.exports.c_code import Printer, initializer
+from bristle.exports.c_parts import CONSTANT, around_text, place_of
 from bristle.exports.described import meaning_of
 from bristle.exports.printing import wrapped
 from bristle.exports.subject import Subject, capacity_of, hash_of, settled_subject
@@ -62,9 +62,14 @@ class DerivedStep:
 
     def facts(self, printer: Printer, *, tunable: bool) -> dict[str, Any]:
         """Return the facts of the templates."""
-        state, tuned, numbers = self.subject.state, self.tuned, list(self.tuned.numbers())
+        state = self.subject.state
+        tuned = self.tuned
+        numbers = list(self.tuned.numbers())
         names = [place_of(name, within, printer) for name, within, _ in numbers]
         meanings = [meaning_of(tuned.variables[name], tuned.kind) for name, *_ in numbers]
+        d_force = "0.0"
+        if is_active(self.leaving[0]):  # type: ignore[index]
+            d_force = "step.part_1.part_0"
         return {
             "derived": True,
             "directions": len(numbers),
@@ -79,7 +84,7 @@ class DerivedStep:
             "usual_signals": [repr(self.subject.usual[name]) for name in self.subject.signals],
             "step_d": self._call(printer, tunable=tunable),
             "copies": self.derived.writes and self.subject.memory_size > 0,
-            "d_force": "step.part_1.part_0" if is_active(self.leaving[0]) else "0.0",  # type: ignore[index]
+            "d_force": d_force,
             "d_after": self._after(printer),
         }
 
@@ -103,43 +108,40 @@ class DerivedStep:
     def _call(self, printer: Printer, *, tunable: bool) -> list[str]:
         """Return the lines that call the derived function, as it is left after pruning."""
         subject = self.subject
-        state = (
-            ", ".join(
-                f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields
-            )
-            or "0"
+        state = initializer(
+            f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields
         )
-        usual = {
-            name: printer.names.variable(name) if name in subject.signals else repr(value)
-            for name, value in subject.usual.items()
-        }
+        usual = dict(zip(subject.usual, around_text(subject, printer), strict=True))
+        moved = {name: f"d_{text}_k" for name, text in usual.items()}
+        moved |= {"v": "d_velocity", "x": "d_x_k"}
 
         def parameter(path: tuple[str, ...], part: Type) -> str:
             place = f"at->parameters[{self.places[self.tuned.places[path]]}]"
-            return f"&{place}" if isinstance(part, Array) else place
+            if isinstance(part, Array):
+                return f"&{place}"
+            return place
 
         handed = {
             "state": printer.structure_text(subject.state, state),
-            "memory": "memory" if self.derived.writes else "axis->memory",
+            "memory": "axis->memory",
             "motion": printer.structure_text(
                 subject.motion, ", ".join(["velocity", "x", *usual.values()])
             ),
             "dt": "dt",
-            "p": "assembled(&axis->parameters)" if tunable else CONSTANT,
+            "p": CONSTANT,
             tangent_of("memory"): "at->memory",
             tangent_of("dt"): "d_dt_k",
         }
+        if self.derived.writes:
+            handed["memory"] = "memory"
+        if tunable:
+            handed["p"] = "assembled(&axis->parameters)"
         leaves: dict[str, tuple[Type, Callable[[tuple[str, ...], Type], str]]] = {
             "state": (
                 subject.state,
                 lambda path, _: f"at->state.{printer.names.variable(path[0])}",
             ),
-            "motion": (
-                subject.motion,
-                lambda path, _: (
-                    {"v": "d_velocity", "x": "d_x_k"}.get(path[0]) or f"d_{usual[path[0]]}_k"
-                ),
-            ),
+            "motion": (subject.motion, lambda path, _: moved[path[0]]),
             "p": (subject.parameters, parameter),
         }
         left = {argument.name for argument in self.derived.parameters}
@@ -157,9 +159,12 @@ class DerivedStep:
         assert isinstance(self.leaving, tuple)
         force, state = self.leaving
         assert isinstance(state, tuple)
-        lines, place = [], 0
+        lines = []
+        place = 0
         for (name, kind), active in zip(self.subject.state.fields, state, strict=True):
-            value = f"step.part_1.part_{int(is_active(force))}.part_{place}" if active else "0.0"
+            value = "0.0"
+            if active:
+                value = f"step.part_1.part_{int(is_active(force))}.part_{place}"
             place += is_active(active)
             if kind == REAL:
                 lines.append(f"at->state.{printer.names.variable(name)} = {value};")
@@ -174,11 +179,13 @@ class DerivedStep:
             (k + 1.0) * (value or 1.0) if math.isfinite(value) else 0.0
             for k, (*_, value) in enumerate(self.tuned.numbers())
         ]
-        model, v = self.subject.model, np.diff(x) / dt
+        model = self.subject.model
+        v = np.diff(x) / dt
         packed = pack(
             _replaced(model.parameters, self.tuned, self.places, values, self.entering["p"])
         )
-        tangents, still = np.column_stack((packed, 0.0 * packed)), np.zeros(v.size)
+        tangents = np.column_stack((packed, 0.0 * packed))
+        still = np.zeros(v.size)
         moved = np.column_stack((still, v)), np.column_stack((still, x[1:]))
         with interpreted(), np.errstate(invalid="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", InputWarning)  # the walk fills any memory
@@ -205,9 +212,9 @@ def _tangent_text(
         for (name, part), inner in pairs
         if is_active(inner)
     ]
-    return (
-        printer.structure_text(type_of_tangent(kind, activity), ", ".join(parts)) if parts else ""
-    )
+    if parts:
+        return printer.structure_text(type_of_tangent(kind, activity), ", ".join(parts))
+    return ""
 
 
 def _replaced(
@@ -225,10 +232,15 @@ def _replaced(
         if hasattr(part, "_fields"):
             parts.append(_replaced(part, tuned, places, values, active, inner))
         elif isinstance(part, np.ndarray):
-            first = places[tuned.places[inner]] if active else 0
-            parts.append(np.array(values[first : first + part.size]) if active else 0.0 * part)
+            numbers = 0.0 * part
+            if active:
+                first = places[tuned.places[inner]]
+                numbers = np.array(values[first : first + part.size])
+            parts.append(numbers)
+        elif active:
+            parts.append(values[places[tuned.places[inner]]])
         else:
-            parts.append(values[places[tuned.places[inner]]] if active else 0.0)
+            parts.append(0.0)
     return type(p)(*parts)
 
 
@@ -237,7 +249,8 @@ def derived_step(subject: Subject, *, tunable: bool) -> DerivedStep:
     if subject.is_operator:
         reason = "is a hysteresis operator, and bristle exports derivatives of friction only"
         raise InputError(reason, path=subject.model.name, mend="Omit derivatives")
-    component, tuned = subject.model.component, tunable_of(subject.model, mend="Omit --derivatives")
+    component = subject.model.component
+    tuned = tunable_of(subject.model, mend="Omit --derivatives")
     moving = {
         path
         for path, name in tuned.places.items()
@@ -245,13 +258,12 @@ def derived_step(subject: Subject, *, tunable: bool) -> DerivedStep:
     }
 
     def of_parameters(kind: Type, path: tuple[str, ...] = ()) -> Activity:
-        return (
-            tuple(of_parameters(part, (*path, name)) for name, part in kind.fields)
-            if isinstance(kind, Struct)
-            else path in moving
-        )
+        if isinstance(kind, Struct):
+            return tuple(of_parameters(part, (*path, name)) for name, part in kind.fields)
+        return path in moving
 
-    builder, memory = Builder(), Array(subject.memory_size, writable=True)
+    builder = Builder()
+    memory = Array(subject.memory_size, writable=True)
     types = [subject.state, memory, subject.motion, REAL, subject.parameters]
     trial = builder.function(component.trial, types)
     commit = builder.function(
@@ -272,7 +284,9 @@ def derived_step(subject: Subject, *, tunable: bool) -> DerivedStep:
         of_parameters(subject.parameters),
     ]
     derived, function = derived_in(builder, step, entering)
-    places = tuned.places if tunable else ()
+    places = ()
+    if tunable:
+        places = tuned.places
     settled = settled_subject(
         replace(subject, unit=builder.unit, trial=trial, commit=commit, derived=function), places
     )

@@ -8,10 +8,10 @@ import numpy as np
 
 from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
 from bristle.engine.translation.tree import REAL, Array, Struct, Type
-from bristle.exports.c_code import Printer, number
+from bristle.exports.c_code import Printer, initializer, number
 from bristle.exports.described import meaning_within
 from bristle.exports.printing import wrapped
-from bristle.exports.subject import capacity_of, digest_of
+from bristle.exports.subject import Subject, capacity_of, digest_of
 from bristle.exports.tunable import Tunable, bounds_of
 
 # Fields of the state: name, type, meaning, and initial value.
@@ -131,7 +131,10 @@ def helpers_text(
         "unsigned": f"UINT{BITS[scalar]['width']}_C",
     }
     in_bits = {"copysign", "abs", "power_of_two", "mantissa", "exponent"}
-    chosen = {"bits", *names} if in_bits.intersection(names) else set(names)
+    if in_bits.intersection(names):
+        chosen = {"bits", *names}
+    else:
+        chosen = set(names)
     return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)
 
 
@@ -151,11 +154,9 @@ def parameters_text(
     for parameter, place, compared in bounds_of(tuned):
         field = f"given->{place_of(parameter, place, printer)}"
         for operator, bound in compared:
-            text = (
-                number(bound, printer.scalar)
-                if math.isfinite(bound)
-                else f"{'-' * (bound < 0.0)}{BITS[printer.scalar]['largest']}"
-            )
+            largest = BITS[printer.scalar]["largest"]
+            infinite = {math.inf: f"{largest}", -math.inf: f"-{largest}"}
+            text = infinite.get(bound, number(bound, printer.scalar))
             tests.append(f"{field} {operator} {text}")
     head = f"{printer.inline} bool within_ranges(const {name}_parameters *given)"
     within = "\n".join(
@@ -208,8 +209,10 @@ def _structure(
             arrays.append(array_text(parts[-1], field, printer))
         else:
             parts.append(literal(field, part, printer.scalar))
-    text = ", ".join(parts) or "0"
-    return f"{{{text}}}" if tuned is None else printer.structure_text(kind, text)
+    text = initializer(parts)
+    if tuned is None:
+        return f"{{{text}}}"
+    return printer.structure_text(kind, text)
 
 
 def array_text(name: str, values: np.ndarray, printer: Printer) -> str:
@@ -226,14 +229,18 @@ def array_text(name: str, values: np.ndarray, printer: Printer) -> str:
 
 def literal(value: Any, kind: Type, scalar: str) -> str:
     """Return a number of this type as text of C."""
-    return number(float(value), scalar) if kind == REAL else str(int(value))
+    if kind == REAL:
+        return number(float(value), scalar)
+    return str(int(value))
 
 
 def declared(tuned: Tunable, printer: Printer) -> list[str]:
     """Return the fields of the structure of the parameters."""
     lines = []
     for name, value in tuned.values.items():
-        size = f"[{value.size}]" if isinstance(value, np.ndarray) else ""
+        size = ""
+        if isinstance(value, np.ndarray):
+            size = f"[{value.size}]"
         field = f"{printer.scalar} {printer.names.variable(name)}{size}"
         lines.append(f"{field}; /* {meaning_within(tuned.variables[name], tuned.kind)} */")
     return lines
@@ -249,26 +256,39 @@ def started(tuned: Tunable, printer: Printer) -> list[str]:
 
 def place_of(name: str, place: int | None, printer: Printer) -> str:
     """Return a number among the parameters as text of C."""
-    return printer.names.variable(name) + ("" if place is None else f"[{place}]")
+    if place is None:
+        return printer.names.variable(name)
+    return f"{printer.names.variable(name)}[{place}]"
+
+
+def around_text(subject: Subject, printer: Printer) -> list[str]:
+    """Return the inputs of friction besides the motion as text of C: signals by name, others as their usual values."""
+    usual = {name: repr(value) for name, value in subject.usual.items()}
+    usual |= {name: printer.names.variable(name) for name in subject.signals}
+    return list(usual.values())
 
 
 def saved_facts(
     printer: Printer, heads: Sequence[str], fields: Fields, memory_size: int, layout: str
 ) -> dict[str, Any]:
     """Return the facts for the template of ``save`` and ``load``."""
-    widened, narrowed = ("", "") if printer.scalar == "double" else ("(double)", "(float)")
+    widened = ""
+    narrowed = ""
+    if printer.scalar != "double":
+        widened = "(double)"
+        narrowed = "(float)"
     first = 8 * (2 + len(heads))  # after the layout, the heads, and 8 bytes of `begun` and `flags`
     lines = []
     for place, (name, kind, *_) in enumerate(fields):
-        at, field = f"bytes + {first + 8 * place}", f"axis->state.{name}"
+        at = f"bytes + {first + 8 * place}"
+        field = f"axis->state.{name}"
         if kind == REAL:
-            save, load, refused = (
-                f"put_real(at, {widened}{field})",
-                f"{narrowed}got_real({at})",
-                f"!is_finite(got_real({at}))",
-            )
+            save = f"put_real(at, {widened}{field})"
+            load = f"{narrowed}got_real({at})"
+            refused = f"!is_finite(got_real({at}))"
         else:
-            save, load = f"put(at, (uint64_t){field})", f"({printer.type_name(kind)})got({at})"
+            save = f"put(at, (uint64_t){field})"
+            load = f"({printer.type_name(kind)})got({at})"
             refused = f"got({at}) >= {capacity_of(name, memory_size)}U"
         lines.append({"put": save, "got": f"{field} = {load}", "refused": refused})
     memory_at = first + 8 * len(lines)

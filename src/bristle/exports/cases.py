@@ -30,7 +30,10 @@ from bristle.simulation.run import simulate_with
 Fed = Callable[[Variant, float], np.ndarray]
 """``fed(loop, late)``: the effort [N or N*m] at each sample of a loop that acts later than expected by a time [s]."""
 
-QUICK, SHORT, LONG = 0.0, 0.1, 1.0  # durations of a move [s]; QUICK is as quick as the limits allow
+# Durations of a move [s]; QUICK is as quick as the limits allow.
+QUICK = 0.0
+SHORT = 0.1
+LONG = 1.0
 RARE = 1.0  # the longest rest [s]
 FARTHEST = 100.0  # distance of the longest moves, over the reach
 LATER = 3e-4  # [s]
@@ -51,14 +54,18 @@ PLAN = (
     (RARE, LONG, False, -1, LATER),
 )
 # Deviation of the friction level from an exact model, and the largest one, relative.
-SPREAD, MOST = (0.13, 0.9)
+SPREAD = 0.13
+MOST = 0.9
 NOISE = 0.005  # of the friction
 MOVES = {False: 16, True: 8}  # moves of a case, without and with long rests
-OF_SHORT_RESTS, OF_LONG_RESTS = 0.7, 0.5  # largest ratio of the errors of a promised move
+# Largest ratio of the errors of a promised move.
+OF_SHORT_RESTS = 0.7
+OF_LONG_RESTS = 0.5
 INERTIA = 0.04  # deviation of the inertia that a drive feeds forward, relative
 CAREFUL = 0.75  # promised factor over that of the worst case, because few cases do not show all that can happen
 # Ratio of the errors of moves that hardly improve; promised distance over that of such moves, at least.
-POOR, CLEAR = (0.85, 5.0)
+POOR = 0.85
+CLEAR = 5.0
 HUNTING = 4  # cases that get worse of which more belong to an axis that hunts
 SEEDS = (1, 2)
 
@@ -103,7 +110,9 @@ class Tried(NamedTuple):
     @property
     def is_promised(self) -> bool:
         """Whether the feed lowers the error clearly."""
-        most = OF_LONG_RESTS if self.case.rest > LONGEST_REST else OF_SHORT_RESTS
+        most = OF_SHORT_RESTS
+        if self.case.rest > LONGEST_REST:
+            most = OF_LONG_RESTS
         return self.with_it <= most * self.without
 
     def ratio(self, common: float = 0.0) -> float:
@@ -144,7 +153,9 @@ def claims_of(
         for trial in tried
         if trial.case.rest > LONGEST_REST and trial.case.distance > 0.5 * LEAST * reach
     ]
-    longest = RARE if all(trial.is_promised for trial in rested) else LONGEST_REST
+    longest = LONGEST_REST
+    if all(trial.is_promised for trial in rested):
+        longest = RARE
     claims: list[Claim] = []
     for slowest, rest in [(LONG, longest), (None, LONGEST_REST)][hunts:]:
         inside = [

@@ -67,7 +67,9 @@ def write(request: Request) -> Product:
 
 def _waves_of(plant: Model | None) -> list[Wave]:
     """Return the cogging of a plant, the largest harmonic first."""
-    terms = None if plant is None else terms_of(plant)
+    terms = None
+    if plant is not None:
+        terms = terms_of(plant)
     if plant is None or terms is None or not terms.cosines.size:
         raise InputError(
             "was not identified",

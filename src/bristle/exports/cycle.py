@@ -19,7 +19,7 @@ from bristle.engine.translation.tree import (
     Type,
     struct_type,
 )
-from bristle.exports.subject import Subject, capacity_of
+from bristle.exports.subject import Subject, most_of
 
 POSITION, FORCE, BEGUN, REFUSED, OVERFLOW, STATE = range(6)
 LARGEST = 1.7976931348623157e308
@@ -56,13 +56,11 @@ def at_rest(lasting, memory, x, p):
 
 def cycle_of(subject: Subject, builder: Builder) -> tuple[Function, np.ndarray]:
     """Return the cycle of a model as a function of the tree, and its state before the first cycle."""
-    state, begin = (
-        subject.state,
-        np.array([0.0] * STATE + [float(value) for value in subject.virgin]),
-    )
-    store = (
-        stored(state, "after", STATE) if state.fields else "    lasting[REFUSED] = lasting[REFUSED]"
-    )
+    state = subject.state
+    begin = np.array([0.0] * STATE + [float(value) for value in subject.virgin])
+    store = "    lasting[REFUSED] = lasting[REFUSED]"
+    if state.fields:
+        store = stored(state, "after", STATE)
     kernel = defined(
         "advanced",
         TEXT.format(load=loaded(state, STATE), store=store),
@@ -81,7 +79,8 @@ def at_rest_of(subject: Subject, builder: Builder) -> Function:
         AT_REST.format(load=loaded(subject.state, STATE)),
         _scope(subject) | {"Motion": Motion},
     )
-    lasting, memory = Array(STATE + len(subject.state.fields)), Array(subject.memory_size)
+    lasting = Array(STATE + len(subject.state.fields))
+    memory = Array(subject.memory_size)
     return builder.function(kernel, [lasting, memory, REAL, subject.parameters])
 
 
@@ -146,30 +145,29 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
         name: subject.memories.get(f"{name.partition('.')[0]}_memory", subject.memory_size)
         for name, _ in leaves_of(subject.state)
     }
-    most = [
-        capacity_of(name, sizes[name]) if kind == INTEGER else 0
-        for name, kind in leaves_of(subject.state)
-    ]
+    most = [most_of(name, kind, sizes[name]) for name, kind in leaves_of(subject.state)]
     inputs = 2 + len(subject.signals)
     if plant is None:
+        around = {name: repr(usual) for name, usual in subject.usual.items()}
+        around |= {name: name for name in subject.signals}
         text = ALONG.format(
             signals="".join(f"{name}, " for name in subject.signals),
-            around=", ".join(
-                name if name in subject.signals else repr(usual)
-                for name, usual in subject.usual.items()
-            ),
+            around=", ".join(around.values()),
             load=loaded(subject.state, 0),
             store=stored(subject.state, "after", 0),
         )
     else:
         body = plant.component.initial_state(plant.parameters)
-        plant_state, first = struct_type(body), len(body)
+        plant_state = struct_type(body)
+        first = len(body)
         scope["PlantState"] = plant_state.cls
+        memories = ", ".join(subject.memories)
+        memory = ""
+        if len(subject.memories) > 1:
+            memory = f"memory = Memories({memories})\n    "
         text = DRIVEN.format(
-            memories=", ".join(subject.memories),
-            memory=f"memory = Memories({', '.join(subject.memories)})\n    "
-            if len(subject.memories) > 1
-            else "",
+            memories=memories,
+            memory=memory,
             load_plant=loaded(plant_state, 0),
             load=loaded(subject.state, first),
             at=first + len(begin),
@@ -177,7 +175,8 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
             + "\n"
             + stored(subject.state, "after.friction", first),
         )
-        inputs, begin = 1, [float(value) for value in body] + begin + [0.0] * SOLVER
+        inputs = 1
+        begin = [float(value) for value in body] + begin + [0.0] * SOLVER
         most = [0] * first + most + [0] * SOLVER
         parameters = {"q": (plant, struct_type(plant.parameters))} | parameters
     arrays = [len(begin), *subject.memories.values()]
@@ -190,20 +189,23 @@ def core_of(subject: Subject, plant: Model | None, builder: Builder) -> Core:
 
 def _numbers(state: Any) -> list[float]:
     """Return the numbers of a state, also in the states inside it."""
-    return [
-        number
-        for value in state
-        for number in (_numbers(value) if isinstance(value, tuple) else [float(value)])
-    ]
+    numbers = []
+    for value in state:
+        if isinstance(value, tuple):
+            numbers += _numbers(value)
+        else:
+            numbers.append(float(value))
+    return numbers
 
 
 def leaves_of(kind: Struct, path: str = "") -> list[tuple[str, Type]]:
     """Return the place of each number of a tuple, such as ``table.z``, and its type."""
     leaves: list[tuple[str, Type]] = []
     for name, part in kind.fields:
-        leaves += (
-            leaves_of(part, f"{path}{name}.") if isinstance(part, Struct) else [(path + name, part)]
-        )
+        if isinstance(part, Struct):
+            leaves += leaves_of(part, f"{path}{name}.")
+        else:
+            leaves.append((path + name, part))
     return leaves
 
 
@@ -218,10 +220,13 @@ def loaded(kind: Struct, at: int, array: str = "lasting") -> str:
     for name, part in kind.fields:
         number = f"{array}[{at}]"
         if isinstance(part, Struct):
-            texts.append(f"{inside_name(name)}({loaded(part, at, array)})")
+            number = f"{inside_name(name)}({loaded(part, at, array)})"
+            at += len(leaves_of(part))
         else:
-            texts.append(f"int({number})" if part == INTEGER else number)
-        at += len(leaves_of(part)) if isinstance(part, Struct) else 1
+            at += 1
+        if part == INTEGER:
+            number = f"int({number})"
+        texts.append(number)
     return ", ".join(texts)
 
 

@@ -150,13 +150,18 @@ class Request:
     @property
     def sampled(self) -> Model:
         """The model as evaluated along samples: a memoryless model gets a rule at rest."""
-        return with_rest(self.model, self.rest) if self.rest else self.model
+        if self.rest:
+            return with_rest(self.model, self.rest)
+        return self.model
 
 
 def meaning_of(variable: Variable, kind: Kind) -> str:
     """Return the meaning of a variable with its unit, for a comment."""
     unit = variable.unit(kind)
-    return plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
+    meaning = plain(variable.description)
+    if unit != "1":
+        meaning += f" [{plain(unit)}]"
+    return meaning
 
 
 def meaning_within(variable: Variable, kind: Kind) -> str:
@@ -168,35 +173,42 @@ def parameter_table(model: Model, source: Source) -> str:
     """Return value, unit, allowed range, 95 % interval and meaning of each parameter as a table of plain text."""
     rows = [("", "value", "unit", "allowed", "95 % interval", "")]
     for name, variable in model.component.variables.items():
-        value, low, high, facts = (
-            model.values[name],
-            variable.min,
-            variable.max,
-            source.uncertainty.get(name, {}),
-        )
-        cell = (
-            f"{value:.9g}" if isinstance(value, float) else value if isinstance(value, str) else ""
-        )
-        if isinstance(value, np.ndarray):
-            numbers = ", ".join(f"{number:.9g}" for number in value[:8])
-            cell = f"{numbers}, ... ({value.size} in all)" if value.size > 8 else numbers
-        allowed = f"{low:g} to {high:g}"
-        if variable.choices or math.isinf(low) or math.isinf(high):
-            allowed = (
-                f">= {low:g}"
-                if math.isfinite(low)
-                else f"<= {high:g}"
-                if math.isfinite(high)
-                else ""
-            )
-            allowed = "fixed" if variable.choices else allowed
-        unit, interval = variable.unit(model.kind), facts.get("interval")
-        sure = f"{interval[0]:.6g} to {interval[1]:.6g}" if interval else facts.get("status", "")
+        value = model.values[name]
+        low = variable.min
+        high = variable.max
+        facts = source.uncertainty.get(name, {})
+        cell = ""
+        if isinstance(value, float):
+            cell = f"{value:.9g}"
+        elif isinstance(value, str):
+            cell = value
+        elif isinstance(value, np.ndarray):
+            cell = ", ".join(f"{number:.9g}" for number in value[:8])
+            if value.size > 8:
+                cell += f", ... ({value.size} in all)"
+        if variable.choices:
+            allowed = "fixed"
+        elif math.isfinite(low) and math.isfinite(high):
+            allowed = f"{low:g} to {high:g}"
+        elif math.isfinite(low):
+            allowed = f">= {low:g}"
+        elif math.isfinite(high):
+            allowed = f"<= {high:g}"
+        else:
+            allowed = ""
+        unit = variable.unit(model.kind)
+        if unit == "1":
+            unit = ""
+        interval = facts.get("interval")
+        if interval:
+            sure = f"{interval[0]:.6g} to {interval[1]:.6g}"
+        else:
+            sure = facts.get("status", "")
         rows.append(
             (
                 ascii_name(name),
                 cell or typed(value),
-                "" if unit == "1" else unit,
+                unit,
                 allowed,
                 plain(sure),
                 plain(variable.description),
@@ -219,9 +231,16 @@ def model_facts(
     subject: Subject, name: str, source: Source, dt: float, *, single: bool, tunable: bool
 ) -> dict[str, Any]:
     """Return the facts of a friction model or an operator for the templates of all languages."""
-    model, operator, component = subject.model, subject.is_operator, subject.model.component
-    entering, leaving = (component.input, component.output) if operator else ("length", "force")
-    title = "Hysteresis operator" if operator else "Friction of an axis"
+    model = subject.model
+    operator = subject.is_operator
+    component = subject.model.component
+    entering = "length"
+    leaving = "force"
+    title = "Friction of an axis"
+    if operator:
+        entering = component.input
+        leaving = component.output
+        title = "Hysteresis operator"
     return (
         {
             "name": name,
@@ -353,7 +372,9 @@ def hash_on_plant(friction: str, plant: Model, unit: Unit) -> str:
 
 def model_version(source: Source) -> str:
     """Return the version of an exported model: the version of bristle and the first digits of the hash."""
-    return f"{version()}+{source.model_hash[:DIGITS]}" if source.model_hash else version()
+    if source.model_hash:
+        return f"{version()}+{source.model_hash[:DIGITS]}"
+    return version()
 
 
 @cache
@@ -374,21 +395,19 @@ def with_rights(files: Mapping[str, str], source: Source) -> dict[str, str]:
     lines = [
         f"SPDX-License-Identifier: {LICENCE}",
         f"{copyright_line()}: the text that bristle {version()} wrote.",
-    ]
-    lines += [
         "The model and its numbers are yours.",
-        *([f"Hash of the model: sha256 {source.model_hash}"] if source.model_hash else []),
     ]
+    if source.model_hash:
+        lines.append(f"Hash of the model: sha256 {source.model_hash}")
     headed = {}
     for name, text in files.items():
         opening, closing = COMMENTS[PurePosixPath(name).suffix]
-        (first, _, rest), head = (
-            text.partition("\n"),
-            [f"{opening}{line}{closing}" for line in lines],
-        )
-        headed[name] = "\n".join(
-            [first, *head, rest] if first.startswith("<?xml") else [*head, text]
-        )
+        head = [f"{opening}{line}{closing}" for line in lines]
+        if text.startswith("<?xml"):
+            first, _, rest = text.partition("\n")
+            headed[name] = "\n".join([first, *head, rest])
+        else:
+            headed[name] = "\n".join([*head, text])
     return headed
 
 
@@ -408,7 +427,9 @@ def _words(part: Any) -> Iterator[str]:
         yield type(part).__name__
         for field in fields(part):
             value = getattr(part, field.name)
-            yield from _words(value.name if isinstance(value, Function) else value)
+            if isinstance(value, Function):
+                value = value.name
+            yield from _words(value)
     elif isinstance(part, Struct):
         yield from _words([part.cls.__name__, part.fields])
     elif isinstance(part, (Array, Scalar, str)):
@@ -420,5 +441,7 @@ def _words(part: Any) -> Iterator[str]:
         for inner in part:
             yield from _words(inner)
         yield ")"
+    elif isinstance(part, float):
+        yield part.hex()
     else:
-        yield part.hex() if isinstance(part, float) else repr(part)
+        yield repr(part)

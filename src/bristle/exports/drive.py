@@ -45,7 +45,9 @@ if TYPE_CHECKING:
     from bristle.exports.effect import Drive
 
 # Entries of one direction; points of a table that are gravity, levels and viscous friction.
-FEWEST, MOST, VALUES = (2, 1000, 3)
+FEWEST = 2
+MOST = 1000
+VALUES = 3
 VISCOUS = "force*time/length"
 ROUNDING = 1e-9  # of the largest force: smaller differences count as zero
 MEANINGS = {
@@ -74,30 +76,32 @@ AT_REST = {
 
 def write(request: Request) -> Product:
     """Return a curve, or gravity, level and viscous friction for each direction, and the inertia."""
-    model, units, signs = (
-        request.model,
-        table_units(request.axis, request.model.kind),
-        column_signs(request.axis),
-    )
+    model = request.model
+    units = table_units(request.axis, request.model.kind)
+    signs = column_signs(request.axis)
     effort = units.efforts[0]
     if request.points == VALUES:
         curves, levels = levels_and_curves(request)
         ends = np.array([0.0, request.speed])
+        forward, backward, rising, falling = (
+            level or 0.0
+            for level in (
+                levels.forward,
+                levels.backward,
+                levels.viscous_forward,
+                levels.viscous_backward,
+            )
+        )
         sides = {
-            1.0: (levels.forward or 0.0) + levels.constant + (levels.viscous_forward or 0.0) * ends,
-            -1.0: (levels.backward or 0.0)
-            - levels.constant
-            + (levels.viscous_backward or 0.0) * ends,
+            1.0: forward + levels.constant + rising * ends,
+            -1.0: backward - levels.constant + falling * ends,
         }
         notes = (AT_REST["levels", request.rest], *level_losses(model, curves, levels, effort))
         notes += error_on_log(
             request, {way: np.column_stack([ends, forces]) for way, forces in sides.items()}
         )
-        notes += (
-            ()
-            if levels.inertia
-            else ("the inertia is unknown: the model file has no plant with an inertia",)
-        )
+        if not levels.inertia:
+            notes += ("the inertia is unknown: the model file has no plant with an inertia",)
         notes += said_of_units(request.axis, effort)
         return Product(
             {
@@ -114,8 +118,11 @@ def write(request: Request) -> Product:
     forward, backward = directions = [
         side_of(model, way, request.speed, request.points // 2) for way in (1.0, -1.0)
     ]
-    against = "the log counts effort and position in opposite directions, and so does the table in the units of the log"
-    notes = (AT_REST["table", request.rest], *(() if signs[0] * signs[1] > 0.0 else (against,)))
+    notes = (AT_REST["table", request.rest],)
+    if not signs[0] * signs[1] > 0.0:
+        notes += (
+            "the log counts effort and position in opposite directions, and so does the table in the units of the log",
+        )
     notes += losses(model, forward, backward, effort, symmetric=False)
     notes += (
         *error_on_log(request, {1.0: forward.entries, -1.0: backward.entries}),
@@ -139,18 +146,20 @@ def write(request: Request) -> Product:
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     """Return the force that a drive computes from the file in units of the drive, or else of the log."""
-    units, signs = table_units(request.axis, request.model.kind), column_signs(request.axis)
+    units = table_units(request.axis, request.model.kind)
+    signs = column_signs(request.axis)
     if request.points == VALUES:
         return _drive_of_values(str(files[f"{request.name}.csv"]), request, units)
-    units_of_file, ending = units.log, ""
+    units_of_file = units.log
+    ending = ""
     if units.drive is not None:
-        units_of_file, signs, ending = units.drive, (signs[0], signs[0]), "_drive"
+        units_of_file = units.drive
+        signs = (signs[0], signs[0])
+        ending = "_drive"
     # Straight lines between entries, at rest by the rule of the file.
     velocity, effort = np.array(rows_of(str(files[f"{request.name}{ending}.csv"])), dtype=float).T
-    velocity, effort = (
-        signs[0] * units_of_file.velocity.si * velocity,
-        signs[1] * units_of_file.effort.si * effort,
-    )
+    velocity = signs[0] * units_of_file.velocity.si * velocity
+    effort = signs[1] * units_of_file.effort.si * effort
     sides = {}
     for way in (1.0, -1.0):
         own = np.signbit(velocity) == (way < 0.0)
@@ -159,7 +168,8 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = np.diff(x, prepend=x[:1]) / dt
-        way, speed = direction_by(request.rest, velocity), np.abs(velocity)
+        way = direction_by(request.rest, velocity)
+        speed = np.abs(velocity)
         forward, backward = (
             np.interp(speed, sides[side][:, 0], sides[side][:, 1]) for side in (1.0, -1.0)
         )
@@ -183,7 +193,9 @@ class Side:
         """The largest difference between steady friction and straight lines between the entries [N or N*m]."""
         straight = np.interp(self.curve[:, 0], self.entries[:, 0], self.entries[:, 1])
         largest = float(np.max(np.abs(straight - self.curve[:, 1]))) + self.unresolved
-        return largest if largest > ROUNDING * float(np.max(np.abs(self.curve[:, 1]))) else 0.0
+        if largest > ROUNDING * float(np.max(np.abs(self.curve[:, 1]))):
+            return largest
+        return 0.0
 
 
 def curve_of(model: Model, direction: float, fastest: float) -> tuple[np.ndarray, float]:
@@ -227,19 +239,15 @@ def losses(
     deviation = effort.of(max(forward.deviation, backward.deviation))
     falls = any(np.any(np.diff(side.curve[:, 1]) < 0.0) for side in (forward, backward))
     off = f"differ from the steady friction of the model by at most {deviation:.2g} {effort.name}"
-    reason = (
-        ": the table leaves out friction that falls with speed, which pushes too much at a start or stop"
-        if falls
-        else ""
-    )
+    reason = ""
+    if falls:
+        reason = ": the table leaves out friction that falls with speed, which pushes too much at a start or stop"
     notes = [f"straight lines between the entries {off}{reason}"]
     notes += memory_lost(model, forward.entries, backward.entries, effort)
     if symmetric:
-        constant, ahead, back = (
-            offset_of(model.component.variables, model.values),
-            forward.curve,
-            backward.curve,
-        )
+        constant = offset_of(model.component.variables, model.values)
+        ahead = forward.curve
+        back = backward.curve
         apart = np.interp(ahead[:, 0], back[:, 0], back[:, 1]) - ahead[:, 1] + 2.0 * constant
         wrong = 0.5 * effort.of(float(np.max(np.abs(apart))))
         if wrong > ROUNDING * effort.of(float(np.max(np.abs(ahead[:, 1])))):
@@ -271,11 +279,9 @@ def level_losses(
         f"level plus viscous friction is at most {both} below the steady friction of the model, and never above it; "
         f"the level alone is at most {alone} below it"
     )
-    jumps = (
-        ()
-        if turns
-        else memory_lost(model, without_fall(curves[1.0]), without_fall(curves[-1.0]), effort)
-    )
+    jumps = ()
+    if not turns:
+        jumps = memory_lost(model, without_fall(curves[1.0]), without_fall(curves[-1.0]), effort)
     return (head, *jumps, *_variation_lost(model))
 
 
@@ -286,7 +292,8 @@ def memory_lost(
     distance = reversal_distance(model, float(forward[-1, 0]))
     if distance == 0.0:
         return []
-    jump, x = effort.of(forward[0, 1] + backward[0, 1]), unit_of("length", model.kind)
+    jump = effort.of(forward[0, 1] + backward[0, 1])
+    x = unit_of("length", model.kind)
     return [
         f"the memory of the model is lost: at a reversal the compensation jumps by {jump:.3g} {effort.name}, but the force of "
         f"the model makes 95 % of this change over {distance:.2g} {x}"
@@ -295,11 +302,11 @@ def memory_lost(
 
 def _variation_lost(model: Model) -> list[str]:
     varying = variations_of(model.component)
-    return (
-        [f"the friction of the model varies with {', '.join(varying)}, but the table does not"]
-        if varying
-        else []
-    )
+    if varying:
+        return [
+            f"the friction of the model varies with {', '.join(varying)}, but the table does not"
+        ]
+    return []
 
 
 def said_of_units(axis: Axis | None, effort: DriveUnit) -> tuple[str, ...]:
@@ -307,21 +314,17 @@ def said_of_units(axis: Axis | None, effort: DriveUnit) -> tuple[str, ...]:
     if axis is None:
         return ("no axis file was given, so the units are SI at the axis",)
     unrated = axis.rated is None and effort.name != "%"
-    return (
-        (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",)
-        if unrated
-        else ()
-    )
+    if unrated:
+        return (f"the axis file has no rated effort: efforts are in {effort.name}, as in the log",)
+    return ()
 
 
 def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple[str, ...]:
     """Return a sentence on the error of a table against the model along the given log."""
     if request.log is None:
         return ()
-    effort, treatment = (
-        log_units(request.axis, request.model.kind).effort,
-        request.info.get("treatment", {}),
-    )
+    effort = log_units(request.axis, request.model.kind).effort
+    treatment = request.info.get("treatment", {})
     scale = max(float(np.max(np.abs(side[:, 1]))) for side in entries.values())
     error = table_error(request.model, request.plant, request.log, request.axis, entries, treatment)
     largest, rms = (
@@ -329,7 +332,9 @@ def error_on_log(request: Request, entries: Mapping[float, np.ndarray]) -> tuple
         for value in error
     )
     own = request.log.origin.checksum in request.info.get("provenance", {}).values()
-    source = "the log of the identification" if own else printable(request.log.origin.name)
+    source = "the log of the identification"
+    if not own:
+        source = printable(request.log.origin.name)
     return (f"largest error of the table against the model along {source}: {largest}, rms {rms}",)
 
 
@@ -355,7 +360,9 @@ def _curve_text(
     """Return a table over both directions as CSV with comments, velocity ascending."""
     forward, backward = sides
     rows = [(-v, -f) for v, f in backward.entries[::-1].tolist()] + forward.entries.tolist()
-    turned = [(signs[0] * v, signs[1] * f) for v, f in (rows if signs[0] > 0.0 else rows[::-1])]
+    if not signs[0] > 0.0:
+        rows = rows[::-1]
+    turned = [(signs[0] * v, signs[1] * f) for v, f in rows]
     lines = [f"{units.velocity.of(v):.9g},{units.effort.of(f):.9g}" for v, f in turned]
     return behind_comments(
         remarks, f"velocity [{units.velocity.name}],effort [{units.effort.name}]", *lines
@@ -370,11 +377,9 @@ def last_direction(velocity: np.ndarray) -> np.ndarray:
 
 def direction_by(rest: str, velocity: np.ndarray) -> np.ndarray:
     """Return the direction of the output force at each sample; 0 is the mean of both directions, for rests under rule "middle"."""
-    return (
-        last_direction(velocity)
-        if rest == "held"
-        else np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
-    )
+    if rest == "held":
+        return last_direction(velocity)
+    return np.where(np.abs(velocity) > STILL, np.sign(velocity), 0.0)
 
 
 def _values_text(
@@ -382,22 +387,19 @@ def _values_text(
 ) -> str:
     """Return gravity, level and viscous friction for each direction and, if known, the inertia, as CSV."""
     # Forward is the direction in which the position of the drive grows, and a positive effort moves it forward.
-    forward = column_signs(request.axis)[0] > 0.0
-    level, viscous = (
-        (levels.forward, levels.backward),
-        (levels.viscous_forward, levels.viscous_backward),
-    )
-    (plus, minus), (rising, falling) = (level, viscous) if forward else (level[::-1], viscous[::-1])
-    named = {"gravity": levels.constant if forward else -levels.constant, "F+": plus, "F-": minus}
+    named = {"gravity": levels.constant, "F+": levels.forward, "F-": levels.backward}
+    slopes_of = {"D+": levels.viscous_forward, "D-": levels.viscous_backward}
+    if not column_signs(request.axis)[0] > 0.0:
+        named = {"gravity": -levels.constant, "F+": levels.backward, "F-": levels.forward}
+        slopes_of = {"D+": levels.viscous_backward, "D-": levels.viscous_forward}
     rows = [(name, value, unit) for unit in units.efforts for name, value in named.items()]
     slopes = (
         DriveUnit(unit_of(VISCOUS, request.model.kind), 1.0),
         *drive_units(request.axis, request.model.kind).of(VISCOUS),
     )
-    rows += [
-        (name, value, unit) for unit in slopes for name, value in (("D+", rising), ("D-", falling))
-    ]
-    rows += [("inertia", levels.inertia, unit) for unit in units.inertias] if levels.inertia else []
+    rows += [(name, value, unit) for unit in slopes for name, value in slopes_of.items()]
+    if levels.inertia:
+        rows += [("inertia", levels.inertia, unit) for unit in units.inertias]
     lines = [
         f"{name},{unit.of(value):.9g},{unit.name},{MEANINGS[name]}"
         for name, value, unit in rows
@@ -408,7 +410,8 @@ def _values_text(
 
 def _drive_of_values(text: str, request: Request, units: TableUnits) -> Drive:
     """Return the force that a drive with a field for each value computes from gravity, levels and viscous friction."""
-    kind, sign = request.model.kind, column_signs(request.axis)[0]
+    kind = request.model.kind
+    sign = column_signs(request.axis)[0]
     si_of = {
         unit.name: unit.si
         for unit in (*units.efforts, *drive_units(request.axis, kind).of(VISCOUS))

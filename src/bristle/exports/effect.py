@@ -78,7 +78,9 @@ WORSE = 1.05  # ratio of two errors that count as different
 TINY = 1e-12  # an error or a ratio below it counts as zero
 PREFIXES = ("", 1.0), ("m", 1e3)
 FAR = 10.0  # moves over so many times the reach must not get worse
-MOVES, LOG, EXPERIMENT = "moves", "log", "experiment"
+MOVES = "moves"
+LOG = "log"
+EXPERIMENT = "experiment"
 
 
 class Along(NamedTuple):
@@ -173,7 +175,9 @@ class Effect:
                 f"{self._change(path)} in moves of {self._length(path.distance)}"
                 for path in self._ends()
             ]
-            case = "exact model" if self.claims is None else "worst case"
+            case = "worst case"
+            if self.claims is None:
+                case = "exact model"
             lines.append(
                 f"simulated following error, peak to peak, without -> with compensation, {case}: {'; '.join(sizes)}"
             )
@@ -182,11 +186,9 @@ class Effect:
             for claim in (self.claims or ())[1:]
         ]
         for own in (path for path in self.along if path.motion != MOVES):
-            late = (
-                ""
-                if math.isnan(own.not_ahead)
-                else f", {self._length(own.not_ahead)} if the motion is not fed ahead"
-            )
+            late = ""
+            if not math.isnan(own.not_ahead):
+                late = f", {self._length(own.not_ahead)} if the motion is not fed ahead"
             lines.append(f"along the motion of the {own.motion}: {self._change(own)}{late}")
         if self.hunts:
             lines.append(
@@ -211,18 +213,16 @@ class Effect:
             | {"worse": path.is_worse, "not_fed_ahead": path.not_ahead}
             for path in self.along
         ]
+        claims = None
+        if self.claims is not None:
+            claims = [claim._asdict() for claim in self.claims]
         return (
             {
                 "quantity": "following_error",
                 "unit": unit_of("length", self.kind),
                 "reach": self.reach,
             }
-            | {
-                "claims": None
-                if self.claims is None
-                else [claim._asdict() for claim in self.claims],
-                "hunts": self.hunts,
-            }
+            | {"claims": claims, "hunts": self.hunts}
             | {
                 "samples_ahead": self.ahead,
                 "late": self.late,
@@ -254,11 +254,9 @@ class Effect:
         promised = [
             path for path in self.moves if path.distance >= self.least_distance * (1.0 - 1e-9)
         ]
-        return (
-            [promised[0], promised[-1]]
-            if promised
-            else [max(self.moves, key=lambda path: path.ratio)]
-        )
+        if promised:
+            return [promised[0], promised[-1]]
+        return [max(self.moves, key=lambda path: path.ratio)]
 
     def _change(self, path: Along) -> str:
         return f"{self._length(path.without)} -> {self._length(path.with_it)}"
@@ -342,7 +340,8 @@ class InLoop:
     def effect(self, compensated: Compensated) -> Effect:
         """Return the effect along moves and along the motion of the loop, without a promise."""
         along = [self._move(times, compensated) for times in TIMES]
-        loop, dt = self._with_presliding, self.loop.run.sample_time
+        loop = self._with_presliding
+        dt = self.loop.run.sample_time
         own = loop.first(min(round(loop.run.duration / dt), 60_000))
         count = round(own.run.duration / dt)
         if (
@@ -352,7 +351,9 @@ class InLoop:
             > 0.0
         ):
             results = [simulate_with(own, None), compensated(own, self.ahead), compensated(own, 0)]
-            motion = LOG if own.reference.component is recorded else EXPERIMENT
+            motion = EXPERIMENT
+            if own.reference.component is recorded:
+                motion = LOG
             along.append(Along(motion, 0.0, *map(_error, results)))
         return Effect(
             tuple(along),
@@ -423,13 +424,16 @@ class InLoop:
     def promised(self, effect: Effect, tried: list[Tried]) -> Effect:
         """Return an effect with the promise of its cases, and with the worst case of each promised move."""
         claims, hunts = self.claims(tried)
-        along = tuple(
-            _worst_of(path, tried) if path.motion == MOVES else path for path in effect.along
-        )
-        return replace(effect, along=along, claims=claims, hunts=hunts)
+        along = []
+        for path in effect.along:
+            if path.motion == MOVES:
+                path = _worst_of(path, tried)
+            along.append(path)
+        return replace(effect, along=tuple(along), claims=claims, hunts=hunts)
 
     def _move(self, times: float, compensated: Compensated) -> Along:
-        begun, dt = _at_rest(self._with_presliding), self.loop.run.sample_time
+        begun = _at_rest(self._with_presliding)
+        dt = self.loop.run.sample_time
         assert begun.start is not None
         x = begun.start.position + moves_over(times * self.reach, self.limits, dt)
         run = replace(self.loop.run, duration=dt * x.size, settle=settling(dt * x.size), seeds=1)
@@ -473,9 +477,9 @@ def _error(outcome: VariantResult) -> float:
     """Return the following error of a run, that of the load if the motor leads, peak to peak; inf if it diverged."""
     if outcome.status is Status.NOT_FINITE:
         return math.inf
-    return (
-        outcome.following_error if outcome.load_reference is None else outcome.true_error
-    ).peak_to_peak
+    if outcome.load_reference is None:
+        return outcome.following_error.peak_to_peak
+    return outcome.true_error.peak_to_peak
 
 
 def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
@@ -496,7 +500,8 @@ def with_best_rule(request: Request) -> tuple[Request, Effect | None]:
 
 def _within(request: Request) -> InLoop | None:
     """Return the loop of a request; None without a loop whose stiffness is known."""
-    loop, reach = loop_for(request), reach_for(request)
+    loop = loop_for(request)
+    reach = reach_for(request)
     if loop is None or reach is None:
         return None
     limits = limits_within(request.friction, request.plant, fastest_of(request), request.axis)
@@ -563,7 +568,8 @@ def effect_of_law(variant: Variant) -> Effect | None:
 
 def promise_of_law(variant: Variant) -> tuple[Claim, ...]:
     """Return the moves that the friction feedforward of a law helps; none without the share of an identification."""
-    within, drive = loop_of_law(variant), drive_of_law(variant.feedforward)
+    within = loop_of_law(variant)
+    drive = drive_of_law(variant.feedforward)
     if within is None or drive is None:
         return ()
     return within.claims(within.tried(drive))[0]
@@ -588,12 +594,13 @@ def loop_of_law(variant: Variant) -> InLoop | None:
     if reach is None:
         return None
     distance, _ = turning_distance(friction, variant.axis, limits.velocity)
-    if (
-        screw := screw_of(feedforward)
-    ) is not None:  # the screw turns over with the friction of the table
+    screw = screw_of(feedforward)
+    # The screw turns over with the friction of the table.
+    if screw is not None:
         force = sliding_level(table_of(feedforward), screw.arm * limits.velocity)
         lost = 2.0 * (force / screw.k + screw.gap) / screw.arm
-        reach, distance = max(reach, lost), max(distance, lost)
+        reach = max(reach, lost)
+        distance = max(distance, lost)
     late = variant.run.delay * variant.run.sample_time + variant.run.current_lag
     return InLoop(loop, limits, reach, late, distance)
 

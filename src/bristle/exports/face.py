@@ -21,7 +21,8 @@ from bristle.exports.writing import files_for, law_for, load_target_file, name_f
 from bristle.files.arguments import log_and_axis
 from bristle.files.results import results_folder
 
-STEP, POINTS = 5e-4, 20  # [s], and of a table
+STEP = 5e-4  # [s]
+POINTS = 20  # of a table
 
 
 @dataclass(frozen=True)
@@ -160,7 +161,8 @@ def export(
         "info": info,
         "derivatives": derivatives,
     }
-    label, origin = name_for(name), source or Source()
+    label = name_for(name)
+    origin = source or Source()
     if isinstance(to, os.PathLike) or (isinstance(to, str) and to.endswith(".py")):
         to = load_target_file(to)
     target = target_named(to)
@@ -185,7 +187,9 @@ def export(
                     allowed=model.kind,
                     mend="Set the kind",
                 )
-            recorded = None if log is None else log_and_axis(log, axis)[0]
+            recorded = None
+            if log is not None:
+                recorded = log_and_axis(log, axis)[0]
             others = {
                 "axis": axis,
                 "speed": float(speed),
@@ -241,8 +245,13 @@ def files_from_text(
     **options: Any,
 ) -> Product:
     """Return the files of a model for a target, with options of a `Request`; name, step and rule at rest are unchecked text."""
-    label, dt = name_for(name or NAME), PERIOD(STEP if step is None else step, "--step", None)
-    rule = "" if rest is None else among(*RESTS)(rest, "--rest", None)
+    label = name_for(name or NAME)
+    if step is None:
+        step = STEP
+    dt = PERIOD(step, "--step", None)
+    rule = ""
+    if rest is not None:
+        rule = among(*RESTS)(rest, "--rest", None)
     return files_for(
         target, Request(model, label, dt, source, rest=rule, **options), accept_harm=accept_harm
     )

@@ -44,7 +44,9 @@ def feed_facts(feed: Feed, rule: Rule, printer: Printer, kind: Kind) -> dict[str
         (name.upper(), number(value, printer.scalar), meaning_of(meanings[name], kind))
         for name, value in rule._asdict().items()
     ]
-    cast = "" if printer.scalar == "double" else f"({printer.scalar})"
+    cast = ""
+    if printer.scalar != "double":
+        cast = f"({printer.scalar})"
     share, effort = (printer.names.variable(name) for name, _ in feed.result.fields)
     names = {
         "portion": feed.portion.name,
@@ -57,7 +59,9 @@ def feed_facts(feed: Feed, rule: Rule, printer: Printer, kind: Kind) -> dict[str
 
 def fed(x: np.ndarray, forces: Iterable[float], dt: float, rule: Rule) -> np.ndarray:
     """Return the feed at each position, from the friction there; the first position sets the axis and feeds nothing."""
-    at, feed, share = x.tolist(), np.zeros(x.size), 0.0
+    at = x.tolist()
+    feed = np.zeros(x.size)
+    share = 0.0
     for k, force in enumerate(forces):
         if k == 0:
             continue

@@ -236,11 +236,10 @@ class Law:
 
         def inside(kind: Struct, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Type]]:
             for name, part in kind.fields:
-                yield from (
-                    inside(part, (*path, name))
-                    if isinstance(part, Struct)
-                    else [((*path, name), part)]
-                )
+                if isinstance(part, Struct):
+                    yield from inside(part, (*path, name))
+                else:
+                    yield (*path, name), part
 
         return list(inside(self.types[0], ()))
 
@@ -251,7 +250,8 @@ class Law:
 
     def efforts(self, samples: Sequence[Inputs]) -> np.ndarray:
         """Return the command of the law at each sample [N or N*m], computed by the uncompiled kernels."""
-        lasting, efforts = self.lasting, np.zeros(len(samples))
+        lasting = self.lasting
+        efforts = np.zeros(len(samples))
         memories = {name: memory.copy() for name, memory in self.memories.items()}
         for k, sample in enumerate(samples):
             handed = {**sample._asdict(), **memories, "dt": self.dt, "p": self.p, "begun": k > 0}
@@ -281,15 +281,14 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     }
     variant = replace(variant, feedforward=replace(feedforward, **rested))
     controller = within_drive(variant.controller, variant.run.effort_limit)
-    feedforward, ahead = variant.feedforward, variant.run.delay + 1
-    friction, table, screw = feedforward.friction, table_of(feedforward), screw_of(feedforward)
+    feedforward = variant.feedforward
+    ahead = variant.run.delay + 1
+    friction = feedforward.friction
+    table = table_of(feedforward)
+    screw = screw_of(feedforward)
     component = controller.component
-    for function in (
-        component.start,
-        component.step,
-        *([component.resume] if component.resume else []),
-    ):
-        if not is_kernel(function):
+    for function in (component.start, component.step, component.resume):
+        if function and not is_kernel(function):
             raise NotExportableError(
                 function, None, "is not a kernel: decorate it with @kernel from bristle.core"
             )
@@ -301,41 +300,43 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
     }
     inputs = (*ALWAYS, *(name for name, reason in needed.items() if reason))
     # Initial states and memories of the compensators.
-    state, memories = NoCompensator(), {}
+    memories = {}
+    started = component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters)
+    lasting = Lasting(started, NoCompensator())
+    shape = Shape(*map(float, shape_of(feedforward)))
+    compensator = NoCompensator()
     if friction is not None:
         state, memories["memory"] = _initial(friction, feedforward.conditioning)
-    started = component.start(0.0, 0.0, 0.0, variant.run.sample_time, controller.parameters)
-    lasting = Lasting(started, NoCompensator() if friction is None else Fed(state, 0.0, 0.0, 0.0))
-    shape = Shape(*map(float, shape_of(feedforward)))
-    compensator = NoCompensator() if friction is None else friction.parameters
+        lasting = Lasting(started, Fed(state, 0.0, 0.0, 0.0))
+        compensator = friction.parameters
     of_all = (controller.parameters, float(variant.run.effort_limit), fed.mass, compensator, shape)
     p: Any = Parameters(*of_all)
     if fed.place or carried is not fed:
         p = PlacedParameters(
             *of_all, fed.place or NoPlace(), carried.mass, carried.place or NoPlace()
         )
+    weights = 0
     if screw is not None and feedforward.plant is not None:
         # The numbers that depend on the motion are those of the experiment.
         position, _, acceleration = planned_motion(variant)
         wind_up = wind_up_of(feedforward, screw, position, acceleration, variant.run.sample_time)
-        ahead = samples_of_wind_up(wind_up.weights.size, variant.run.delay)
+        weights = wind_up.weights.size
+        ahead = samples_of_wind_up(weights, variant.run.delay)
         state, memories["table_memory"] = _initial(table, feedforward.conditioning * screw.arm)
-        memories["leads"] = np.zeros(wind_up.weights.size + 2 * AROUND + 1 + variant.run.delay)
+        memories["leads"] = np.zeros(weights + 2 * AROUND + 1 + variant.run.delay)
         lasting = LeadingLasting(*lasting, Fed(state, 0.0, 0.0, 0.0), Wound())
         inertia = whole_inertia(feedforward.plant, screw, variant.run.sample_time)
         p = LeadingParameters(*of_all, wind_up, table.parameters, table_shape(feedforward), inertia)
+    constants = {}
     if single:
+        constants = CONSTANTS
         refuse_beyond_single(p._asdict())
     arguments = ("lasting", *memories, *inputs, "begun", "dt", "p")
-    text = law_text(arguments, variant, fed, carried, p.screw.weights.size if screw else 0)
-    called = {kernel.__name__: kernel for kernel in KERNELS}
-    called |= {cls.__name__: cls for cls in (Fed, Lasting, LeadingLasting, Reference)}
-    scope = called | {
-        "__name__": __name__,
-        "NOT_KNOWN": NOT_KNOWN,
-        "start": component.start,
-        "resume": component.resume,
-    }
+    text = law_text(arguments, variant, fed, carried, weights)
+    called = (*KERNELS, Fed, Lasting, LeadingLasting, Reference)
+    scope = {function.__name__: function for function in called}
+    scope |= {"__name__": __name__, "NOT_KNOWN": NOT_KNOWN}
+    scope |= {"start": component.start, "resume": component.resume}
     written = defined("command", text, scope)
     kinds = {
         "lasting": type_of(lasting),
@@ -345,13 +346,12 @@ def law_of(variant: Variant, *, tunable: bool = False, single: bool = False) -> 
         "acceleration_ahead": Array(ahead),
     }
     kinds |= {name: Array(memory.size, writable=True) for name, memory in memories.items()}
-    builder = Builder(CONSTANTS if single else {})
+    builder = Builder(constants)
     entry = builder.function(written, [kinds.get(name, REAL) for name in arguments])
-    unit = pruned(builder.unit, [entry])
     return Law(
         variant,
         controller,
-        unit,
+        pruned(builder.unit, [entry]),
         entry,
         written,
         arguments,
@@ -393,30 +393,25 @@ INPUTS = {
 def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
     """Return the facts of a law for the templates."""
     variant = law.variant
-    kind, friction, table = (
-        variant.controller.kind,
-        variant.feedforward.friction,
-        variant.feedforward.table,
-    )
-    frictions = (
-        {
+    kind = variant.controller.kind
+    friction = variant.feedforward.friction
+    table = variant.feedforward.table
+    frictions = {}
+    if friction:
+        frictions = {
             f"{plain(friction.name)}, fed forward along the {variant.feedforward.along} motion": friction
         }
-        if friction
-        else {}
-    )
-    frictions |= (
-        {f"{plain(table.name)}, fed forward along the desired motion of the table": table}
-        if table
-        else {}
-    )
+    if table:
+        frictions |= {
+            f"{plain(table.name)}, fed forward along the desired motion of the table": table
+        }
     inputs = []
     for fed in law.inputs:
         several = fed.endswith("_ahead")
-        declared, unit = (
-            f"{fed}[{law.samples_ahead}]" if several else fed,
-            unit_of(INPUTS[fed][1], kind),
-        )
+        declared = fed
+        if several:
+            declared = f"{fed}[{law.samples_ahead}]"
+        unit = unit_of(INPUTS[fed][1], kind)
         inputs.append(
             {
                 "name": fed,
@@ -426,7 +421,9 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
                 "several": several,
             }
         )
-    limit = variant.run.effort_limit
+    limit = ""
+    if np.isfinite(variant.run.effort_limit):
+        limit = f"{variant.run.effort_limit:g}"
     return (
         {
             "name": name,
@@ -454,12 +451,7 @@ def law_facts(law: Law, name: str, source: Source) -> dict[str, Any]:
             "dt": repr(law.dt),
             "rate": f"{1.0 / law.dt:g}",
         }
-        | {
-            "ahead": law.samples_ahead,
-            "delay": variant.run.delay,
-            "limit": f"{limit:g}" if np.isfinite(limit) else "",
-            "inputs": inputs,
-        }
+        | {"ahead": law.samples_ahead, "delay": variant.run.delay, "limit": limit, "inputs": inputs}
         | {
             "drive": command_facts(command_units(variant.axis, kind), kind),
             "loops": loops_of(law.unit, law.memory_size),
@@ -478,7 +470,10 @@ def law_walk(law: Law, steps: int) -> tuple[Walk, int, np.ndarray]:
     """Return the walk of the self-test of a law, the number of its positions, and the efforts along it."""
     friction = law.variant.feedforward.friction
     # Distance of the walk in the self-test of a law without a compensator [m or rad].
-    walk = walk_over(1e-5, law.dt) if friction is None else walk_of(subject_of(friction), law.dt)
+    if friction is None:
+        walk = walk_over(1e-5, law.dt)
+    else:
+        walk = walk_of(subject_of(friction), law.dt)
     return walk, steps + law.samples_ahead + 1, law.efforts(samples_along(walk, law, steps))
 
 
@@ -488,7 +483,9 @@ def samples_along(walk: Walk, law: Law, steps: int) -> list[Inputs]:
     x = walk.positions(steps + ahead + 1)
     v = np.diff(x) / law.dt
     a = PER_VELOCITY * v
-    at, speed, change = x.tolist(), v.tolist(), a.tolist()
+    at = x.tolist()
+    speed = v.tolist()
+    change = a.tolist()
     return [
         Inputs(
             at[k],
@@ -504,15 +501,15 @@ def samples_along(walk: Walk, law: Law, steps: int) -> list[Inputs]:
 
 def _fed(law: Law) -> list[str]:
     """Return the parts of the feedforward, one line each."""
-    feedforward, kind = law.variant.feedforward, law.variant.controller.kind
+    feedforward = law.variant.feedforward
+    kind = law.variant.controller.kind
     fed, carried = loads_of(feedforward)
-    lines = (
-        [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
-        if feedforward.mass
-        else []
-    )
+    lines = []
+    if feedforward.mass:
+        lines = [f"inertia along the desired motion: {feedforward.mass:g} {unit_of('mass', kind)}"]
     if isinstance(law.p, LeadingParameters):
-        half, clear = law.p.screw.weights.size // 2, law.p.screw.clear
+        half = law.p.screw.weights.size // 2
+        clear = law.p.screw.clear
         lines.append(
             "both masses and the wind-up of the screw along the desired motion of the table, converted to the motor"
         )
@@ -542,8 +539,12 @@ def _fed(law: Law) -> list[str]:
             + "".join(shape)
         )
         if rises_with_effort(feedforward.friction):
-            plant = None if carried is fed else feedforward.carries
-            passing = "the rest of the feedforward" if plant is None else plant.name
+            plant = feedforward.carries
+            if carried is fed:
+                plant = None
+            passing = "the rest of the feedforward"
+            if plant is not None:
+                passing = plant.name
             lines.append(
                 f"the friction level rises with the effort that {passing} transmits along the desired motion"
             )
@@ -577,12 +578,11 @@ def tunable_law(law: Law) -> Tunable:
             }
             variables |= {f"{part}_{name}": named[name] for name in tuned.values}
             places |= {(part, *path): f"{part}_{name}" for path, name in tuned.places.items()}
-    fed = {("mass",): law.p.mass} if law.p.mass else {}
-    fed |= (
-        {}
-        if friction is None
-        else {("shape", name): value for name, value in _tunable_shape(law.p.shape).items()}
-    )
+    fed = {}
+    if law.p.mass:
+        fed = {("mass",): law.p.mass}
+    if friction is not None:
+        fed |= {("shape", name): value for name, value in _tunable_shape(law.p.shape).items()}
     further = {**FEEDFORWARD, **variables_of(Shape)}
     if hasattr(law.p, "screw"):
         further |= variables_of(WindUp)
@@ -593,7 +593,9 @@ def tunable_law(law: Law) -> Tunable:
         }
     for path, value in fed.items():
         name = f"feedforward_{path[-1]}"
-        values[name], variables[name], places[path] = value, further[path[-1]], name
+        values[name] = value
+        variables[name] = further[path[-1]]
+        places[path] = name
     return Tunable(law.controller.kind, variables, values, places)
 
 
@@ -610,7 +612,9 @@ def _tunable_shape(shape: Shape) -> dict[str, float]:
 
 def settled_law(law: Law) -> Law:
     """Return a law without the branches that its fixed parameters rule out."""
-    places = tunable_law(law).places if law.tunable else ()
+    places = ()
+    if law.tunable:
+        places = tunable_law(law).places
     fact = fact_of(law.p, law.types[1], places)
     unit, (entry,) = settled(law.unit, [law.entry], {"p": fact}, single=law.single)
     return replace(law, unit=unit, entry=entry)

@@ -46,15 +46,23 @@ class Load(NamedTuple):
                 f"inertial({_ahead('acceleration', before)}, acceleration_ahead[{after}], p.{self.prefix}mass)"
             )
         if self.place:
-            kernel_name = "effort_at" if isinstance(self.place, Place) else "gravity_at"
+            kernel_name = "gravity_at"
+            if isinstance(self.place, Place):
+                kernel_name = "effort_at"
             middle = f"0.5 * ({_ahead('position', before)} + place_ahead[{after}])"
             parts.append(f"{kernel_name}({middle}, p.{self.prefix}place)")
         return " + ".join(parts) or "0.0"
 
 
 def _ahead(name: str, place: str) -> str:
-    ahead = f"{'place' if name == 'position' else name}_ahead[{place}]"
-    return name if not place else f"({ahead} if i > 0 else {name})" if "i" in place else ahead
+    if not place:
+        return name
+    ahead = f"{name}_ahead[{place}]"
+    if name == "position":
+        ahead = f"place_ahead[{place}]"
+    if "i" in place:
+        return f"({ahead} if i > 0 else {name})"
+    return ahead
 
 
 def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Load]:
@@ -70,9 +78,10 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
         or not rises_with_effort(feedforward.friction)
     ):
         return fed, fed
-    if (
-        carries.component.inner if isinstance(carries.parameters, Termed) else carries.component
-    ) is not inertia:
+    inner = carries.component
+    if isinstance(carries.parameters, Termed):
+        inner = inner.inner
+    if inner is not inertia:
         raise InputError(
             "has forces besides inertia, gravity, cogging and a spring, so bristle cannot export the law",
             path="feedforward.carries",
@@ -80,7 +89,9 @@ def loads_of(feedforward: Feedforward, *, apart: bool = False) -> tuple[Load, Lo
             mend="Omit carries: the feedforward then defines the transmitted effort",
         )
     carried = Load("carried_", float(carries.values["M"]), _place(carries))
-    return fed, fed if carried.numbers == fed.numbers and not apart else carried
+    if carried.numbers == fed.numbers and not apart:
+        return fed, fed
+    return fed, carried
 
 
 def _place(plant: Model | None) -> Any:
@@ -88,7 +99,9 @@ def _place(plant: Model | None) -> Any:
     place = place_of(plant)
     if not place.is_link:
         return place
-    return Gravity(place.g_sin, place.g_cos) if place.g_sin or place.g_cos else None
+    if place.g_sin or place.g_cos:
+        return Gravity(place.g_sin, place.g_cos)
+    return None
 
 
 # Position, velocity, acceleration are desired; `begun` is false at the first sample. Indices of samples ahead count
@@ -154,23 +167,27 @@ def law_text(
     arguments: Sequence[str], variant: Variant, fed: Load, carried: Load, weights: int
 ) -> str:
     """Return the text of the law; `weights` is the number of samples in the mean of the wind-up, 0 without a screw."""
-    feedforward, delay = variant.feedforward, variant.run.delay
+    feedforward = variant.feedforward
+    delay = variant.run.delay
     along_desired = feedforward.along == "desired"
-    before = str(delay - 1) if delay else ""
-    text, lasting, desired = (
-        HEAD.format(arguments=", ".join(arguments)),
-        "Lasting(controller, fed)",
-        "position, velocity, acceleration",
-    )
+    before = ""
+    if delay:
+        before = str(delay - 1)
+    text = HEAD.format(arguments=", ".join(arguments))
+    lasting = "Lasting(controller, fed)"
+    desired = "position, velocity, acceleration"
     if weights:
         at = weights + AROUND
         text += LEADING.format(last=samples_of_wind_up(weights, delay) - 1, at=at)
         lasting = "LeadingLasting(controller, fed, table, wound)"
-        desired = "motor, motor_velocity, motor_acceleration" if leads(variant) else desired
+        if leads(variant):
+            desired = "motor, motor_velocity, motor_acceleration"
         parts = _leading(variant, at, before)
     else:
         planned = fed.text(before, str(delay))
-        passed = "planned" if carried is fed else carried.text(before, str(delay))
+        passed = "planned"
+        if carried is not fed:
+            passed = carried.text(before, str(delay))
         parts = Parts(
             "position",
             planned,
@@ -183,13 +200,21 @@ def law_text(
     if feedforward.friction is None:
         text += NO_FRICTION.format(**texts)
     else:
-        text += AT_FIRST.format(begins=parts.begins if along_desired else "measured")
-        text += BEFORE_THE_FIRST.format(delay=delay, **texts) if along_desired and delay else ""
-        lessened = f"\n    planned = planned{parts.less}" if parts.less else ""
-        text += (ALONG_DESIRED if along_desired else ALONG_MEASURED).format(
-            lessened=lessened, **texts
-        )
-    resumed = RESUMED.format(desired=desired) if variant.controller.component.resume else ""
+        begins = "measured"
+        along = ALONG_MEASURED
+        if along_desired:
+            begins = parts.begins
+            along = ALONG_DESIRED
+        text += AT_FIRST.format(begins=begins)
+        if along_desired and delay:
+            text += BEFORE_THE_FIRST.format(delay=delay, **texts)
+        lessened = ""
+        if parts.less:
+            lessened = f"\n    planned = planned{parts.less}"
+        text += along.format(lessened=lessened, **texts)
+    resumed = ""
+    if variant.controller.component.resume:
+        resumed = RESUMED.format(desired=desired)
     return text + CONTROLLED.format(resumed=resumed, desired=desired, lasting=lasting)
 
 
@@ -201,18 +226,17 @@ def samples_of_wind_up(weights: int, delay: int) -> int:
 def _leading(variant: Variant, at: int, before: str) -> Parts:
     """Return the parts of a law whose motor leads its table; `at` is the place of the present sample in the memory of leads."""
     delay = variant.run.delay
-    now, less = at + delay, ""
+    now = at + delay
+    less = ""
 
     def effort(place: str, step: str, after: str) -> str:
         return f"winding_effort(leads, {place}, 0.5 * ({_ahead('acceleration', step)} + acceleration_ahead[{after}]), dt, p.screw)"
 
     if feeds_inertia(variant.controller, variant.run.sample_time):
         acceleration = _ahead("acceleration", before)
-        less = (
-            f" - p.total_inertia * ({acceleration} + bend_at(leads, {now}, dt, p.screw))"
-            if leads(variant)
-            else f" - p.total_inertia * {acceleration}"
-        )
+        less = f" - p.total_inertia * {acceleration}"
+        if leads(variant):
+            less = f" - p.total_inertia * ({acceleration} + bend_at(leads, {now}, dt, p.screw))"
     return Parts(
         begins="motor",
         planned=effort(str(now), before, str(delay)),

@@ -15,7 +15,9 @@ from bristle.simulation.compensation import COMPENSATED, compensation_experiment
 
 def loop_for(request: Request) -> Variant | None:
     """Return the loop of the axis without friction fed forward; None if the axis file has no controller."""
-    variant, axis, plant = request.loop, request.axis, request.plant
+    variant = request.loop
+    axis = request.axis
+    plant = request.plant
     if variant is None:
         if (
             axis is None
@@ -32,7 +34,9 @@ def loop_for(request: Request) -> Variant | None:
 
 def reach_for(request: Request) -> float | None:
     """Return the reach F/K of the axis [m or rad]; None if the stiffness of its position loop is unknown."""
-    controller = request.axis.controller if request.axis is not None else None
+    controller = None
+    if request.axis is not None:
+        controller = request.axis.controller
     if request.loop is not None:
         controller = request.loop.controller
     if request.friction.component.family != "friction":
@@ -49,7 +53,9 @@ def cycle_of(request: Request) -> float:
         return request.loop.run.sample_time
     if axis is not None and axis.sample_time:
         return axis.sample_time
-    return request.dt if request.log is None else request.log.sample_time
+    if request.log is None:
+        return request.dt
+    return request.log.sample_time
 
 
 def late_of(request: Request) -> float:

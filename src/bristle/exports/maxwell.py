@@ -31,7 +31,9 @@ from bristle.models.friction.slots import by_direction
 
 COUNT = 24  # of elements offered to the fit
 EXACT = 1e-6  # an error [%] that rounding explains
-SMALLEST, LARGEST = 0.01, 10.0  # yield deflection over the pre-sliding distance
+# Yield deflection over the pre-sliding distance.
+SMALLEST = 0.01
+LARGEST = 10.0
 DRY = ("coulomb", "viscous", "coulomb_viscous")
 STOPS = ("kernel_weights", "kernel_thresholds", "kernel_spring")
 
@@ -91,14 +93,17 @@ class Deviation(NamedTuple):
 
 def elements_of(request: Request) -> tuple[Elements, Deviation]:
     """Return the elements of a friction model, frozen at nominal load and temperature, and their error along moves."""
-    model, fastest, reach = unvaried(request.model), fastest_of(request), 0.0
+    model = unvaried(request.model)
+    fastest = fastest_of(request)
+    reach = 0.0
     offset = offset_of(model.component.variables, model.values)
     try:
         sides = [steady_force(model, side * 1e-3 * fastest) - offset for side in (1.0, -1.0)]
         x, dt, _ = moves_for(request)
     except InputError:  # the force grows without bound in sliding
         reach = hardening_distance(model, fastest)
-        sides, (x, dt, _) = [0.0, 0.0], moves_for(request, reach)
+        sides = [0.0, 0.0]
+        x, dt, _ = moves_for(request, reach)
     v = np.diff(x) / dt
     try:
         with interpreted():  # compiling would take longer
@@ -113,9 +118,10 @@ def elements_of(request: Request) -> tuple[Elements, Deviation]:
     elements = elements_in(model, offset)
     if elements is None:
         distance = reach / LARGEST or turning_distance(model, request.axis, fastest)[0]
-        yields = (
-            np.empty(0) if is_static(model) else distance * np.geomspace(SMALLEST, LARGEST, COUNT)
-        )
+        if is_static(model):
+            yields = np.empty(0)
+        else:
+            yields = distance * np.geomspace(SMALLEST, LARGEST, COUNT)
         elements = _fitted(x, dt, force - offset, yields, ratio)._replace(constant=offset)
     error = 100.0 / level * (force - elements_force(elements, x, dt))[v != 0.0]
     return elements, Deviation(
@@ -125,20 +131,19 @@ def elements_of(request: Request) -> tuple[Elements, Deviation]:
 
 def elements_in(model: Model, offset: float) -> Elements | None:
     """Return the elements or the dry friction that a model consists of, with the mean damping; None if it is no such sum."""
-    values, base = model.values, base_of(model.component).name
-    level, damping = (
+    values = model.values
+    base = base_of(model.component).name
+    level, damping, viscous = (
         [float(values[key]) for key in by_direction(model.component, name) if key in values]
-        for name in ("F_C", "sigma_2")
+        for name in ("F_C", "sigma_2", "F_v")
     )
-    damping = float(
-        np.mean(
-            damping
-            or [values[key] for key in by_direction(model.component, "F_v") if key in values]
-            or 0.0
-        )
-    )
-    mean = 0.5 * (level[0] + level[-1]) if level else 0.0
-    ratio = 0.5 * (level[0] - level[-1]) / mean if mean else 0.0
+    damping = float(np.mean(damping or viscous or 0.0))
+    mean = 0.0
+    if level:
+        mean = 0.5 * (level[0] + level[-1])
+    ratio = 0.0
+    if mean:
+        ratio = 0.5 * (level[0] - level[-1]) / mean
     if base in DRY:
         return Elements(np.empty(0), np.empty(0), ratio, damping, mean, offset)
     if base == "maxwell_slip":
@@ -173,7 +178,10 @@ def _fitted(
 ) -> Elements:
     """Return the elements, or without yields the dry friction, and the damping that fit a force along positions best."""
     dx = np.diff(x)
-    dry = np.zeros((dx.size, 1)) if yields.size else (np.sign(dx) + ratio * (dx != 0.0))[:, None]
+    if yields.size:
+        dry = np.zeros((dx.size, 1))
+    else:
+        dry = (np.sign(dx) + ratio * (dx != 0.0))[:, None]
     # Columns of similar size: the force of each element over its force at yield, and damping at full speed.
     A = np.hstack([_columns(x, yields, ratio) / yields, dry, dx[:, None] / np.max(dx)])
     shares = non_negative(A[dx != 0.0], force[dx != 0.0])
@@ -184,11 +192,15 @@ def _fitted(
 
 def _columns(x: np.ndarray, yields: np.ndarray, ratio: float) -> np.ndarray:
     """Return the mean deflection [m or rad] of each element over each step."""
-    low, high, z = -(1.0 - ratio) * yields, (1.0 + ratio) * yields, np.zeros(yields.size)
+    low = -(1.0 - ratio) * yields
+    high = (1.0 + ratio) * yields
+    z = np.zeros(yields.size)
     columns = np.empty((x.size - 1, yields.size))
     for k, dx in enumerate(np.diff(x).tolist()):
         after = np.clip(z + dx, low, high)
         # An element slips over the last part of the step, and the mean lacks its rise there.
-        columns[k] = after - 0.5 * (after - z) ** 2 / dx if dx else after
+        columns[k] = after
+        if dx:
+            columns[k] = after - 0.5 * (after - z) ** 2 / dx
         z = after
     return columns

@@ -41,9 +41,9 @@ def moves_for(request: Request, reach: float = 0.0) -> tuple[np.ndarray, float, 
     fastest = fastest_of(request)
     distance = 0.5 * reach / TIMES[-1] or turning_distance(request.model, request.axis, fastest)[0]
     dt = max(0.005 * SHORTEST, TIMES[-1] * distance / fastest / SAMPLES)
-    distances = [times * distance for times in TIMES] + [
-        max(SHORTEST * fastest, TIMES[-1] * distance)
-    ] * (not reach)
+    distances = [times * distance for times in TIMES]
+    if not reach:
+        distances.append(max(SHORTEST * fastest, TIMES[-1] * distance))
     return (
         np.concatenate(
             [moves_over(way, Limits(fastest, fastest / SHORTEST), dt) for way in distances]
@@ -60,15 +60,21 @@ def fastest_of(request: Request) -> float:
 
 def hardening_distance(model: Model, fastest: float) -> float:
     """Return the distance at which a virgin contact has hardened, 1 m or rad at most [m or rad]."""
-    component, p, speed = model.component, model.parameters, 1e-3 * fastest
-    state, memory = component.initial_state(p), component.new_memory(p)
-    at, least = 0.0, math.inf
+    component = model.component
+    p = model.parameters
+    speed = 1e-3 * fastest
+    state = component.initial_state(p)
+    memory = component.new_memory(p)
+    at = 0.0
+    least = math.inf
     for x in np.geomspace(1e-9, 1.0, 200).tolist():
         force, move = component.trial(state, memory, Motion(speed, x), (x - at) / speed, p)
         stiffness = abs(force) / (0.5 * (at + x))  # the force is that in the middle of the step
         if not stiffness <= HARDENED * least:
             break
-        state, at, least = component.commit(state, memory, move, p), x, min(least, stiffness)
+        state = component.commit(state, memory, move, p)
+        at = x
+        least = min(least, stiffness)
     return at
 
 
@@ -93,7 +99,9 @@ def series_over(
 
     A move takes `lasting` [s], or longer because of the limits; with 0, it is as quick as they allow.
     """
-    jerk = min(limits.jerk, 32.0 * distance / lasting**3) if lasting else limits.jerk
+    jerk = limits.jerk
+    if lasting:
+        jerk = min(limits.jerk, 32.0 * distance / lasting**3)
     leg = legs_through((distance,), limits.velocity, limits.acceleration, jerk)
     inside = leg.sample(dt * np.arange(1, math.ceil(leg.end / dt) + 1))[0]
     move = np.concatenate([inside, np.full(math.ceil(rest / dt), distance)])
@@ -106,7 +114,9 @@ def series_over(
 def turning_distance(model: Model, axis: Axis | None, fastest: float) -> tuple[float, float]:
     """Return the pre-sliding distance and the part of it that is an assumption, all or nothing [m or rad]."""
     distance = reversal_distance(model, fastest) or (axis and axis.presliding)
-    return (distance, 0.0) if distance else (ASSUMED[model.kind], ASSUMED[model.kind])
+    if distance:
+        return (distance, 0.0)
+    return (ASSUMED[model.kind], ASSUMED[model.kind])
 
 
 def moved_by(plant: Model | None) -> float:
@@ -125,8 +135,12 @@ def limits_within(
 
     If the mass is unknown, too, the axis reaches full speed in 0.1 s.
     """
-    mass, stated = moved_by(plant), axis or Axis()
-    acceleration = sliding_level(friction, fastest) / mass if mass else fastest / SHORTEST
+    mass = moved_by(plant)
+    stated = axis or Axis()
+    if mass:
+        acceleration = sliding_level(friction, fastest) / mass
+    else:
+        acceleration = fastest / SHORTEST
     return Limits(
         min(fastest, stated.velocity_limit or math.inf),
         stated.acceleration_limit or acceleration,

@@ -17,8 +17,10 @@ from bristle.engine.translation.tree import (
     walk,
 )
 
-INDENT, LONGEST = "    ", 110
-PRIMARY, UNARY = 16, 14  # precedence of a name and of a sign
+INDENT = "    "
+LONGEST = 110
+PRIMARY = 16  # precedence of a name
+UNARY = 14  # precedence of a sign
 BREAKS = (", ", " + ", " - ", " * ", " && ", " || ", " ? ", " : ")
 
 
@@ -65,7 +67,9 @@ def wrapped(line: str, indent: str) -> list[str]:
         at = max(line.rfind(mark, len(indent) + 40, LONGEST) for mark in BREAKS)
         if at < 0:
             break
-        cut = at + 1 if line[at] == "," else at
+        cut = at
+        if line[at] == ",":
+            cut = at + 1
         lines.append(line[:cut])
         line = f"{indent}{INDENT}{INDENT}{line[cut:].lstrip()}"
     return [*lines, line]

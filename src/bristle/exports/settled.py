@@ -44,7 +44,9 @@ def fact_of(
         )
     if kind == tree.REAL:
         return float(value).hex()
-    return int(value) if kind in (tree.INTEGER, tree.TRUTH) else None
+    if kind in (tree.INTEGER, tree.TRUTH):
+        return int(value)
+    return None
 
 
 def settled(
@@ -110,7 +112,8 @@ class _Body:
     """Specializes the body of one function."""
 
     def __init__(self, settling: _Settling, function: tree.Function, fact: Sequence[Fact]) -> None:
-        self.settling, self.function = settling, function
+        self.settling = settling
+        self.function = function
         self._arguments = dict(zip([p.name for p in function.parameters], fact, strict=True))
         self._facts: dict[str, Fact] = {}
         self._values: Counter[str] = Counter()
@@ -118,7 +121,9 @@ class _Body:
 
     def settled(self) -> tuple[list[tree.Statement], Fact]:
         """Return the remaining statements, and the fact of the result."""
-        body, size, before = self.function.body, 0, -1
+        body = self.function.body
+        size = 0
+        before = -1
         while size != before:
             before = size
             self._values = Counter(
@@ -132,7 +137,9 @@ class _Body:
             self._results = []
             body = self._block(body)
             size = sum(1 for _ in tree.walk(body))
-        return body, reduce(_common, self._results) if self._results else None
+        if self._results:
+            return body, reduce(_common, self._results)
+        return body, None
 
     def _block(self, block: list[tree.Statement]) -> list[tree.Statement]:
         left: list[tree.Statement] = []
@@ -163,20 +170,26 @@ class _Body:
             for name, part in vars(s).items()
             if isinstance(part, tree.Expression)
         }
-        return [replace(s, **parts) if parts else s]
+        if parts:
+            s = replace(s, **parts)
+        return [s]
 
     def _asking(self, s: tree.If | tree.While) -> list[tree.Statement]:
         test, fact = self._of(s.test)
         if isinstance(s, tree.While):
-            return [] if fact is not None and not fact else [tree.While(test, self._block(s.body))]
+            if fact is not None and not fact:
+                return []
+            return [tree.While(test, self._block(s.body))]
         if fact is None:
             return [tree.If(test, self._block(s.body), self._block(s.otherwise))]
-        return self._block(s.body if fact else s.otherwise)
+        if fact:
+            return self._block(s.body)
+        return self._block(s.otherwise)
 
     def _of(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
         """Return the remaining expression and its fact."""
-        own = getattr(self, f"_{type(e).__name__.lower()}", None)
-        left, fact = own(e) if own else self._computed(e)
+        own = getattr(self, f"_{type(e).__name__.lower()}", self._computed)
+        left, fact = own(e)
         if (
             fact is None
             or e.type not in (tree.INTEGER, tree.TRUTH)
@@ -184,7 +197,9 @@ class _Body:
             or _writes(left)
         ):
             return left, fact
-        return tree.Constant(e.type, bool(fact) if e.type == tree.TRUTH else int(fact)), fact
+        if e.type == tree.TRUTH:
+            return tree.Constant(e.type, bool(fact)), fact
+        return tree.Constant(e.type, int(fact)), fact
 
     def _constant(self, e: tree.Constant) -> tuple[tree.Expression, Fact]:
         return e, self._written(e.type, e.value)
@@ -204,13 +219,18 @@ class _Body:
                 return tree.Constant(tree.TRUTH, ending), int(ending)
         if not parts:
             return tree.Constant(tree.TRUTH, not ending), int(not ending)
-        return (parts[0] if len(parts) == 1 else tree.Logic(e.type, e.operator, parts)), None
+        if len(parts) == 1:
+            return parts[0], None
+        return tree.Logic(e.type, e.operator, parts), None
 
     def _select(self, e: tree.Select) -> tuple[tree.Expression, Fact]:
         test, fact = self._of(e.test)
+        if fact:
+            return self._of(e.first)
         if fact is not None:
-            return self._of(e.first if fact else e.second)
-        first, second = self._of(e.first), self._of(e.second)
+            return self._of(e.second)
+        first = self._of(e.first)
+        second = self._of(e.second)
         return tree.Select(e.type, test, first[0], second[0]), _common(first[1], second[1])
 
     def _call(self, e: tree.Call) -> tuple[tree.Expression, Fact]:
@@ -226,18 +246,24 @@ class _Body:
     def _written(self, kind: tree.Type, value: Any) -> Fact:
         if kind != tree.REAL:
             return int(value)
-        return _narrowed(float(value).hex()) if self.settling.single else float(value).hex()
+        if self.settling.single:
+            return _narrowed(float(value).hex())
+        return float(value).hex()
 
     def _computed(self, e: tree.Expression) -> tuple[tree.Expression, Fact]:
         """Return an expression of its remaining parts, and its fact if all targets compute the same; unknown if Python raises."""
         left: dict[str, Any] = {}
-        kinds, facts = [], []
+        kinds = []
+        facts = []
         for name, part in vars(e).items():
-            if isinstance(part, (tree.Expression, list)):
-                parts = part if isinstance(part, list) else [part]
-                pairs = [self._of(child) for child in parts]
-                left[name] = [pair[0] for pair in pairs] if isinstance(part, list) else pairs[0][0]
-                kinds += [child.type for child in parts]
+            if isinstance(part, tree.Expression):
+                left[name], fact = self._of(part)
+                kinds.append(part.type)
+                facts.append(fact)
+            elif isinstance(part, list):
+                pairs = [self._of(child) for child in part]
+                left[name] = [pair[0] for pair in pairs]
+                kinds += [child.type for child in part]
                 facts += [pair[1] for pair in pairs]
         return replace(e, **left), self._fact(e, kinds, facts)
 
@@ -256,7 +282,9 @@ class _Body:
         elif isinstance(e, tree.Convert):
             by = {tree.REAL: float, tree.INTEGER: int, tree.TRUTH: bool}[e.type]  # type: ignore[index]
         else:
-            by = operator.neg if isinstance(e, tree.Negative) else operator.not_
+            by = operator.not_
+            if isinstance(e, tree.Negative):
+                by = operator.neg
         values = [
             float.fromhex(value) if kind == tree.REAL else value
             for kind, value in zip(kinds, facts, strict=True)
@@ -287,14 +315,18 @@ def _narrowed(fact: Fact) -> Fact:
 def _of_fields(fields: Iterable[Fact]) -> Fact:
     """Return the fact of a tuple from those of its fields."""
     fact = tuple(fields)
-    return fact if any(field is not None for field in fact) else None
+    if any(field is not None for field in fact):
+        return fact
+    return None
 
 
 def _common(first: Fact, second: Fact) -> Fact:
     """Return the common fact of two possible values."""
     if isinstance(first, tuple) and isinstance(second, tuple):
         return _of_fields(_common(left, right) for left, right in zip(first, second, strict=True))
-    return first if first == second and type(first) is type(second) else None
+    if first == second and type(first) is type(second):
+        return first
+    return None
 
 
 def pruned(unit: tree.Unit, roots: Iterable[tree.Function]) -> tree.Unit:
@@ -318,7 +350,8 @@ def pruned(unit: tree.Unit, roots: Iterable[tree.Function]) -> tree.Unit:
                 function.body, {part.name for part in _read(parts[id(function)])}, dropped
             )
             if dropped:
-                dead, parts[id(function)] = True, list(tree.walk(function.body))
+                dead = True
+                parts[id(function)] = list(tree.walk(function.body))
         if (
             not _without_arguments(functions, [parts[id(function)] for function in functions])
             and not dead
@@ -343,10 +376,8 @@ def _live(
                 entries.append(tree.Evaluate(statement.value))
             continue
         if isinstance(statement, tree.If):
-            statement.body, statement.otherwise = (
-                _live(statement.body, read, dropped),
-                _live(statement.otherwise, read, dropped),
-            )
+            statement.body = _live(statement.body, read, dropped)
+            statement.otherwise = _live(statement.otherwise, read, dropped)
             if not statement.body and not statement.otherwise:
                 dropped.append(statement)
                 continue

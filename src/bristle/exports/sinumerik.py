@@ -41,9 +41,12 @@ START_MANUAL = "SINUMERIK 840C (IA), section 9.5.3.1, 6FC5197-AA50"
 
 def write(request: Request) -> Product:
     """Return the machine data, one per line, with meanings and sources as comments."""
-    axis, model = request.axis, request.model
+    axis = request.axis
+    model = request.model
     forward, backward = [curve_of(model, way, request.speed)[0] for way in (1.0, -1.0)]
-    controller = None if axis is None else axis.controller
+    controller = None
+    if axis is not None:
+        controller = axis.controller
     if controller is None or controller.name != CONTROLLER or not controller.values["k_v"]:
         raise InputError(
             "needs the gain of the velocity loop, because the compensation is a pulse of the velocity setpoint",
@@ -52,22 +55,22 @@ def write(request: Request) -> Product:
             allowed=f"a {CONTROLLER} with k_v",
             mend=f'Write model = "{CONTROLLER}", k_p, k_v and, if the loop has an integral, T_n under [controller] of the axis file',
         )
-    gains, (unit, si) = controller.values, UNIT[model.kind]
+    gains = controller.values
+    unit, si = UNIT[model.kind]
     # The pulse of velocity [m/s or rad/s]; its time constant [s], if the loop has an integral.
-    pulse, lasts = (
-        float(forward[0, 1] + backward[0, 1]) / gains["k_v"],
-        gains["k_v"] / gains["k_i"] if gains["k_i"] else None,
-    )
+    pulse = float(forward[0, 1] + backward[0, 1]) / gains["k_v"]
     effort = table_units(axis, model.kind).efforts[0]
     notes = (
         "start values: tune them with the circularity test",
         *memory_lost(model, forward, backward, effort),
     )
-    said_of_time = "is the integral time of the velocity loop: with this time constant the pulse commands a step of effort"
-    if lasts is None:
-        said_of_time = (
-            ", the time constant of the pulse, is not written: the velocity loop has no integral"
-        )
+    lasts = None
+    said_of_time = (
+        "MD32540, the time constant of the pulse, is not written: the velocity loop has no integral"
+    )
+    if gains["k_i"]:
+        lasts = gains["k_v"] / gains["k_i"]
+        said_of_time = "MD32540 is the integral time of the velocity loop: with this time constant the pulse commands a step of effort"
     head = [
         f"Friction compensation of {model.name}: SINUMERIK 840D sl, 828D. START VALUES: tune them with the circularity test.",
         *request.source.lines,
@@ -78,7 +81,7 @@ def write(request: Request) -> Product:
         "setpoint that commands the change of friction at a reversal at once, through the gain of the velocity loop.",
         f"Begin with a part of MD32520 ({START_MANUAL}: begin with a relatively small amplitude), run a circle, and change "
         "MD32520 in small steps until the quadrant transitions do not show.",
-        f"MD32540{' ' * (lasts is not None)}{said_of_time} ({START_MANUAL}: begin with a few cycles of the position controller).",
+        f"{said_of_time} ({START_MANUAL}: begin with a few cycles of the position controller).",
         "bristle does not write MD32530 and MD32550 to MD32570, the adaptation: find them with circles at several accelerations "
         "(section 4.6.4.3). It does not write MD32580, the share for short blocks: find this share by trial (section 4.6.5).",
     ]
@@ -88,7 +91,8 @@ def write(request: Request) -> Product:
         ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""),
     ]
     rows.append(("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit))
-    rows += [] if lasts is None else [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
+    if lasts is not None:
+        rows += [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
     lines = [
         f"MD{number} ${f'MA_{name}':<28}{value:<14}{unit}".rstrip()
         for number, name, value, unit in rows
@@ -98,7 +102,8 @@ def write(request: Request) -> Product:
 
 def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
     """Return the effort that the pulses command through the velocity loop after reversals; None without loop or time constant."""
-    axis, kind = request.axis, request.model.kind
+    axis = request.axis
+    kind = request.model.kind
     if axis is None or loop_for(request) is None:
         return None
     lines = [
@@ -109,11 +114,13 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive | None:
     values = {name.removeprefix("$MA_"): float(value) for _, name, value, *_ in lines if _}
     if "FRICT_COMP_TIME" not in values or axis.controller is None:
         return None
-    pulse, lasts = values["FRICT_COMP_CONST_MAX"] * UNIT[kind][1], values["FRICT_COMP_TIME"]
+    pulse = values["FRICT_COMP_CONST_MAX"] * UNIT[kind][1]
+    lasts = values["FRICT_COMP_TIME"]
     k_v, k_i = (axis.controller.values[name] for name in ("k_v", "k_i"))
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
-        way, time = last_direction(np.diff(x, prepend=x[:1]) / dt), dt * np.arange(x.size)
+        way = last_direction(np.diff(x, prepend=x[:1]) / dt)
+        time = dt * np.arange(x.size)
         force = np.zeros(x.size)
         for turn in np.flatnonzero(way[1:] * way[:-1] < 0.0) + 1:
             decay = np.exp(-(time[turn:] - time[turn]) / lasts)

@@ -16,6 +16,7 @@ from bristle.engine.screwed import Memories, ScrewedModel
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.scope import NotExportableError, is_kernel
 from bristle.engine.translation.tree import (
+    INTEGER,
     REAL,
     Array,
     Function,
@@ -61,11 +62,9 @@ class Subject:
     @property
     def signals(self) -> tuple[str, ...]:
         """Inputs of friction besides the motion, as slots require: load, temperature and so on."""
-        needed = (
-            ()
-            if self.is_operator
-            else {surrounding.field for surrounding in self.model.component.surroundings}
-        )
+        needed = ()
+        if not self.is_operator:
+            needed = {surrounding.field for surrounding in self.model.component.surroundings}
         return tuple(name for name in self.usual if name in needed)
 
     @property
@@ -85,13 +84,18 @@ class Subject:
 
     def outputs(self, u: np.ndarray) -> np.ndarray:
         """Return the output of an operator at each input by uncompiled kernels; an inverse repeats its last output beyond saturation."""
-        component, p, state = self.model.component, self.model.parameters, self.virgin
-        memory, outputs = component.new_memory(p), [0.0]
+        component = self.model.component
+        p = self.model.parameters
+        state = self.virgin
+        memory = component.new_memory(p)
+        outputs = [0.0]
         for value in u.tolist():
             output, move = component.trial(state, memory, value, p)
             if math.isfinite(output):
                 state = component.commit(state, memory, move, p)
-            outputs.append(output if math.isfinite(output) else outputs[-1])
+            else:
+                output = outputs[-1]
+            outputs.append(output)
         return np.array(outputs[1:])
 
     def forces(self, x: np.ndarray, dt: float) -> np.ndarray:
@@ -101,8 +105,12 @@ class Subject:
 
 def forces_of(model: Model, x: np.ndarray, dt: float, *around: float) -> np.ndarray:
     """Return the force of a friction model at each sample, by uncompiled kernels, under a load and at a temperature."""
-    component, p, at = model.component, model.parameters, x.tolist()
-    state, memory, force = component.initial_state(p), component.new_memory(p), np.zeros(len(x))
+    component = model.component
+    p = model.parameters
+    at = x.tolist()
+    state = component.initial_state(p)
+    memory = component.new_memory(p)
+    force = np.zeros(len(x))
     for k in range(1, len(x)):
         force[k], move = component.trial(
             state, memory, Motion((at[k] - at[k - 1]) / dt, at[k], *around), dt, p
@@ -131,15 +139,13 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
             f"{side}_memory": size
             for side, size in component.memory_sizes(model.parameters)._asdict().items()
         }
-    trial = builder.function(
-        component.trial,
-        [state, _memory_type(memories), *([REAL] if is_operator else [motion, REAL]), parameters],
-    )
-    parts = (
-        [kind for _, kind in trial.result.fields]
-        if isinstance(trial.result, Struct) and trial.result.is_plain
-        else []
-    )
+    inputs = [motion, REAL]
+    if is_operator:
+        inputs = [REAL]
+    trial = builder.function(component.trial, [state, _memory_type(memories), *inputs, parameters])
+    parts = []
+    if isinstance(trial.result, Struct) and trial.result.is_plain:
+        parts = [kind for _, kind in trial.result.fields]
     if len(parts) != 2 or parts[0] != REAL or not isinstance(parts[1], Struct):
         raise NotExportableError(
             component.trial, None, "must return (force, move), with move a NamedTuple of scalars"
@@ -149,37 +155,40 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     )
     if commit.result != state:
         raise NotExportableError(component.commit, None, f"must return a {state.cls.__name__}")
-    unit = pruned(builder.unit, (trial, commit) if state.fields or commit.writes else (trial,))
+    roots = [trial]
+    if state.fields or commit.writes:
+        roots.append(commit)
+    unit = pruned(builder.unit, roots)
     return Subject(model, unit, trial, commit, state, motion, parts[1], parameters, memories)
 
 
 def _memory_type(memories: Mapping[str, int], *, writable: bool = False) -> Type:
     """Return the type of the memory of a model: an array, or an array for each side of a screw."""
     arrays = [Array(size, writable) for size in memories.values()]
-    return arrays[0] if len(arrays) == 1 else struct_of(Memories, arrays)
+    if len(arrays) == 1:
+        return arrays[0]
+    return struct_of(Memories, arrays)
 
 
 def settled_subject(
     subject: Subject, unknown: Iterable[tuple[str, ...]] = (), *, single: bool = False
 ) -> Subject:
     """Return the subject without the branches that its parameters rule out, except parameters at some paths."""
-    roots = [
-        subject.trial,
-        *([subject.commit] if subject.commits else []),
-        *([subject.derived] if subject.derived else []),
-    ]
+    roots = {"trial": subject.trial}
+    if subject.commits:
+        roots["commit"] = subject.commit
+    if subject.derived:
+        roots["derived"] = subject.derived
     fact = fact_of(subject.model.parameters, subject.parameters, unknown)
     # The name of the parameters in a kernel.
     arguments = ((subject.trial, TRIAL[subject.is_operator]), (subject.commit, COMMIT))
     named = {
         function.source.__code__.co_varnames[names.index("p")] for function, names in arguments
     } | {"p"}
-    unit, written = settled(subject.unit, roots, dict.fromkeys(named, fact), single=single)
-    commit, derived = (
-        written[1] if subject.commits else subject.commit,
-        written[-1] if subject.derived else None,
+    unit, written = settled(
+        subject.unit, list(roots.values()), dict.fromkeys(named, fact), single=single
     )
-    return replace(subject, unit=unit, trial=written[0], commit=commit, derived=derived)
+    return replace(subject, unit=unit, **dict(zip(roots, written, strict=True)))
 
 
 def arguments_left(function: Function, names: tuple[str, ...]) -> list[str]:
@@ -200,19 +209,27 @@ def layout_of(subject: Subject, scalar: str) -> str:
 
 def capacity_of(name: str, memory_size: int) -> int:
     """Return the number of values of a whole number in the state, from 0: one per storable turning point."""
-    return memory_size // 2 if name.endswith("depth") and memory_size else 2**31
+    if name.endswith("depth") and memory_size:
+        return memory_size // 2
+    return 2**31
+
+
+def most_of(name: str, kind: Type, memory_size: int) -> int:
+    """Return the number of values of a whole number in the state; 0 for a real number."""
+    if kind == INTEGER:
+        return capacity_of(name, memory_size)
+    return 0
 
 
 def kernels_of(model: Model) -> list[Function]:
     """Return all functions of the tree of the kernels of a friction model, also those in continuous time."""
-    subject, component = subject_of(model), model.component
+    subject = subject_of(model)
+    component = model.component
     builder = Builder()
-    state, motion, p, memory = (
-        subject.state,
-        subject.motion,
-        subject.parameters,
-        Array(subject.memory_size),
-    )
+    state = subject.state
+    motion = subject.motion
+    p = subject.parameters
+    memory = Array(subject.memory_size)
     builder.function(component.trial, [state, memory, motion, REAL, p])
     builder.function(
         component.commit, [state, Array(subject.memory_size, writable=True), subject.move, p]
@@ -233,11 +250,9 @@ def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
     begun = builder.function(
         kernel, [subject.state, memory, subject.motion, subject.parameters]
     ).result
-    parts = (
-        [kind for _, kind in begun.fields if isinstance(kind, Struct)]
-        if isinstance(begun, Struct)
-        else []
-    )
+    parts = []
+    if isinstance(begun, Struct):
+        parts = [kind for _, kind in begun.fields if isinstance(kind, Struct)]
     if len(parts) != 2 or not isinstance(begun, Struct) or len(begun.fields) != 2:
         raise NotExportableError(
             kernel, None, "must return (contact, piece), NamedTuples of scalars"
@@ -245,15 +260,21 @@ def piece_of(subject: Subject, builder: Builder) -> tuple[Struct, Struct]:
     return parts[0], parts[1]
 
 
-COUNT, SEED, FACTOR, TERM = 2000, 20260, 1664525, 1013904223
+COUNT = 2000
+SEED = 20260
+FACTOR = 1664525
+TERM = 1013904223
 # Longest step of each part of the walk, over the pre-sliding distance.
 SCALES = (0.05, 0.5, 5.0, 50.0)
-PART, RESTS = 125, 16  # consecutive steps of one scale; one step in RESTS has length 0
-FNV_OFFSET, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
+PART = 125  # consecutive steps of one scale
+RESTS = 16  # one step in so many has length 0
+FNV_OFFSET = 0xCBF29CE484222325
+FNV_PRIME = 0x100000001B3
 # Input of an operator: a force of an inverse, a field of a magnet.
 FARTHEST = {False: 1.0, True: 1e6}
 # Distance of a model without pre-sliding [m or rad]; duration of a step without viscosity [s]
-USUAL, SLOW = (1e-6, 1e6)
+USUAL = 1e-6
+SLOW = 1e6
 
 
 @dataclass(frozen=True)
@@ -266,7 +287,8 @@ class Walk:
     def positions(self, count: int = COUNT) -> np.ndarray:
         """Return the position at each sample [m or rad]; the first one is 0."""
         x = np.zeros(count)
-        bits, at = SEED, 0.0
+        bits = SEED
+        at = 0.0
         for k in range(1, count):
             bits = (bits * FACTOR + TERM) % 2**32
             if (bits >> 8) % RESTS:
@@ -300,15 +322,24 @@ def digest_of(content: bytes) -> int:
 
 def presliding_distance(subject: Subject) -> float:
     """Return the distance over which a virgin contact in slow motion reaches half of its largest force [m or rad]."""
-    component, p, state = subject.model.component, subject.model.parameters, subject.virgin
-    memory, forces, at = component.new_memory(p), [], 0.0
+    component = subject.model.component
+    p = subject.model.parameters
+    state = subject.virgin
+    memory = component.new_memory(p)
+    forces = []
+    at = 0.0
     farther = np.geomspace(1e-12, FARTHEST[subject.is_operator], 120)
     for x in farther.tolist():
-        inputs = (x,) if subject.is_operator else (Motion((x - at) / SLOW, x), SLOW)
+        inputs = (x,)
+        if not subject.is_operator:
+            inputs = (Motion((x - at) / SLOW, x), SLOW)
         force, move = component.trial(state, memory, *inputs, p)
         if not math.isfinite(force):
             break
-        state, at = component.commit(state, memory, move, p), x
+        state = component.commit(state, memory, move, p)
+        at = x
         forces.append(abs(force))
     reached = np.array(forces) >= 0.5 * max(forces)
-    return float(farther[np.argmax(reached)]) if max(forces) > 0.0 and not reached[0] else USUAL
+    if max(forces) > 0.0 and not reached[0]:
+        return float(farther[np.argmax(reached)])
+    return USUAL

@@ -34,7 +34,10 @@ from bristle.identification.parameters import offset_of
 from bristle.prediction.drive_table import reversal_distance
 from bristle.prediction.drive_units import DriveUnit, table_units
 
-MOST, SCALE_OF_ONE, LONGEST_DELAY, MOST_AHEAD = 20, 1000, 10, 4
+MOST = 20
+SCALE_OF_ONE = 1000
+LONGEST_DELAY = 10
+MOST_AHEAD = 4
 DELAY_UNIT = {"translational": ("0.1 um", 1e-7), "rotational": ("0.0001 deg", math.radians(1e-4))}
 SPEED_UNIT = {"translational": ("um/s", 1e-6), "rotational": ("0.001 deg/s", math.radians(1e-3))}
 PER_MILLE = "0.1 % of rated"
@@ -42,11 +45,9 @@ PER_MILLE = "0.1 % of rated"
 
 def write(request: Request) -> Product:
     """Return the list of compensation values, with its losses and its origin as comments."""
-    model, (delay_unit, delay_si), (unit, unit_si) = (
-        request.model,
-        DELAY_UNIT[request.model.kind],
-        SPEED_UNIT[request.model.kind],
-    )
+    model = request.model
+    delay_unit, delay_si = DELAY_UNIT[request.model.kind]
+    unit, unit_si = SPEED_UNIT[request.model.kind]
     forward, backward = [side_of(model, way, request.speed, request.points) for way in (1.0, -1.0)]
     effort = table_units(request.axis, model.kind).efforts[0]
     constant = offset_of(model.component.variables, model.values)
@@ -61,18 +62,18 @@ def write(request: Request) -> Product:
             allowed=f"{MOST} entries or fewer",
         )
     written = np.array([[v * unit_si, float(f) * current.si] for v, f in entries])
-    delay, ahead = (
-        round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si),
-        lead_of(request),
-    )
-    too_long = f"position_delay has its largest value, {LONGEST_DELAY}, but the friction needs {delay} x {delay_unit} to reverse"
+    delay = round(reversal_distance(model, float(mean.curve[-1, 0])) / delay_si)
+    ahead = lead_of(request)
     notes = (
         *losses(model, forward, backward, effort, symmetric=True),
         f"currents are integers in {PER_MILLE}: rounding changes each current by up to half of this unit",
-        *((too_long,) if delay > LONGEST_DELAY else ()),
-        *error_on_log(
-            request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}
-        ),
+    )
+    if delay > LONGEST_DELAY:
+        notes += (
+            f"position_delay has its largest value, {LONGEST_DELAY}, but the friction needs {delay} x {delay_unit} to reverse",
+        )
+    notes += error_on_log(
+        request, {way: written + np.array([0.0, way * constant]) for way in (1.0, -1.0)}
     )
     head = [
         f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.",
@@ -129,20 +130,22 @@ def reads(files: Mapping[str, str | bytes], request: Request) -> Drive:
     speeds = SPEED_UNIT[kind][1] * np.array([values[f"table[{i}].in"] for i in entries])
     scale = values["scaling_factor"] / SCALE_OF_ONE * current.si
     forces = scale * np.array([values[f"table[{i}].out"] for i in entries])
-    distance, cycles = (
-        DELAY_UNIT[kind][1] * values["position_delay"],
-        int(values["reversal_lookahead"]),
-    )
+    distance = DELAY_UNIT[kind][1] * values["position_delay"]
+    cycles = int(values["reversal_lookahead"])
 
     def drive(x: np.ndarray, dt: float) -> np.ndarray:
         velocity = np.diff(x, prepend=x[:1]) / dt
-        way, weight = last_direction(velocity), np.ones(x.size)
+        way = last_direction(velocity)
+        weight = np.ones(x.size)
         for turn in np.flatnonzero(np.diff(way)) + 1:
             before = np.arange(max(turn - cycles, 0), turn)
             weight[before] = np.minimum(weight[before], (turn - before) / (cycles + 1.0))
             if distance > 0.0:
                 reached = np.abs(x[turn:] - x[turn - 1]) / distance
-                built = int(np.argmax(reached >= 1.0)) if np.any(reached >= 1.0) else reached.size
+                if np.any(reached >= 1.0):
+                    built = int(np.argmax(reached >= 1.0))
+                else:
+                    built = reached.size
                 weight[turn:] = 1.0  # an unfinished earlier reversal ends here
                 weight[turn : turn + built] = reached[:built]
         return way * weight * np.interp(np.abs(velocity), speeds, forces)

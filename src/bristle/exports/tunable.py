@@ -70,11 +70,10 @@ def refuse_beyond_single(values: Mapping[str, Any], path: str = "") -> None:
         if hasattr(value, "_fields"):
             refuse_beyond_single(value._asdict(), f"{path}{name}.")
             continue
-        numbers = (
-            np.abs(np.atleast_1d(value)).astype(float)
-            if not isinstance(value, str)
-            else np.zeros(1)
-        )
+        if not isinstance(value, str):
+            numbers = np.abs(np.atleast_1d(value)).astype(float)
+        else:
+            numbers = np.zeros(1)
         if np.any(np.isfinite(numbers) & (numbers > largest)):
             raise InputError(
                 "is too large for single precision",
@@ -91,7 +90,10 @@ def checkpoints(outputs: np.ndarray, *, single: bool) -> dict[str, Any]:
         "checkpoints": [repr(output) for output in outputs[::CHECKPOINT].tolist()],
         "largest": repr(float(np.max(np.abs(outputs)))),
     }
-    return near | {"every": CHECKPOINT, "tolerance": repr(TOLERANCE) if single else ""}
+    tolerance = ""
+    if single:
+        tolerance = repr(TOLERANCE)
+    return near | {"every": CHECKPOINT, "tolerance": tolerance}
 
 
 MARK = 1024.0  # first of the numbers that mark parameters, to find them in the parameters of the kernels
@@ -119,7 +121,8 @@ def bounds_of(tuned: Tunable) -> Iterator[tuple[str, int | None, list[tuple[str,
     """Yield the name, the index and the bounds of each variable number; an unbounded number has the largest of its type."""
     for name, place, _ in tuned.numbers():
         variable = tuned.variables[name]
-        low, high = float(variable.min), float(variable.max)
+        low = float(variable.min)
+        high = float(variable.max)
         compared = [(">=", low)] * math.isfinite(low) + [("<=", high)] * math.isfinite(high)
         yield name, place, compared or [(">=", -math.inf), ("<=", math.inf)]
 
@@ -140,9 +143,9 @@ def tunable_of(
     marked: dict[str, Any] = {}
     count = MARK
     for name, value in values.items():
-        marked[name] = (
-            count + np.arange(value.size, dtype=float) if isinstance(value, np.ndarray) else count
-        )
+        marked[name] = count
+        if isinstance(value, np.ndarray):
+            marked[name] = count + np.arange(value.size, dtype=float)
         count += np.size(value)
     names = {np.asarray(mark).tobytes(): name for name, mark in marked.items()}
     leaves = dict(_leaves(component.assemble(dict(model.values) | marked), ()))
@@ -168,7 +171,8 @@ def tunable_of(
 def _leaves(value: Any, path: tuple[str, ...]) -> list[tuple[tuple[str, ...], Any]]:
     leaves: list[tuple[tuple[str, ...], Any]] = []
     for name, part in zip(value._fields, value, strict=True):
-        leaves += (
-            _leaves(part, (*path, name)) if hasattr(part, "_fields") else [((*path, name), part)]
-        )
+        if hasattr(part, "_fields"):
+            leaves += _leaves(part, (*path, name))
+        else:
+            leaves.append(((*path, name), part))
     return leaves

@@ -102,12 +102,10 @@ class CompiledWalk:
         result = getattr(self._functions, function)(
             ctypes.c_size_t(lanes), ctypes.c_size_t(steps), *pointers
         )
+        if result == 1:
+            raise MemoryError
         if result:
-            raise (
-                MemoryError
-                if result == 1
-                else InputError("is not a state of this model", path="state")
-            )
+            raise InputError("is not a state of this model", path="state")
 
     @staticmethod
     def build(files: Mapping[str, str], command: str | None, flags: Sequence[str]) -> Path:
@@ -170,7 +168,8 @@ class CompiledWalk:
 
 def _key(model: Model) -> str:
     """Return the key of a compiled model: of its values, its functions, and all code of bristle."""
-    component, p = model.component, model.parameters
+    component = model.component
+    p = model.parameters
     state = component.initial_state(p)
     described = (
         model.name,
@@ -196,7 +195,8 @@ def _types(p: Any) -> list[type]:
 @cache
 def _code_of_bristle() -> str:
     """Return the checksum of all modules and templates of bristle."""
-    digest, folders = hashlib.sha256(), [importlib.resources.files("bristle")]
+    digest = hashlib.sha256()
+    folders = [importlib.resources.files("bristle")]
     for folder in folders:  # which grows
         for entry in sorted(folder.iterdir(), key=lambda entry: entry.name):
             if entry.is_dir():

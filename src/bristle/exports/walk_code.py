@@ -58,7 +58,8 @@ class TapeFiles(CFiles):
 
 def walk_files(derived: DerivedStep) -> dict[str, str]:
     """Return the text of the C files by name."""
-    subject, files = derived.subject, dict[str, str]()
+    subject = derived.subject
+    files = dict[str, str]()
     for name, kind in (("friction", CFiles), ("taped", TapeFiles)):
         request = Request(subject.model, name, 1e-3, tunable=True)
         files |= written_files(

@@ -92,7 +92,9 @@ def target_named(name: str | Target) -> Target:
 def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) -> Product:
     """Return the files of a model for a target."""
     target = target_named(to)
-    operator = request.model.name if request.model.component.family == "hysteresis" else ""
+    operator = ""
+    if request.model.component.family == "hysteresis":
+        operator = request.model.name
     demands = {
         "tunable": request.tunable,
         "single": request.single,
@@ -109,18 +111,18 @@ def files_for(to: str | Target, request: Request, *, accept_harm: bool = False) 
             target.name,
             has_memory=target.reads is None and rest_rule(request.sampled) == "",
         )
-    feeds = (
+    remarks = _unseen(request)
+    if effect:
+        remarks += effect.lines()
+    if (
         (target.pushes or target.rest)
         and not target.of_cogging
         and request.model.component.family == "friction"
-    )
-    remarks = (
-        *_unseen(request),
-        *(effect.lines() if effect else ()),
-        *(_share_text(target, request) if feeds else ()),
-        *((_ahead_text(request),) if feeds else ()),
-        *(SAID_OF_REST[rule] for rule in (rest_rule(request.sampled),) if rule),
-    )
+    ):
+        remarks += (*_share_text(target, request), _ahead_text(request))
+    rule = rest_rule(request.sampled)
+    if rule:
+        remarks += (SAID_OF_REST[rule],)
     source = replace(request.source, remarks=remarks, model_hash=hash_of_model(request.friction))
     product = checked_product(target.write(replace(request, source=source)), target)
     if not accept_harm:
@@ -133,12 +135,15 @@ def _with_best_share(target: Target, request: Request) -> tuple[Request, Effect 
     if target.reads is None:
         return _with_rule(target, with_share(target, request))
     tried = (_with_rule(target, with_share(target, request, gain)) for gain in CONSTANT_GAINS)
-    return min(
-        tried,
-        key=lambda ruled: (
-            0.0 if ruled[1] is None else max(ruled[1].least_distance, LEAST * ruled[1].reach)
-        ),
-    )
+    return min(tried, key=_shortest_promise)
+
+
+def _shortest_promise(ruled: tuple[Request, Effect | None]) -> float:
+    """Return the shortest promised move of a request with its effect [m or rad]; 0 without an effect."""
+    _, effect = ruled
+    if effect is None:
+        return 0.0
+    return max(effect.least_distance, LEAST * effect.reach)
 
 
 def with_share(target: Target, request: Request, constant: float = CONSTANT_GAINS[0]) -> Request:
@@ -185,11 +190,15 @@ def _share_text(target: Target, request: Request) -> tuple[str, ...]:
 
 def _ahead_text(request: Request) -> str:
     """Return a sentence on the lead of the desired motion."""
-    ahead, late, cycle = lead_of(request), late_of(request), cycle_of(request)
-    samples = "sample" if ahead == 1 else "samples"
-    of_log = (
-        "" if request.axis is not None and request.axis.cycle else ", the sample time of the log"
-    )
+    ahead = lead_of(request)
+    late = late_of(request)
+    cycle = cycle_of(request)
+    samples = "samples"
+    if ahead == 1:
+        samples = "sample"
+    of_log = ", the sample time of the log"
+    if request.axis is not None and request.axis.cycle:
+        of_log = ""
     head = f"feed the desired motion {ahead} {samples} of {1e3 * cycle:g} ms ahead"
     rest = "0 for delay and lag, which are unknown"
     if late or request.is_from_log:
@@ -202,13 +211,13 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
 
     def effect(ruled: Request, *, promises: bool) -> Effect | None:
         if target.reads is None:
-            return effect_of_files(ruled, None, promises=promises) if target.rest else None
+            if target.rest:
+                return effect_of_files(ruled, None, promises=promises)
+            return None
         drive = target.reads(checked_product(target.write(ruled), target).files, ruled)
-        return (
-            None
-            if drive is None
-            else effect_of_files(ruled, drive, of_cogging=target.of_cogging, promises=promises)
-        )
+        if drive is None:
+            return None
+        return effect_of_files(ruled, drive, of_cogging=target.of_cogging, promises=promises)
 
     def finished(ruled: Request) -> tuple[Request, Effect | None]:
         if target.pushes and target.reads is None and target.rest:
@@ -221,11 +230,9 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
         and loop_for(usual) is not None
         and (target.reads is not None or rest_rule(usual.sampled) != "")
     )
-    rules = (
-        dict.fromkeys((target.rest, *RESTS))
-        if target.rest and matters and not request.rest
-        else (usual.rest,)
-    )
+    rules = (usual.rest,)
+    if target.rest and matters and not request.rest:
+        rules = dict.fromkeys((target.rest, *RESTS))
     requests = [replace(request, rest=rule) for rule in rules]
     if len(requests) == 1:
         return finished(requests[0])
@@ -240,19 +247,24 @@ def _with_rule(target: Target, request: Request) -> tuple[Request, Effect | None
 def _refuse_harm(effect: Effect | None, name: str, *, has_memory: bool) -> None:
     """Refuse an export that makes the following error larger far beyond pre-sliding, or along the motion of the log."""
     if effect is not None and effect.is_harmful:
-        with_memory = "Lower the integral gain of the controller, or identify the friction more closely; to write the files anyway, add"
-        without = "Export a model with memory (--to c, --law); to write the files anyway, add"
+        mend = "Export a model with memory (--to c, --law)"
+        if has_memory:
+            mend = (
+                "Lower the integral gain of the controller, or identify the friction more closely"
+            )
         raise InputError(
             f"makes the error larger ({'; '.join(effect.lines()[:2])})",
             path=name,
             allowed=f"no larger error along the log and in moves of {FAR:g} times the friction over the stiffness of the loop",
-            mend=f"{with_memory if has_memory else without} --accept-harm",
+            mend=f"{mend}; to write the files anyway, add --accept-harm",
         )
 
 
 def _refuse_useless(product: Product, name: str) -> None:
     """Refuse files that describe less than half of the friction."""
-    rms = 0.0 if product.error is None else product.error["rms"]
+    rms = 0.0
+    if product.error is not None:
+        rms = product.error["rms"]
     if rms > USELESS:
         raise InputError(
             f"describes the friction with an error of {rms:.3g} % rms",
@@ -300,14 +312,10 @@ def _refuse_beyond(target: Target, **demands: bool | str) -> None:
             allowed = ", ".join(
                 name for name, candidate in TARGETS.items() if getattr(candidate, ability)
             )
+            if not isinstance(value, str):
+                value = None
             message, mend = ABILITIES[ability]
-            raise InputError(
-                message,
-                path=target.name,
-                value=value if isinstance(value, str) else None,
-                allowed=allowed,
-                mend=mend,
-            )
+            raise InputError(message, path=target.name, value=value, allowed=allowed, mend=mend)
 
 
 def checked_product(product: Product, target: Target) -> Product:
@@ -375,13 +383,18 @@ def law_for(
     effect = effect_of_law(law.variant)
     if not accept_harm:
         _refuse_harm(effect, target.name, has_memory=True)
-    remarks = effect.lines() if effect else ()
+    remarks = ()
+    if effect:
+        remarks = effect.lines()
     ahead = [name for name in law.inputs if name.endswith("_ahead")]
-    samples = (
-        f"the next {law.samples_ahead} samples" if law.samples_ahead > 1 else "the next sample"
-    )
-    notes = [f"feed the law {samples} of the desired motion: {', '.join(ahead)}"] if ahead else []
-    notes += [single_note("effort")] if single else []
+    samples = "the next sample"
+    if law.samples_ahead > 1:
+        samples = f"the next {law.samples_ahead} samples"
+    notes = []
+    if ahead:
+        notes = [f"feed the law {samples} of the desired motion: {', '.join(ahead)}"]
+    if single:
+        notes += [single_note("effort")]
     if tunable and np.any(law.memory):
         notes.append(
             "the initial state of the compensator was computed with the exported parameters; new parameters do not change it"
@@ -390,7 +403,9 @@ def law_for(
     written = target.write_law(
         law, name, replace(source, remarks=remarks, model_hash=hash_of_law(law_of(variant)))
     )
-    product = checked_product(written if isinstance(written, Product) else Product(written), target)
+    if not isinstance(written, Product):
+        written = Product(written)
+    product = checked_product(written, target)
     return replace(
         product, notes=tuple(dict.fromkeys((*remarks, *notes, *product.notes))), effect=effect
     )
