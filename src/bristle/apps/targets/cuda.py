@@ -61,7 +61,11 @@ class CudaFiles(CFiles):
 
     def lane_facts(self) -> dict[str, Any]:
         """Return the facts of the templates, with the layout of a lane."""
-        subject, columns = self.subject, []
+        subject = self.subject
+        output = "force"
+        if subject.is_operator:
+            output = "output"
+        columns = []
         if self.request.tunable:
             numbers = tunable_of(subject.model, self.fixed).numbers()
             columns = [name if place is None else f"{name}[{place}]" for name, place, _ in numbers]
@@ -69,16 +73,15 @@ class CudaFiles(CFiles):
         integer = {"int32_t": ctypes.c_int32, "int64_t": ctypes.c_int64}[
             self.printer(subject.unit).integer
         ]
-        lane = [
-            *HEAD,
-            *([("state", _layout(subject.state, integer))] if subject.state.fields else []),
-        ]
+        lane = [*HEAD]
+        if subject.state.fields:
+            lane.append(("state", _layout(subject.state, integer)))
         counts = {"memory": subject.memory_size, "parameters": len(columns)}
         lane += [(name, ctypes.c_double * count) for name, count in counts.items() if count]
         return self.facts() | {
             "device": self.device,
             "inline": self.printer.inline,
-            "output": "output" if subject.is_operator else "force",
+            "output": output,
             "columns": len(columns),
             "columns_named": [f"`{name}`" for name in columns],
             "bytes": ctypes.sizeof(_structure(lane)),
@@ -87,7 +90,8 @@ class CudaFiles(CFiles):
 
 def write(request: Request) -> Product:
     """Return the source, with notes on differences from C."""
-    subject, request = subject_of(request.sampled), replace(request, axis=None, tunable=True)
+    subject = subject_of(request.sampled)
+    request = replace(request, axis=None, tunable=True)
     notes = ["compile with --fmad=false: fused multiply-add changes the last bits"]
     try:
         places = tunable_of(subject.model, CudaFiles.fixed).places

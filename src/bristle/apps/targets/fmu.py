@@ -10,7 +10,7 @@ import sys
 import tempfile
 import uuid
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -65,18 +65,24 @@ PLATFORMS = {
 
 def zig() -> list[str]:
     """Return the command of the compiler for other platforms; empty if it is not installed."""
-    return [sys.executable, "-m", "ziglang", "cc"] if importlib.util.find_spec("ziglang") else []
+    if importlib.util.find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc"]
+    return []
 
 
 def libraries(name: str, sources: Mapping[str, str], fmi: int) -> dict[str, bytes | str]:
     """Return the libraries by their paths in an FMU, each as bytes or as the reason why it cannot be built here."""
-    local, own, across = (sys.platform, platform.machine().lower()), compiler(), zig()
+    local = (sys.platform, platform.machine().lower())
+    own = compiler()
+    across = zig()
     built = {}
     for machine, (*folders, triple, suffix) in PLATFORMS.items():
         folder = folders[fmi - 2]
         if not folder or not (across or (machine == local and own)):
             continue
-        command = [*across, "-g0", "-target", triple, *([] if machine[0] == "win32" else ["-fPIC"])]
+        command = [*across, "-g0", "-target", triple]
+        if machine[0] != "win32":
+            command.append("-fPIC")
         if machine == local and own:
             command = [own, "-fPIC", "-fvisibility=hidden"]
         built[f"binaries/{folder}/{name}{suffix}"] = _library(command, name, sources, suffix)
@@ -88,16 +94,9 @@ def _library(command: list[str], name: str, sources: Mapping[str, str], suffix: 
         for file, text in sources.items():
             (Path(folder) / file).write_text(text, encoding="utf-8")
         output = Path(folder) / f"{name}{suffix}"
-        line = [
-            *command,
-            "-O2",
-            *FLAGS.split(),
-            "-shared",
-            f"{name}.c",
-            "-o",
-            output.name,
-            *([] if suffix == ".dll" else ["-lm"]),
-        ]
+        line = [*command, "-O2", *FLAGS.split(), "-shared", f"{name}.c", "-o", output.name]
+        if suffix != ".dll":
+            line.append("-lm")
         try:
             ran = subprocess.run(
                 line, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False
@@ -111,7 +110,9 @@ def _library(command: list[str], name: str, sources: Mapping[str, str], suffix: 
 
 def write(request: Request, *, fmi: int) -> Product:
     """Return an FMU of the friction, and another FMU of friction and plant."""
-    name, plant, source = request.name, request.plant, request.source
+    name = request.name
+    plant = request.plant
+    source = request.source
     notes = [
         f"the internal step is {request.dt:g} s; at this step, results are identical to those of bristle"
     ]
@@ -138,16 +139,11 @@ def write(request: Request, *, fmi: int) -> Product:
     written: dict[str, str | bytes] = {}
     for file, friction, body in bodies:
         content = content_of(subject_of(friction), body, source)
-        model_hash = (
-            hash_of_model(friction)
-            if body is not None and body.component.screw
-            else source.model_hash
-        )
-        model_hash = (
-            hash_on_plant(model_hash, body, content.unit)
-            if model_hash and body is not None
-            else model_hash
-        )
+        model_hash = source.model_hash
+        if body is not None and body.component.screw:
+            model_hash = hash_of_model(friction)
+        if model_hash and body is not None:
+            model_hash = hash_on_plant(model_hash, body, content.unit)
         setting = Setting(file, replace(source, model_hash=model_hash), request.dt, fmi)
         written[f"{file}.fmu"], remarks = _archive(content, setting)
         notes += [text for text in remarks if text not in notes]
@@ -165,7 +161,8 @@ def write_law(law: Law, name: str, source: Source, *, fmi: int) -> Product:
 
 def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]]:
     """Return an archive and its notes, including those on platforms."""
-    name, fmi = setting.name, setting.fmi
+    name = setting.name
+    fmi = setting.fmi
     text, token = source_text(content, setting)
     sources = {f"{name}.c": text} | {header: header_text(header) for header in HEADERS[fmi]}
     built = libraries(name, sources, fmi)
@@ -177,7 +174,8 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
         f"sources/{file}": text
         for file, text in (sources | {"LICENSE.txt": header_text("LICENSE.txt")}).items()
     }
-    inside |= {"sources/buildDescription.xml": build_text(name)} if fmi == 3 else {}
+    if fmi == 3:
+        inside |= {"sources/buildDescription.xml": build_text(name)}
     inside |= {place: library for place, library in built.items() if isinstance(library, bytes)}
     platforms = [
         place.split("/")[1] for place, library in built.items() if isinstance(library, bytes)
@@ -187,19 +185,19 @@ def _archive(content: Content, setting: Setting) -> tuple[bytes, tuple[str, ...]
         for place, library in built.items()
         if isinstance(library, str)
     ]
-    none = f"no C compiler was found: the FMU contains its source only; build it with {FLAGS}"
+    remark = f"no C compiler was found: the FMU contains its source only; build it with {FLAGS}"
+    if platforms:
+        remark = f"libraries for {', '.join(platforms)}"
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
         for place, part in inside.items():
             entry = zipfile.ZipInfo(place)  # of 1980: the same files give the same archive
             entry.compress_type = zipfile.ZIP_DEFLATED
-            entry.external_attr = (0o755 if place.startswith("binaries/") else 0o644) << 16
+            entry.external_attr = 0o644 << 16
+            if place.startswith("binaries/"):
+                entry.external_attr = 0o755 << 16
             archive.writestr(entry, part)
-    return stream.getvalue(), (
-        *content.notes,
-        *lacking,
-        f"libraries for {', '.join(platforms)}" if platforms else none,
-    )
+    return stream.getvalue(), (*content.notes, *lacking, remark)
 
 
 HEADERS = {
@@ -222,24 +220,30 @@ def source_text(content: Content, setting: Setting) -> tuple[str, str]:
             ]
         )
     )
-    token, file = f"{{{token}}}", f"{setting.name}.c"
+    token = f"{{{token}}}"
+    file = f"{setting.name}.c"
     return with_rights({file: rendered("fmu/source.c", facts | {"token": token})}, setting.source)[
         file
     ], token
 
 
 def _facts(content: Content, setting: Setting) -> dict[str, object]:
-    exchange, ports = content.exchange, content.ports
+    exchange = content.exchange
+    ports = content.ports
     printer = Printer(content.unit, "double", [kind for _, kind in content.values.values()])
     definitions = printer.definitions()
     data, handed = _data(content, printer)
-    listed, size = ports.listed, content.memory.size
+    listed = ports.listed
+    size = content.memory.size
     layout = f"{setting.name} {content.layout} {[port.name for port in listed]}"
     starts = [i for i, port in enumerate(listed) if port.role == START]
     meanings = [
         plain(f"{port.name} [{port.variable.unit(content.kind)}]: {port.variable.description}")
         for port in listed
     ]
+    remembered = "0.0"
+    if np.any(content.memory):
+        remembered = "remembered[i]"
     facts: dict[str, object] = (
         {
             "title": plain(content.title),
@@ -264,22 +268,16 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
                 for port, text in zip(listed, meanings, strict=True)
             ]
         }
-        | {
-            "roles": [port.role for port in listed],
-            "begin": [number(value) for value in content.begin] or ["0.0"],
-        }
+        | {"roles": [port.role for port in listed], "begin": _numbers(content.begin)}
         | {
             "lowest": [number(port.range[0]) for port in listed],
             "highest": [number(port.range[1]) for port in listed],
         }
-        | {
-            "remembered": "remembered[i]" if np.any(content.memory) else "0.0",
-            "most": _numbers(content.most),
-        }
+        | {"remembered": remembered, "most": _numbers(content.most)}
         | {
             "plant": content.failures_at >= 0,
             "failures_at": content.failures_at,
-            "first_start": starts[0] if starts else 0,
+            "first_start": next(iter(starts), 0),
         }
         | {
             "output": content.output,
@@ -302,7 +300,7 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
             }
             | {
                 "nominals": [number(variable.nominal) for variable in exchange.varying.values()],
-                "most": _numbers(exchange.held or (0,)),
+                "most": _numbers(exchange.held),
             }
             | {"result": printer.named(exchange.changing.result, "result")}
             | kernels
@@ -310,15 +308,18 @@ def _facts(content: Content, setting: Setting) -> dict[str, object]:
     return facts
 
 
-def _numbers(counts: Sequence[int]) -> list[str]:
-    return [number(float(count)) for count in counts] or ["0.0"]
+def _numbers(values: Iterable[float]) -> list[str]:
+    """Return the numbers of an array in C, which cannot be empty."""
+    return [number(float(value)) for value in values] or ["0.0"]
 
 
 def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
     """Return the parameters in C, and the text of each argument for them."""
-    texts, handed = [], {}
-    exchange = content.exchange
-    entries = [content.entry, *(() if exchange is None else exchange[:4])]
+    texts = []
+    handed = {}
+    entries = [content.entry]
+    if content.exchange is not None:
+        entries += content.exchange[:4]
     needed = {parameter.name for entry in entries for parameter in entry.parameters}
     for argument, (values, kind) in content.values.items():
         if argument not in needed:
@@ -345,9 +346,22 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
     return "\n".join(texts), handed
 
 
+# Arguments of a kernel that have the same text in each FMU.
+CALLED = {
+    "lasting": "now->lasting",
+    "varying": "now->varying",
+    "held": "now->held",
+    "slope": "slope",
+    "dt": "STEP",
+    "tangent__varying": "d_varying",
+    "tangent__slope": "d_slope",
+}
+
+
 def _called(entry: Function, content: Content, handed: Mapping[str, str]) -> list[str]:
     """Return the lines that call a kernel; the last line is the call."""
-    lines, arguments = [], []
+    lines = []
+    arguments = []
     for argument, (_, first) in content.ports.tuned.items():
         if argument in [parameter.name for parameter in entry.parameters]:
             lines.append(f"{argument}_parameters given_{argument};")
@@ -356,22 +370,16 @@ def _called(entry: Function, content: Content, handed: Mapping[str, str]) -> lis
             )
     for parameter in entry.parameters:
         name = parameter.name
-        if name in ("lasting", "varying", "held"):
-            arguments.append(f"now->{name}")
-        elif name in content.memory_at:
-            arguments.append(
-                f"now->memory + {content.memory_at[name]}"
-                if content.memory_at[name]
-                else "now->memory"
-            )
+        if name in content.memory_at:
+            place = "now->memory"
+            if content.memory_at[name]:
+                place += f" + {content.memory_at[name]}"
+            arguments.append(place)
+        elif name in CALLED:
+            arguments.append(CALLED[name])
         elif name.startswith("tangent__"):
-            array, place = (
-                name in ("tangent__varying", "tangent__slope"),
-                name.removeprefix("tangent__"),
-            )
-            arguments.append(f"d_{place}" if array else f"seed[{content.ports.place(place)}]")
-        elif name in ("slope", "dt"):
-            arguments.append("STEP" if name == "dt" else name)
+            place = content.ports.place(name.removeprefix("tangent__"))
+            arguments.append(f"seed[{place}]")
         elif name in handed:
             arguments.append(handed[name])
         elif isinstance(parameter.type, Array):  # the place of the first variable
@@ -392,7 +400,9 @@ def _absent(source: str, fmi: int) -> str:
             for argument in arguments.split(",")
         ]
         unused = "".join(f"    (void){word};\n" for word in words)
-        result = f"fmi{fmi}Error" if kind.endswith("Status") else "NULL"
+        result = "NULL"
+        if kind.endswith("Status"):
+            result = f"fmi{fmi}Error"
         texts.append(
             f"{kind} {name}({' '.join(arguments.split())})\n{{\n{unused}    return {result};\n}}\n"
         )

@@ -30,7 +30,7 @@ from bristle.exports.cycle import LARGEST, Core, core_of
 from bristle.exports.described import Source, parameter_table
 from bristle.exports.law import INPUTS, Law, law_facts, law_of, settled_law, tunable_law
 from bristle.exports.settled import pruned
-from bristle.exports.subject import Subject, capacity_of, places_of
+from bristle.exports.subject import Subject, most_of, places_of
 from bristle.exports.tunable import Tunable, tunable_of
 
 TIME, INPUT, OUTPUT, START, PARAMETER, CONSTANT, STATE, RATE, MARGIN = range(9)
@@ -59,7 +59,8 @@ class Port:
     @property
     def range(self) -> tuple[float, float]:
         """Smallest and largest allowed value; finite except for a parameter without a bound."""
-        low, high = self.variable.min, self.variable.max
+        low = self.variable.min
+        high = self.variable.max
         if self.role in (PARAMETER, CONSTANT, MARGIN):
             return low, high
         return max(low, -LARGEST), min(high, LARGEST)
@@ -95,18 +96,22 @@ def ports_of(core: Core, source: Source, exchange: Exchange | None = None) -> Po
             if has_screw:
                 raise InputError("are converted to the motor", path=model.name)
             tuned[argument] = tunable_of(model), len(listed)
-            role, values = PARAMETER, tuned[argument][0].values
+            role = PARAMETER
+            values = tuned[argument][0].values
         except InputError:
             role = CONSTANT
             values = {name: v for name, v in model.values.items() if not isinstance(v, str)}
             fixed.append(
                 f"the parameters of {model.name} cannot change during a simulation, because the model converts them at the start"
             )
-        listed += [
-            replace(port, name=f"{model.name}_{port.name}") if port.name in names else port
-            for port in parameter_ports(model.component.variables, values, role, source)
-        ]
-    places = () if exchange is None else _add_varying(exchange, listed, core.subject.model.name)
+        for port in parameter_ports(model.component.variables, values, role, source):
+            name = port.name
+            if name in names:
+                name = f"{model.name}_{name}"
+            listed.append(replace(port, name=name))
+    places = ()
+    if exchange is not None:
+        places = _add_varying(exchange, listed, core.subject.model.name)
     return Ports(tuple(listed), tuned, tuple(fixed), places)
 
 
@@ -124,7 +129,10 @@ def _add_varying(exchange: Exchange, listed: list[Port], model: str) -> tuple[in
             places.append(at)
         else:
             places.append(len(listed))
-            listed.append(Port(state if at is None else f"{model}_{state}", STATE, variable, 0.0))
+            name = state
+            if at is not None:
+                name = f"{model}_{state}"
+            listed.append(Port(name, STATE, variable, 0.0))
     for at, variable in zip(places, exchange.varying.values(), strict=True):
         name = listed[at].name
         listed.append(
@@ -170,7 +178,8 @@ def _signals(core: Core) -> list[Port]:
                 for port in starts
             ]
         return [effort, *starts, force]
-    around, defaults = variables_of(core.subject.motion.cls), core.subject.usual
+    around = variables_of(core.subject.motion.cls)
+    defaults = core.subject.usual
     velocity = Variable(
         "length/time",
         "velocity, constant over a step of co-simulation; the sign of a zero states the direction",
@@ -199,13 +208,13 @@ def parameter_ports(
     """Return a variable for each number of some parameters."""
     ports = []
     for name, value in values.items():
-        variable, facts = variables[name], source.uncertainty.get(name, {})
+        variable = variables[name]
+        facts = source.uncertainty.get(name, {})
         interval = facts.get("interval")
-        sure = (
-            f"95 % interval {interval[0]:.6g} to {interval[1]:.6g}"
-            if interval
-            else str(facts.get("status", ""))
-        )
+        if interval:
+            sure = f"95 % interval {interval[0]:.6g} to {interval[1]:.6g}"
+        else:
+            sure = str(facts.get("status", ""))
         if isinstance(value, np.ndarray):
             ports += [
                 Port(f"{name}[{i + 1}]", role, variable, v, sure)
@@ -240,10 +249,20 @@ class Content:
 
 def content_of(subject: Subject, plant: Model | None, source: Source) -> Content:
     """Return the contents of an FMU of a friction model, on the plant if there is one."""
-    builder, model, reason = Builder(), subject.model, why_not(subject.model, plant)
+    builder = Builder()
+    model = subject.model
+    reason = why_not(subject.model, plant)
     core = core_of(subject, plant, builder)
-    exchange = None if reason else exchange_of(core, builder)
-    ports, force = ports_of(core, source, exchange), unit_of("force", model.kind)
+    exchange = None
+    notes = []
+    entries = [core.entry]
+    if reason:
+        notes.append(f"co-simulation alone: {reason}")
+    else:
+        exchange = exchange_of(core, builder)
+        entries += exchange[:4]
+    ports = ports_of(core, source, exchange)
+    force = unit_of("force", model.kind)
     title = f"Friction {model.name}: force [{force}] from velocity and position"
     guidance = (
         "friction is stiff in pre-sliding: with an external mass, exchange force and velocity in very short steps, or the "
@@ -254,22 +273,20 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
         guidance = "set x and v before the start, and provide the effort; the FMU includes gravity and cogging of the plant"
         if plant.component.screw is not None:
             guidance = "set x and x_table alike before the start, and provide the effort; x and v are those of the motor"
-    unit = pruned(builder.unit, [core.entry, *(exchange[:4] if exchange else ())])
+    unit = pruned(builder.unit, entries)
     values = {name: (owner.parameters, kind) for name, (owner, kind) in core.parameters.items()}
-    layout, memory, table = (
-        f"{subject.state.fields} {subject.memory_size}",
-        np.zeros(subject.memory_size),
-        parameter_table(model, source),
-    )
-    notes = (guidance, *((f"co-simulation alone: {reason}",) if reason else ()), *ports.fixed)
+    layout = f"{subject.state.fields} {subject.memory_size}"
+    memory = np.zeros(subject.memory_size)
+    table = parameter_table(model, source)
     lasting: dict[str, Any] = {
         "begin": core.begin,
         "memory": memory,
         "memory_at": places_of(subject.memories),
     }
     lasting |= {"most": core.most, "layout": layout}
-    lasting |= {} if plant is None else {"failures_at": core.begin.size - 1}
-    texts = {"tables": table.splitlines(), "notes": notes}
+    if plant is not None:
+        lasting |= {"failures_at": core.begin.size - 1}
+    texts = {"tables": table.splitlines(), "notes": (guidance, *notes, *ports.fixed)}
     return Content(
         title, model.kind, unit, core.entry, exchange, ports, "force", values, **lasting, **texts
     )
@@ -287,7 +304,8 @@ PAST = "the initial state of the compensator was computed with the exported para
 def content_of_law(law: Law, name: str, source: Source) -> Content:
     """Return the contents of an FMU of a control law; its parameters are variable if possible."""
     notes = [ORDER]
-    law = law if law.tunable else law_of(law.variant, tunable=True)
+    if not law.tunable:
+        law = law_of(law.variant, tunable=True)
     try:
         tunable_law(law)
     except InputError as error:
@@ -297,20 +315,12 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     begin = np.array([0.0, *(float(reduce(getattr, path, law.lasting)) for path, _ in law.leaves)])
     entry = _stepped(law)
     facts = law_facts(law, name, source)
-    notes += [PAST] if np.any(law.memory) and law.tunable else []
-    # Number of values of each whole number of the state, 0 for a real number.
-    most = [
-        2,
-        *(
-            2 if kind == TRUTH else capacity_of(path[-1], law.memory_size) if kind == INTEGER else 0
-            for path, kind in law.leaves
-        ),
-    ]
+    if np.any(law.memory) and law.tunable:
+        notes += [PAST]
+    most = [2, *(_most_of(path[-1], kind, law.memory_size) for path, kind in law.leaves)]
     title = f"{facts['title']}, variant {facts['variant']}: effort [{facts['unit_force']}]"
-    unit, layout = (
-        pruned(tree.Unit([*law.unit.functions, entry]), [entry]),
-        f"{law.types[0].fields} {law.memory_size} {law.dt!r}",
-    )
+    unit = pruned(tree.Unit([*law.unit.functions, entry]), [entry])
+    layout = f"{law.types[0].fields} {law.memory_size} {law.dt!r}"
     lasting = {
         "begin": begin,
         "memory": law.memory,
@@ -320,24 +330,35 @@ def content_of_law(law: Law, name: str, source: Source) -> Content:
     }
     tables = "\n".join([facts["table"], *facts["frictions"].values()])
     texts = {"tables": tables.splitlines(), "notes": tuple(notes)}
-    values, ports = {"p": (law.p, law.types[1])}, _ports(law, source)
+    values = {"p": (law.p, law.types[1])}
+    ports = _ports(law, source)
     return Content(
         title, law.controller.kind, unit, entry, None, ports, "effort", values, **lasting, **texts
     )
 
 
+def _most_of(name: str, kind: Type, memory_size: int) -> int:
+    """Return the number of values of a whole number of the state; 0 for a real number."""
+    if kind == TRUTH:
+        return 2
+    return most_of(name, kind, memory_size)
+
+
 def _stepped(law: Law) -> tree.Function:
     """Return the step of an FMU around that of a law."""
-    lasting, now = Array(1 + len(law.leaves), writable=True), law.entry.result
+    lasting = Array(1 + len(law.leaves), writable=True)
+    now = law.entry.result
     places = count(1)
     inside = {
         "lasting": lambda: _loaded(law.types[0], lasting, places),
         "begun": lambda: _loaded(TRUTH, lasting, iter([BEGUN])),
     }
-    arguments = [
-        inside[p.name]() if p.name in inside else tree.Variable(p.type, p.name)
-        for p in law.entry.parameters
-    ]
+    arguments = []
+    for p in law.entry.parameters:
+        if p.name in inside:
+            arguments.append(inside[p.name]())
+        else:
+            arguments.append(tree.Variable(p.type, p.name))
     body: list[tree.Statement] = [
         tree.Assign(tree.Variable(now, "now"), tree.Call(now, law.entry, arguments)),
         tree.Store(
@@ -348,7 +369,9 @@ def _stepped(law: Law) -> tree.Function:
     ]
     for place, (path, kind) in enumerate(law.leaves, 1):
         field = _part(now, ("_1", *path))
-        number = field if kind == REAL else tree.Convert(REAL, field)
+        number = field
+        if kind != REAL:
+            number = tree.Convert(REAL, field)
         body.append(
             tree.Store(tree.Variable(lasting, "lasting"), tree.Constant(INTEGER, place), number)
         )
@@ -383,7 +406,9 @@ def _loaded(kind: Type, lasting: Array, places: Iterator[int]) -> tree.Expressio
     )
     if kind == TRUTH:
         return tree.Compare(TRUTH, "!=", number, tree.Constant(REAL, 0.0))
-    return number if kind == REAL else tree.Convert(kind, number)
+    if kind == REAL:
+        return number
+    return tree.Convert(kind, number)
 
 
 def _ports(law: Law, source: Source) -> Ports:
@@ -392,11 +417,9 @@ def _ports(law: Law, source: Source) -> Ports:
     for name in law.inputs:
         meaning, quantity = INPUTS[name]
         variable = Variable(quantity, f"{meaning}, constant over a step of co-simulation")
-        names = (
-            [f"{name}[{place + 1}]" for place in range(law.samples_ahead)]
-            if name.endswith("_ahead")
-            else [name]
-        )
+        names = [name]
+        if name.endswith("_ahead"):
+            names = [f"{name}[{place + 1}]" for place in range(law.samples_ahead)]
         listed += [Port(input_name, INPUT, variable, 0.0) for input_name in names]
     listed.append(
         Port(

@@ -59,23 +59,27 @@ ROLES = {
 }
 
 
+TOKENS = {2: "guid", 3: "instantiationToken"}  # attribute of the token, by FMI
+
+
 def description_text(content: Content, setting: Setting, token: str) -> str:
     """Return modelDescription.xml."""
-    ports, source, fmi = content.ports, setting.source, setting.fmi
+    ports = content.ports
+    source = setting.source
+    fmi = setting.fmi
     file = source.provenance.get("model") or source.provenance.get("experiment")
-    made, rights = (
-        f"bristle {version()}",
-        f"{LICENCE} for the text that bristle wrote; the model and its numbers are yours",
-    )
+    made = f"bristle {version()}"
+    author = made
+    if file:
+        author += f", from {file}"
+    rights = f"{LICENCE} for the text that bristle wrote; the model and its numbers are yours"
     facts = {
         "fmiVersion": f"{fmi}.0",
         "modelName": setting.name,
-        "guid" if fmi == 2 else "instantiationToken": token,
-    }
-    facts |= {
+        TOKENS[fmi]: token,
         "description": content.title,
         "version": model_version(source),
-        "author": made + (f", from {file}" if file else ""),
+        "author": author,
     }
     facts |= {
         "copyright": copyright_line(),
@@ -83,17 +87,14 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
         "generationTool": made,
         "variableNamingConvention": "structured",
     }
-    facts |= (
-        {"numberOfEventIndicators": str(len(ports.in_role(MARGIN)))}
-        if fmi == 2 and ports.states
-        else {}
-    )
-    common = {"stepSize": repr(setting.step)} | ({"tolerance": "1e-06"} if ports.states else {})
+    if fmi == 2 and ports.states:
+        facts |= {"numberOfEventIndicators": str(len(ports.in_role(MARGIN)))}
+    common = {"stepSize": repr(setting.step)}
+    if ports.states:
+        common["tolerance"] = "1e-06"
     model = element("Model", sha256=source.model_hash)
-    tools, annotations = (
-        element("VendorAnnotations", element("Tool", model, name="bristle")),
-        element("Annotation", model, type="bristle"),
-    )
+    tools = element("VendorAnnotations", element("Tool", model, name="bristle"))
+    annotations = element("Annotation", model, type="bristle")
     inside = [*_kinds(setting, exchanged=bool(ports.states)), _units(content)]
     inside += [
         element(
@@ -102,7 +103,8 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
         )
     ]
     inside += [element("DefaultExperiment", startTime="0", **common)]
-    inside += [tools] if fmi == 2 and source.model_hash else []
+    if fmi == 2 and source.model_hash:
+        inside += [tools]
     inside += [
         element(
             "ModelVariables",
@@ -110,7 +112,8 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
         )
     ]
     inside += [_structure(content, fmi)]
-    inside += [element("Annotations", annotations)] if fmi == 3 and source.model_hash else []
+    if fmi == 3 and source.model_hash:
+        inside += [element("Annotations", annotations)]
     return _xml(element("fmiModelDescription", *inside, **facts))
 
 
@@ -121,23 +124,25 @@ def _xml(root: Element) -> str:
 
 def _kinds(setting: Setting, *, exchanged: bool) -> list[Element]:
     """Return the capabilities of each kind of FMU."""
-    second, state = setting.fmi == 2, "state" if setting.fmi == 2 else "State"
-    able = {f"canGetAndSetFMU{state}": "true", f"canSerializeFMU{state}": "true"}
-    able |= {"canNotUseMemoryManagementFunctions": "true"} if second else {}
-    source = [element("SourceFiles", element("File", name=f"{setting.name}.c"))] if second else []
-    without = (
-        {"completedIntegratorStepNotNeeded": "true"}
-        if second
-        else {"needsCompletedIntegratorStep": "false"}
-    )
-    derived = {"providesDirectionalDerivative": "true"} if second else {}
-    derived |= (
-        {}
-        if second
-        else {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
-    )
-    kinds = {"ModelExchange": without | able | derived} if exchanged else {}
-    fixed = {} if second else {"fixedInternalStepSize": repr(setting.step)}
+    source = []
+    fixed = {}
+    if setting.fmi == 2:
+        source = [element("SourceFiles", element("File", name=f"{setting.name}.c"))]
+        able = {
+            "canGetAndSetFMUstate": "true",
+            "canSerializeFMUstate": "true",
+            "canNotUseMemoryManagementFunctions": "true",
+        }
+        without = {"completedIntegratorStepNotNeeded": "true"}
+        derived = {"providesDirectionalDerivative": "true"}
+    else:
+        able = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+        without = {"needsCompletedIntegratorStep": "false"}
+        derived = {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
+        fixed = {"fixedInternalStepSize": repr(setting.step)}
+    kinds = {}
+    if exchanged:
+        kinds = {"ModelExchange": without | able | derived}
     kinds["CoSimulation"] = {"canHandleVariableCommunicationStepSize": "true"} | able | fixed
     return [
         element(tag, *source, modelIdentifier=setting.name, **facts) for tag, facts in kinds.items()
@@ -154,59 +159,74 @@ def _units(content: Content) -> Element:
     written = {
         unit: {symbol: str(power) for symbol, power in base.items()} for unit, base in bases.items()
     }
-    units = (
-        element("Unit", *([element("BaseUnit", **powers)] if powers else []), name=unit)
-        for unit, powers in written.items()
-    )
-    return element("UnitDefinitions", *units)
+    definitions = element("UnitDefinitions")
+    for unit, powers in written.items():
+        entry = element("Unit", name=unit)
+        if powers:
+            entry.append(element("BaseUnit", **powers))
+        definitions.append(entry)
+    return definitions
+
+
+INFINITE = {math.inf: "INF", -math.inf: "-INF"}
 
 
 def _variable(reference: int, port: Port, content: Content, fmi: int) -> Element:
     """Return a variable; for states of an importer also the nominal value, for rates the state."""
-    role, unit = ROLES[port.role], port.variable.unit(content.kind)
-    states, rates = content.ports.states, content.ports.in_role(RATE)
+    role = ROLES[port.role]
+    unit = port.variable.unit(content.kind)
+    states = content.ports.states
+    rates = content.ports.in_role(RATE)
     head = {"name": port.name, "valueReference": str(reference)}
-    head["description"] = port.variable.description + (f" ({port.sure})" if port.sure else "")
+    head["description"] = port.variable.description
+    if port.sure:
+        head["description"] += f" ({port.sure})"
     head |= {"causality": role.causality, "variability": role.variability}
-    number = {} if unit == "1" else {"unit": unit}
-    bounds = (
-        {}
-        if port.role == TIME
-        else {"min": float(port.variable.min), "max": float(port.variable.max)}
-    )
-    number |= {name: repr(bound) for name, bound in bounds.items() if math.isfinite(bound)}
+    number = {}
+    if unit != "1":
+        number["unit"] = unit
+    if port.role != TIME:
+        bounds = {"min": float(port.variable.min), "max": float(port.variable.max)}
+        number |= {name: repr(bound) for name, bound in bounds.items() if math.isfinite(bound)}
     if port.role != TIME and role.initial != "calculated":
-        number["start"] = (
-            ("INF" if port.value > 0 else "-INF") if math.isinf(port.value) else repr(port.value)
-        )
+        number["start"] = INFINITE.get(port.value, repr(port.value))
     if reference in states:
         number["nominal"] = repr(port.variable.nominal)
     elif reference in rates:
-        number["derivative"] = str(states[rates.index(reference)] + (1 if fmi == 2 else 0))
-    head |= {"initial": role.initial} if role.initial else {}
-    return (
-        element("ScalarVariable", element("Real", **number), **head)
-        if fmi == 2
-        else element("Float64", **head, **number)
-    )
+        number["derivative"] = str(states[rates.index(reference)] + COUNTED_FROM[fmi])
+    if role.initial:
+        head |= {"initial": role.initial}
+    if fmi == 2:
+        return element("ScalarVariable", element("Real", **number), **head)
+    return element("Float64", **head, **number)
+
+
+# In FMI 2.0 indices count from 1, and are not value references.
+COUNTED_FROM = {2: 1, 3: 0}
 
 
 def _structure(content: Content, fmi: int) -> Element:
-    ports, structure = content.ports, element("ModelStructure")
+    ports = content.ports
+    structure = element("ModelStructure")
     rates = ports.in_role(RATE)
-    known = (*ports.in_role(INPUT), *ports.states) if ports.states else ()
+    known = ()
+    of_first = ()
+    if ports.states:
+        known = (*ports.in_role(INPUT), *ports.states)
+        of_first = None
     # Force and rates depend on the states; with a mass, the force does not depend directly on the effort.
-    on_force = ports.states if ports.states and ports.in_role(START) else known
-    outputs = {i: (i,) if i in ports.states else on_force for i in ports.in_role(START, OUTPUT)}
-    first = dict.fromkeys((*ports.in_role(OUTPUT, STATE), *rates), None if ports.states else ())
+    on_force = known
+    if ports.states and ports.in_role(START):
+        on_force = ports.states
+    outputs = dict.fromkeys(ports.in_role(START, OUTPUT), on_force)
+    outputs |= {i: (i,) for i in outputs if i in ports.states}
+    first = dict.fromkeys((*ports.in_role(OUTPUT, STATE), *rates), of_first)
     lists: dict[str, Mapping[int, tuple[int, ...] | None]] = {
         "Output": outputs,
         "ContinuousStateDerivative": dict.fromkeys(rates, known),
         "InitialUnknown": first,
         "EventIndicator": dict.fromkeys(ports.in_role(MARGIN), known),
     }
-    # In FMI 2.0 indices count from 1, and are not value references.
-    by, counted_from = ("index", 1) if fmi == 2 else ("valueReference", 0)
     heads = {
         "Output": "Outputs",
         "ContinuousStateDerivative": "Derivatives",
@@ -219,17 +239,18 @@ def _structure(content: Content, fmi: int) -> Element:
             continue
         rows = []
         for unknown, depends in sorted(unknowns.items()):
-            on = (
-                {}
-                if depends is None
-                else {
-                    "dependencies": " ".join(str(place + counted_from) for place in sorted(depends))
-                }
-            )
-            rows.append(
-                element("Unknown" if fmi == 2 else name, **{by: str(unknown + counted_from)}, **on)
-            )
-        structure.extend([element(heads[name], *rows)] if fmi == 2 else rows)
+            on = {}
+            if depends is not None:
+                places = (str(place + COUNTED_FROM[fmi]) for place in sorted(depends))
+                on = {"dependencies": " ".join(places)}
+            at = str(unknown + COUNTED_FROM[fmi])
+            if fmi == 2:
+                rows.append(element("Unknown", index=at, **on))
+            else:
+                rows.append(element(name, valueReference=at, **on))
+        if fmi == 2:
+            rows = [element(heads[name], *rows)]
+        structure.extend(rows)
     return structure
 
 
@@ -252,4 +273,6 @@ def _base(quantity: str, kind: Kind) -> dict[str, int]:
         for symbol, inner in (BASE[kind] | EVERYWHERE)[name].items():
             total[symbol] = total.get(symbol, 0.0) + power * inner
     is_integral = all(power == int(power) for power in total.values())
-    return {symbol: int(power) for symbol, power in total.items() if power} if is_integral else {}
+    if is_integral:
+        return {symbol: int(power) for symbol, power in total.items() if power}
+    return {}

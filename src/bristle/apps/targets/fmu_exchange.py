@@ -39,7 +39,8 @@ from bristle.exports.subject import Subject, capacity_of, piece_of
 BEYOND = 1e-9
 # At rest an integrator oscillates within its tolerance. Therefore a reversal is ignored within this share of the
 # pre-sliding distance after the last event, unless the motion is faster than this [pre-sliding distances per second].
-WINDOW, FAST = 1e-6, 1e3
+WINDOW = 1e-6
+FAST = 1e3
 
 
 class Exchange(NamedTuple):
@@ -56,9 +57,11 @@ class Exchange(NamedTuple):
 
 def why_not(friction: Model, plant: Model | None = None) -> str:
     """Return the reason why a model, on a plant or alone, supports co-simulation only; empty if it supports both."""
-    component, p = friction.component, friction.parameters
+    component = friction.component
+    p = friction.parameters
     if component.rate is None and component.flow is None:
-        state, memory = component.initial_state(p), component.new_memory(p)
+        state = component.initial_state(p)
+        memory = component.new_memory(p)
         # A static map with two forces at rest.
         if (
             not len(state) + len(memory)
@@ -76,32 +79,45 @@ def why_not(friction: Model, plant: Model | None = None) -> str:
 
 def exchange_of(core: Core, builder: Builder) -> Exchange:
     """Return a model in continuous time, built together with its step: kernels that load and store the fields of the model."""
-    subject, plant, state = core.subject, core.plant, core.subject.state
+    subject = core.subject
+    plant = core.plant
+    state = core.subject.state
     contact, piece, body, varied, held = _states_of(core, builder)
     first = len(varied) - len(contact.fields)
-    behind = 0 if piece is None else len(piece.fields)
     distance, variables = _variables(subject, plant, contact)
 
-    v, x = ("v", "x") if plant is None else ("body.v", "body.x")
-    usual = [
-        name if plant is None and name in subject.signals else str(value)
-        for name, value in subject.usual.items()
-    ]
-    around = ", ".join([x, *usual])
+    inputs = ["effort"]
+    along = []
+    parameters = ["q", "p"]
+    v = "body.v"
+    x = "body.x"
+    usual = {name: str(value) for name, value in subject.usual.items()}
+    if plant is None:
+        inputs = ["v", "x", *subject.signals]
+        along = inputs
+        parameters = ["p"]
+        v = "v"
+        x = "x"
+        usual |= {name: name for name in subject.signals}
+    around = ", ".join([x, *usual.values()])
     flowing = [f"contact = Contact({loaded(contact, first, 'varying')})"]
     begun = [f"state = State({loaded(state, first)})"]
-    arrived, stores = list(flowing), [stored(contact, "contact", first, "varying")]
+    arrived = list(flowing)
+    stores = [stored(contact, "contact", first, "varying")]
     if piece is None:
         flowing.append(f"force, rates = friction_rate(contact, Motion({v}, {around}), p)")
         begun.append("contact = state")
         arrived.append("after = contact")
     else:
+        behind = len(piece.fields)
         sizes = [variable.nominal for variable in variables[first:]]
         moved = [
             f"abs(varying[{first + i}] - held[{behind + i}]) * {1.0 / (WINDOW * size)!r}"
             for i, size in enumerate(sizes)
         ]
-        farthest = moved[0] if len(moved) == 1 else f"max({', '.join(moved)})"
+        farthest = ", ".join(moved)
+        if len(moved) > 1:
+            farthest = f"max({farthest})"
         flowing += [
             f"piece = Piece({loaded(piece, 0, 'held')})",
             f"force, rates, margin = friction_flow(contact, piece, Motion({v}, {around}), p)",
@@ -131,18 +147,10 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
         *(f"lasting[{i}] = varying[{i}]" for i in range(first)),
     ]
 
-    classes = {
-        "State": state,
-        "Contact": contact,
-        "Motion": subject.motion,
-        "Piece": piece,
-        "PlantState": body,
-    }
-    scope = (
-        vars(dispatch)
-        | {name: kind.cls for name, kind in classes.items() if kind}
-        | {"__name__": __name__, "BEYOND": BEYOND}
-    )
+    classes = {"State": state, "Contact": contact, "Motion": subject.motion}
+    classes |= {"Piece": piece, "PlantState": body}
+    scope = vars(dispatch) | {name: kind.cls for name, kind in classes.items() if kind}
+    scope |= {"__name__": __name__, "BEYOND": BEYOND}
     lasts = {
         "lasting": core.begin.size,
         "memory": subject.memory_size,
@@ -152,10 +160,6 @@ def exchange_of(core: Core, builder: Builder) -> Exchange:
     }
 
     built = partial(_built, builder, core, lasts, scope)
-    inputs, parameters = (
-        (["v", "x", *subject.signals], ["p"]) if plant is None else (["effort"], ["q", "p"])
-    )
-    along = inputs if plant is None else []
     rates = built(
         "flowing", flowing, ["varying", "held", "slope", *inputs, *parameters], ("slope",)
     )
@@ -211,18 +215,20 @@ class _States(NamedTuple):
 
 def _states_of(core: Core, builder: Builder) -> _States:
     """Return the continuous states, body before contact, and the data that an event sets: the piece, then the contact at the event."""
-    subject, plant = core.subject, core.plant
-    contact, piece = (
-        (subject.state, None)
-        if subject.model.component.flow is None
-        else piece_of(subject, builder)
-    )
-    body = None if plant is None else struct_type(plant.component.initial_state(plant.parameters))
-    of_body = [] if body is None else [name for name, _ in body.fields]
-    varied = [
-        *of_body,
-        *(f"contact_{name}" if name in of_body else name for name, _ in contact.fields),
-    ]
+    subject = core.subject
+    plant = core.plant
+    contact = subject.state
+    piece = None
+    if subject.model.component.flow is not None:
+        contact, piece = piece_of(subject, builder)
+    body = None
+    varied = []
+    if plant is not None:
+        body = struct_type(plant.component.initial_state(plant.parameters))
+        varied = [name for name, _ in body.fields]
+    of_contact = {name: name for name, _ in contact.fields}
+    of_contact |= {name: f"contact_{name}" for name in varied if name in of_contact}
+    varied += of_contact.values()
     held = []
     if piece is not None:
         held = [
@@ -244,7 +250,8 @@ def _variables(
     sizes = {"force": largest, "length": float(FARTHER[np.argmax(force >= 0.5 * largest)])}
     listed: list[Variable] = []
     if plant is not None:
-        body, q = plant.component.initial_state(plant.parameters), plant.parameters
+        body = plant.component.initial_state(plant.parameters)
+        q = plant.parameters
         rise = (
             plant.component.rate(body, largest, 0.0, q).v
             - plant.component.rate(body, 0.0, 0.0, q).v

@@ -53,7 +53,8 @@ MACROS = (*PINS, "fperiod", "data")  # Names in a component that the preprocesso
 MOST_PINS = 20  # a stream of the self-test has 21 pins: these inputs and the expected effort
 LONGEST_NAME = 47 - len(".effort-scale")  # HAL names have at most 47 characters
 USUAL = {"translational": DriveUnit("mm", 1e-3), "rotational": DriveUnit("deg", math.radians(1.0))}
-PERIOD_NS, STEPS = 1_000_000, 400  # of the self-test: period of its thread [ns], references
+PERIOD_NS = 1_000_000  # [ns] of the thread of the self-test
+STEPS = 400  # references of the self-test
 PER_DIRECTION = 8  # entries of a table with 16 points
 NEAR_REST = 1e-3  # of the largest speed: the table is a straight line through rest below it
 PER = {"velocity": " a second"} | dict.fromkeys(
@@ -82,43 +83,39 @@ def write(request: Request) -> Product:
     refuse_velocity_mode(request, "hal")
     checksum = request.source.provenance.get("model_sha256", "") or request.source.model_hash
     request = replace(request, name=_name_of(request.name, checksum), single=False)
-    settings, place = settings_of(request), place_of(request.plant)
-    has_place = bool(place.g_sin or place.g_cos or not place.is_link)
+    settings = settings_of(request)
+    place = place_of(request.plant)
     friction = subjects.settled_subject(subjects.subject_of(request.sampled))
     references = (
         subjects.walk_of(friction, 1e-9 * PERIOD_NS).positions(STEPS) / settings.position.si
     )
     feeds = feeds_of(friction, place, references, settings, request.share)
-    table, losses_of_table = (
-        _table(request, settings)
-        if request.speed > 0.0
-        else ("", ("the largest speed is unknown: no table",))
-    )
-    notes = (
+    table = ""
+    losses_of_table = ("the largest speed is unknown: no table",)
+    if request.speed > 0.0:
+        table, losses_of_table = _table(request, settings)
+    notes = [
         "link the component only to an amplifier in torque mode: the output of the controller must be its torque command",
         f"parameters of the component: scale {settings.position.si:.9g} {unit_of('length', request.model.kind)} for 1 "
         f"{settings.position.name}, effort-scale {settings.effort.si:.9g} {unit_of('force', request.model.kind)} for 1 "
         f"{settings.effort.name}, lead {with_unit(settings.lead, 's')}. Compare the units with those of the machine",
-        *(
-            (
-                "the feed contains gravity, cogging and springs of the position: the reference must have the zero of the log",
-            )
-            if has_place
-            else ()
-        ),
-        *(f"{request.name}_table.hal: {loss}" for loss in losses_of_table),
-    )
-    facts = _facts(request, friction, place if has_place else None, settings)
+    ]
+    place_fed = None
+    if place.g_sin or place.g_cos or not place.is_link:
+        place_fed = place
+        notes.append(
+            "the feed contains gravity, cogging and springs of the position: the reference must have the zero of the log"
+        )
+    notes += [f"{request.name}_table.hal: {loss}" for loss in losses_of_table]
+    facts = _facts(request, friction, place_fed, settings)
     facts |= {"notes": [plain(note) for note in notes], "lincurve": table}
     texts = {
         file.format(request.name): rendered(template, facts) for file, template in FILES.items()
     }
-    files: dict[str, str | bytes] = {
-        **with_rights(
-            texts | ({f"{request.name}_table.hal": table} if table else {}), request.source
-        )
-    }
-    return Product(files | _played(request.name, references[:, None], feeds), notes)
+    if table:
+        texts[f"{request.name}_table.hal"] = table
+    files: dict[str, str | bytes] = {**with_rights(texts, request.source)}
+    return Product(files | _played(request.name, references[:, None], feeds), tuple(notes))
 
 
 def refuse_velocity_mode(request: Request, target: str) -> None:
@@ -149,22 +146,21 @@ def _played(name: str, inputs: np.ndarray, outputs: np.ndarray) -> dict[str, str
 
 def hal_law_files(law: Law, name: str, source: Source) -> Product:
     """Return the component of a control law, and its self-test."""
-    name, law = _name_of(name, source.model_hash), settled_law(law)
+    name = _name_of(name, source.model_hash)
+    law = settled_law(law)
     facts = law_code_facts(law, name, source) | {"drive": None}
     walk, _, efforts = law_walk(law, STEPS)
     samples = samples_along(walk, law, STEPS)
-    several = {key: law.samples_ahead for key in law.inputs if key.endswith("_ahead")}
-    pins = {
-        key: [f"{key}_{k}" for k in range(several[key])] if key in several else [key]
-        for key in law.inputs
-    }
+    pins = {}
+    values = []
+    for key in law.inputs:
+        if key.endswith("_ahead"):
+            pins[key] = [f"{key}_{k}" for k in range(law.samples_ahead)]
+            values.append(f"{{{', '.join(f'{pin} * scale' for pin in pins[key])}}}")
+        else:
+            pins[key] = [key]
+            values.append(f"{key} * scale")
     listed = [pin for names in pins.values() for pin in names]
-    values = [
-        f"{{{', '.join(f'{pin} * scale' for pin in pins[key])}}}"
-        if key in several
-        else f"{key} * scale"
-        for key in law.inputs
-    ]
     if len(listed) > MOST_PINS:
         mend = "Reduce the delay of the experiment, omit the plant with a screw, or export the law in C"
         raise InputError(
@@ -178,7 +174,8 @@ def hal_law_files(law: Law, name: str, source: Source) -> Product:
         f'#include "{name}.h"\n', ""
     )
     position, effort = signed_units(law.variant.axis, law.controller.kind)
-    scale = (USUAL[law.controller.kind] if law.variant.axis is None else position).si
+    if law.variant.axis is None:
+        position = USUAL[law.controller.kind]
     facts |= {
         "code": code,
         "macros": [
@@ -194,7 +191,7 @@ def hal_law_files(law: Law, name: str, source: Source) -> Product:
         "pins_of": pins,
     }
     facts |= {
-        "scale": repr(scale),
+        "scale": repr(position.si),
         "effort_scale": repr(effort.si),
         "values": ", ".join(values),
         "per": PER,
@@ -233,7 +230,9 @@ def _test_facts(
 def _name_of(name: str, checksum: str) -> str:
     """Return the name of the component; without a name of the user, the hash of the model file, the model or the law."""
     if name == NAME:
-        return f"bristle_{checksum[:8]}" if checksum else "bristle_axis"
+        if checksum:
+            return f"bristle_{checksum[:8]}"
+        return "bristle_axis"
     if len(name) > LONGEST_NAME:
         allowed = f"{LONGEST_NAME} characters or fewer"
         raise InputError(
@@ -244,31 +243,45 @@ def _name_of(name: str, checksum: str) -> str:
 
 def settings_of(request: Request) -> Settings:
     """Return units and signs of the log, or mm or degrees; the identified lead, or that of the loop; the limit of the drive."""
-    axis, kind = request.axis, request.model.kind
+    axis = request.axis
+    kind = request.model.kind
     position, effort = signed_units(axis, kind)
-    limit = axis.effort_limit / abs(effort.si) if axis is not None and axis.effort_limit else 0.0
+    limit = 0.0
+    if axis is not None and axis.effort_limit:
+        limit = axis.effort_limit / abs(effort.si)
     rounded = (float(f"{value:.6g}") for value in (min(_lead_of(request), LEAD_MAX), limit))
-    return Settings(USUAL[kind] if axis is None else position, effort, *rounded)
+    if axis is None:
+        position = USUAL[kind]
+    return Settings(position, effort, *rounded)
 
 
 def _lead_of(request: Request) -> float:
     """Return the lead [s]: the lateness; without an identified one, a cycle more, for the next step."""
     late = late_of(request)
-    return late if "delay" in request.treatment else late + cycle_of(request)
+    if "delay" in request.treatment:
+        return late
+    return late + cycle_of(request)
 
 
 def feeds_of(
     friction: Subject, place: Place, references: np.ndarray, settings: Settings, rule: Rule
 ) -> np.ndarray:
     """Return the feed at each reference at gain 1, as the component computes it: same operations, same order."""
-    dt, lead, before, v_before, ahead = PERIOD_NS * 1e-9, settings.lead, None, 0.0, []
+    dt = PERIOD_NS * 1e-9
+    lead = settings.lead
+    before = None
+    v_before = 0.0
+    ahead = []
     rate = 1.0 / dt
     for reference in references.tolist():
         x = reference * settings.position.si
-        v = 0.0 if before is None else (x - before) * rate
+        v = 0.0
+        if before is not None:
+            v = (x - before) * rate
         a = (v - v_before) * rate
         ahead.append(x + v * lead + 0.5 * a * lead * lead)
-        before, v_before = x, v
+        before = x
+        v_before = v
     places = np.array(ahead)
     friction_fed = fed(places, friction.forces(places, dt).tolist(), dt, rule)
     return np.array(
@@ -283,7 +296,9 @@ def _facts(
     request: Request, friction: Subject, place: Place | None, settings: Settings
 ) -> dict[str, Any]:
     """Return the facts of the templates: the C, pins and parameters, and the self-test."""
-    name, constants, of_place = request.name, "", ""
+    name = request.name
+    constants = ""
+    of_place = ""
     if place is not None:
         builder = Builder()
         of_place = (

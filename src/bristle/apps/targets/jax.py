@@ -58,7 +58,8 @@ class Friction:
             self._numpy = import_module("jax.numpy")
         except ImportError as error:
             raise MissingExtraError.of("friction in jax", "jax") from error
-        self.model, self._walk = model, CompiledWalk(model)
+        self.model = model
+        self._walk = CompiledWalk(model)
         self.parameters = {name: model.values[name] for name in self._walk.parameters}
 
     def start(self) -> Any:
@@ -103,7 +104,9 @@ class Friction:
             ("signals", signals, walk.signals),
             ("parameters", parameters, walk.parameters),
         ):
-            for name in set(names) - set(allowed) if isinstance(names, Mapping) else ():
+            if not isinstance(names, Mapping):
+                continue
+            for name in set(names) - set(allowed):
                 raise InputError(
                     "no such name",
                     path=kind,
@@ -189,7 +192,8 @@ class Friction:
 @cache
 def _walk_primitive() -> Any:
     """Return the primitive of a walk with its derivatives; the function that XLA calls is compiled once, for all models."""
-    jax, ad = import_module("jax"), import_module("jax.interpreters.ad")
+    jax = import_module("jax")
+    ad = import_module("jax.interpreters.ad")
     text = resources.files("bristle.apps.targets").joinpath("walk.cc").read_text(encoding="ascii")
     command = next((name for name in ("c++", "g++", "clang++") if shutil.which(name)), None)
     path = CompiledWalk.build(
@@ -211,7 +215,8 @@ def _walk_primitive() -> Any:
 
     def transposed(adjoints: Sequence[Any], *operands: Any, library: str) -> Any:
         """Return the adjoints of the tangents of a walk, from those of its results."""
-        primals, tangents = operands[: len(operands) // 2], operands[len(operands) // 2 :]
+        primals = operands[: len(operands) // 2]
+        tangents = operands[len(operands) // 2 :]
         moved = reverse.bind(*primals, *map(ad.instantiate_zeros, adjoints), library=library)
         pairs = zip(tangents, moved, strict=True)
         return [None] * len(primals) + [

@@ -67,11 +67,11 @@ class JointFriction(NamedTuple):
 def write(request: Request) -> Product:
     """Return the scene, with notes on differences of MuJoCo."""
     friction = friction_of_joint(request)
-    error = friction.deviation and {
-        name: value
-        for name, value in friction.deviation._asdict().items()
-        if value or name != "reach"
-    }
+    error = None
+    if friction.deviation is not None:
+        error = friction.deviation._asdict()
+        if not friction.deviation.reach:
+            del error["reach"]
     return Product(
         {f"{request.name}.xml": _scene(request, friction)},
         (*friction.notes, *_left_out(request.plant)),
@@ -95,15 +95,21 @@ def _left_out(plant: Model | None) -> tuple[str, ...]:
 
 def _scene(request: Request, friction: JointFriction) -> str:
     """Return a scene with one joint, its friction, and a motor for the effort."""
-    model, mass, name, step = request.model, request.mass, request.name, STEP
-    time = math.sqrt(mass / friction.stiffness) if friction.stiffness else STEP
-    about, error = OF_LUGRE, ""
+    model = request.model
+    mass = request.mass
+    name = request.name
+    step = STEP
+    time = STEP
+    if friction.stiffness:
+        time = math.sqrt(mass / friction.stiffness)
+    about = OF_LUGRE
+    error = ""
     if friction.deviation is not None:
-        about, error = (
-            OF_ELEMENTS if friction.tendons else "{error}.",
-            friction.deviation.text(model.kind),
-        )
-        step = min(STEP, float(f"{0.2 * time:.1g}")) if friction.tendons else STEP
+        about = "{error}."
+        error = friction.deviation.text(model.kind)
+        if friction.tendons:
+            about = OF_ELEMENTS
+            step = min(STEP, float(f"{0.2 * time:.1g}"))
     # A comment in XML must not contain "--".
     facts, table = (
         text.replace("--", "- -")
@@ -127,9 +133,9 @@ def _scene(request: Request, friction: JointFriction) -> str:
         "about": about.format(time=time, error=error),
         "actuators": actuators,
     } | shape
-    parts["option"] = (
-        f' noslip_iterations="{ITERATIONS}"' if "frictionloss" in friction.attributes else ""
-    )
+    parts["option"] = ""
+    if "frictionloss" in friction.attributes:
+        parts["option"] = f' noslip_iterations="{ITERATIONS}"'
     parts["of_joint"] = "".join(f' {key}="{value}"' for key, value in friction.attributes.items())
     parts["tendons"] = tendons and f"  <tendon>\n{tendons}  </tendon>\n"
     return TEXT.format(model=plain(model.name), version=version(), name=name, step=step, **parts)
@@ -137,7 +143,9 @@ def _scene(request: Request, friction: JointFriction) -> str:
 
 def friction_of_joint(request: Request) -> JointFriction:
     """Return the friction of a joint, named like the request."""
-    component, values, name = request.model.component, request.model.values, request.name
+    component = request.model.component
+    values = request.model.values
+    name = request.name
     slots = variations_of(component)
     if (
         base_of(component).name == "lugre"
@@ -161,7 +169,8 @@ def friction_of_joint(request: Request) -> JointFriction:
         )
     elements, deviation = elements_of(request)
     actuators, notes = _constant(name, elements.whole_constant)
-    slots = slots or ("transmitted effort",) * rises_with_effort(request.model)
+    if not slots and rises_with_effort(request.model):
+        slots = ("transmitted effort",)
     if slots:
         notes = (
             f"the scene omits {', '.join(slots)}: its friction is that at nominal values, in the middle of the range",
@@ -172,11 +181,9 @@ def friction_of_joint(request: Request) -> JointFriction:
         for key, value in (("frictionloss", elements.dry), ("damping", elements.damping))
         if value
     }
-    notes = (
-        deviation.text(request.model.kind),
-        *(("the scene needs MuJoCo 4 or later",) if elements.stiffness.size else ()),
-        *notes,
-    )
+    if elements.stiffness.size:
+        notes = ("the scene needs MuJoCo 4 or later", *notes)
+    notes = (deviation.text(request.model.kind), *notes)
     return JointFriction(
         attributes,
         _tendons(name, elements),
@@ -192,11 +199,9 @@ def _tendons(name: str, elements: Elements) -> list[Xml.Element]:
     tendons = []
     for k, d in zip(elements.stiffness.tolist(), elements.yields.tolist(), strict=True):
         if k * d > 0.0:
-            lengths = (
-                {"springlength": repr(elements.ratio * d), "springyield": repr(d)}
-                if math.isfinite(d)
-                else {"springlength": "0"}
-            )
+            lengths = {"springlength": "0"}
+            if math.isfinite(d):
+                lengths = {"springlength": repr(elements.ratio * d), "springyield": repr(d)}
             tendons.append(
                 Xml.Element(
                     "fixed",

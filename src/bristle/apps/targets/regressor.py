@@ -113,7 +113,8 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         InputError
             If `X` and `y` are not a usable log, or an argument of the regressor is invalid.
         """
-        columns, effort = _columns_of(X), array()(y, "y", None)
+        columns = _columns_of(X)
+        effort = array()(y, "y", None)
         if effort.size != columns["time"].size:
             raise InputError(
                 "has a different number of rows than X",
@@ -150,7 +151,8 @@ class FrictionRegressor(RegressorMixin, BaseEstimator):
         """
         check_is_fitted(self)
         identified = self.identified_
-        columns, axis = _columns_of(X), self._axis()
+        columns = _columns_of(X)
+        axis = self._axis()
         if len(columns) != self.n_features_in_:
             raise InputError(
                 "has a different number of columns than the X of fit",

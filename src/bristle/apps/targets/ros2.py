@@ -28,16 +28,17 @@ FILES = {
 def write(request: Request) -> Product:
     """Return the package; its parameters lead and limit have the values of the loop and of the drive."""
     refuse_velocity_mode(request, "ros2")
-    tuned = tunable_of(request.sampled) if request.tunable else None
-    c = CFiles(
-        settled_subject(subject_of(request.sampled), tuned.places if tuned else ()),
-        request,
-        feeds=True,
-    )
+    places = ()
+    if request.tunable:
+        places = tunable_of(request.sampled).places
+    c = CFiles(settled_subject(subject_of(request.sampled), places), request, feeds=True)
     own = {file.format(request.name) for file in OF_C}
     of_c = {file: text for file, text in c.files().items() if file in own}
-    settings, force = settings_of(request), unit_of("force", request.model.kind)
-    joint = "prismatic" if request.model.kind == "translational" else "revolute"
+    settings = settings_of(request)
+    force = unit_of("force", request.model.kind)
+    joint = "revolute"
+    if request.model.kind == "translational":
+        joint = "prismatic"
     notes = (
         f"the joint must be {joint}, and its drive must accept an effort in {force}",
         "the controller was not run in ROS 2",
@@ -49,10 +50,9 @@ def write(request: Request) -> Product:
         "lead_max": LEAD_MAX,
         "lead": _yaml(settings.lead),
     }
-    facts |= {
-        "limit": _yaml(settings.limit * abs(settings.effort.si)),
-        "tuned": _tuned(tuned, c.new_printer()) if tuned else [],
-    }
+    facts |= {"limit": _yaml(settings.limit * abs(settings.effort.si)), "tuned": []}
+    if request.tunable:
+        facts["tuned"] = _tuned(tunable_of(request.sampled), c.new_printer())
     facts |= {"rate": max(1, round(1.0 / request.dt))}
     texts = {file.format(package): rendered(template, facts) for file, template in FILES.items()}
     return Product({**of_c, **with_rights(texts, request.source)}, notes)
@@ -77,6 +77,6 @@ def _yaml(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"[{', '.join(map(_yaml, value.tolist()))}]"
     text = repr(value)
-    return (
-        text.replace("e", ".0e") if "e" in text and "." not in text else text.replace("inf", ".inf")
-    )
+    if "e" in text and "." not in text:
+        return text.replace("e", ".0e")
+    return text.replace("inf", ".inf")

@@ -52,9 +52,9 @@ from bristle.exports.subject import (
     walk_of,
 )
 from bristle.exports.targets import Product
-from bristle.exports.tunable import CONSTANTS, single_note, tunable_of
+from bristle.exports.tunable import CONSTANTS, Tunable, single_note, tunable_of
 from bristle.models.controllers.feedforward import Rule
-from bristle.prediction.drive_units import command_units
+from bristle.prediction.drive_units import CommandUnits, command_units
 
 # Inputs of a block for the rule of its feed, with the largest values.
 TUNED = {"gain": 1.0, "return_distance": 1e6, "fade_time": 1e6}
@@ -71,20 +71,37 @@ parameters tried after feed gain return_distance fade_time rule fed share speed
 """
 
 
+SCALARS = {False: LREAL, True: REAL}  # type of real numbers, by single precision
+
+
+NOTHING_TUNABLE = Tunable("translational", {}, {}, {})
+
+
 def st_files(subject: Subject, request: Request) -> dict[str, str]:
     """Return the text of each file of a friction model or an operator by its name."""
-    name, single, operator = request.name, request.single, subject.is_operator
+    name = request.name
+    single = request.single
+    operator = subject.is_operator
     around = (subject.state, subject.move, subject.parameters, Array(subject.memory_size))
-    around += () if operator else (subject.motion,)
-    with_it, feed = (subject, None) if operator else with_feed(subject)
-    around += () if feed is None else (feed.rule, feed.result)
-    printer = Printer(with_it.unit, name, around, REAL if single else LREAL)
+    unit = subject.unit
+    feed = None
     walk = walk_of(subject, request.dt)
     x = walk.positions(COUNT)
-    judged = st_project.Judged(
-        name, subject.outputs(x) if operator else subject.forces(x, request.dt), single
-    )
-    too_far = f"{IN[operator]} := {real_literal(10.0 * FARTHEST)}"
+    last_call = f"{IN[operator]} := {real_literal(10.0 * FARTHEST)}"
+    if operator:
+        outputs = subject.outputs(x)
+        farthest = st_project.FARTHEST_OF_OPERATOR
+    else:
+        with_it, feed = with_feed(subject)
+        unit = with_it.unit
+        around += (subject.motion,)
+        if feed is not None:
+            around += (feed.rule, feed.result)
+        outputs = subject.forces(x, request.dt)
+        farthest = FARTHEST
+        last_call += f", period := {real_literal(request.dt)}"
+    printer = Printer(unit, name, around, SCALARS[single])
+    judged = st_project.Judged(name, outputs, single)
     facts = st_project.commented_facts(
         model_facts(
             subject, name, request.source, request.dt, single=single, tunable=request.tunable
@@ -96,16 +113,14 @@ def st_files(subject: Subject, request: Request) -> dict[str, str]:
         "input": IN[operator],
     }
     facts |= {"count": COUNT, "output": OUT[operator], "result": OUT[operator]}
-    facts |= st_project.bounds(
-        single=single, farthest=st_project.FARTHEST_OF_OPERATOR if operator else FARTHEST
-    )
+    facts |= st_project.bounds(single=single, farthest=farthest)
     block = _block(subject, feed, request, printer, facts)
-    last_call = {
-        "last_call": too_far if operator else f"{too_far}, period := {real_literal(request.dt)}"
-    }
     body = body_lines(
         "st/selftest.st",
-        facts | st_project.walk_facts(walk, printer, "count") | judged.facts() | last_call,
+        facts
+        | st_project.walk_facts(walk, printer, "count")
+        | judged.facts()
+        | {"last_call": last_call},
     )
     test = Pou("PROGRAM", f"{name}_selftest", "", tuple(judged.variables()), body)
     return st_project.project_files(
@@ -116,78 +131,82 @@ def st_files(subject: Subject, request: Request) -> dict[str, str]:
 def _block(
     subject: Subject, feed: Feed | None, request: Request, printer: Printer, facts: dict[str, Any]
 ) -> Pou:
-    operator, kind, names = subject.is_operator, subject.model.kind, Names(OWN.split())
-    units = None if operator else command_units(request.axis, kind)
+    operator = subject.is_operator
+    kind = subject.model.kind
+    names = Names(OWN.split())
+    units = None
+    if not operator:
+        units = command_units(request.axis, kind)
     signals = {signal: names.of(signal, signal) for signal in subject.signals}
-    tuned = st_project.Tuned.of(tunable_of(subject.model), names) if request.tunable else None
     tried = subject.trial.result
     assert isinstance(tried, Struct)
-    trial = arguments_left(subject.trial, TRIAL[operator])
-    commit = arguments_left(subject.commit, COMMIT) if subject.commits else []
-    needed = {*trial, *commit} | ({"state"} if subject.state.fields else set())
-    memory = subject.memory_size if "memory" in needed else 0
     handed = {
         "dt": printer.narrowed("period"),
         "p": "parameters",
         "input": printer.narrowed(IN[True]),
     }
     handed["move"] = f"tried.{printer.field(tried, '_1')}"
-    places = tuned.tunable.places if tuned else ()
-    start = (
-        [*set_lines("parameters", subject.model.parameters, subject.parameters, printer, places)]
-        if "p" in needed
-        else []
-    )
-    committed = (
-        call_text(printer, subject.commit, [handed.get(name, name) for name in commit], "after")
-        if subject.commits
-        else ""
-    )
+    trial = arguments_left(subject.trial, TRIAL[operator])
+    commit = []
+    committed = ""
+    if subject.commits:
+        commit = arguments_left(subject.commit, COMMIT)
+        values = [handed.get(name, name) for name in commit]
+        committed = call_text(printer, subject.commit, values, "after")
+    needed = {*trial, *commit}
+    if subject.state.fields:
+        needed.add("state")
+    memories = {}
+    if "memory" in needed and subject.memory_size:
+        memories = {"memory": subject.memory_size}
+    tunable = NOTHING_TUNABLE
+    if request.tunable:
+        tunable = tunable_of(subject.model)
+    tuned = Tuned.of(tunable, names)
+    start = []
+    tuned_lines = []
+    if "p" in needed:
+        p = subject.parameters
+        start += set_lines("parameters", subject.model.parameters, p, printer, tunable.places)
+        tuned_lines += tuned.lines("parameters", p, printer)
     start += set_lines("state", subject.virgin, subject.state, printer)
+    motion = []
+    if "motion" in trial:
+        motion = _motion(subject, printer, signals, single=request.single)
     facts = (
         facts
-        | {
-            "start": start,
-            "zero": printer.real(0.0),
-            "memories": {"memory": memory} if memory else {},
-        }
+        | {"start": start, "zero": printer.real(0.0), "memories": memories}
         | {"state": bool(subject.state.fields), "commit": committed}
-        | {"ranges": [*tuned.ranges(printer)] if tuned else [], "signals": list(signals.values())}
-        | {
-            "tuned": [*tuned.lines("parameters", subject.parameters, printer)]
-            if tuned and "p" in needed
-            else []
-        }
-        | {
-            "motion": _motion(subject, printer, signals, single=request.single)
-            if "motion" in trial
-            else [],
-            "within": printer.helper(WITHIN, LREAL),
-        }
+        | {"ranges": [*tuned.ranges(printer)], "tuned": tuned_lines}
+        | {"signals": list(signals.values())}
+        | {"motion": motion, "within": printer.helper(WITHIN, LREAL)}
         | {
             "trial": call_text(
                 printer, subject.trial, [handed.get(name, name) for name in trial], "tried"
             )
         }
         | {"tried": printer.widened(f"tried.{printer.field(tried, '_0')}")}
-        | {"drive": "" if units is None else real_literal(units.effort.si)}
+        | {"drive": _divisor(units), "feed": False}
     )
     of_feed: list[Variable] = []
-    facts |= {"feed": False}
     if feed is not None:
         facts |= _feed_facts(feed, request, printer)
         of_feed = _feed_variables(feed, request, printer)
     own = _own_variables(subject, needed)
     meanings = variables_of(subject.motion.cls)
-    unit_in, unit_out = facts["unit_in"], facts["unit_out"]
-    meanings_of = MEANINGS[operator]
+    meaning_in, meaning_out = MEANINGS[operator]
+    period = []
+    flags = ["prepared", "usable", "done"]
+    last = []
+    if not operator:
+        period = [Variable("period", "LREAL", "time since the last call [s]", "VAR_INPUT")]
+        flags = ["prepared", "begun", "usable", "done"]
+        last = [Variable("last_position", "LREAL")]
+    if memories:
+        last.append(Variable("place", "DINT"))
     variables = [
-        Variable(IN[operator], "LREAL", f"{meanings_of[0]} [{unit_in}]", "VAR_INPUT"),
-        *(
-            []
-            if operator
-            else [Variable("period", "LREAL", "time since the last call [s]", "VAR_INPUT")]
-        ),
+        Variable(IN[operator], "LREAL", f"{meaning_in} [{facts['unit_in']}]", "VAR_INPUT"),
+        *period,
         *(
             Variable(
                 name,
@@ -198,23 +217,28 @@ def _block(
             )
             for key, name in signals.items()
         ),
-        *(tuned.inputs(printer) if tuned else []),
+        *tuned.inputs(printer),
         *st_project.interface(
-            "virgin contact, no sample yet", OUT[operator], f"{meanings_of[1]} [{unit_out}]", units
+            "virgin contact, no sample yet",
+            OUT[operator],
+            f"{meaning_out} [{facts['unit_out']}]",
+            units,
         ),
         *of_feed,
         *(Variable(name, printer.type_name(kind)) for name, kind in own),
-        *(
-            Variable(name, "BOOL")
-            for name in ("prepared", "begun", "usable", "done")
-            if name != "begun" or not operator
-        ),
-        *([] if operator else [Variable("last_position", "LREAL")]),
-        *([Variable("place", "DINT")] if memory else []),
+        *(Variable(name, "BOOL") for name in flags),
+        *last,
     ]
     return Pou(
         "FUNCTION_BLOCK", request.name, "", tuple(variables), body_lines("st/block.st", facts)
     )
+
+
+def _divisor(units: CommandUnits | None) -> str:
+    """Return the effort of one unit of a drive in SI units; empty without such units."""
+    if units is None:
+        return ""
+    return real_literal(units.effort.si)
 
 
 def _own_variables(subject: Subject, needed: Collection[str]) -> list[tuple[str, Type]]:
@@ -255,7 +279,8 @@ def _feed_facts(feed: Feed, request: Request, printer: Printer) -> dict[str, Any
 
 def _feed_variables(feed: Feed, request: Request, printer: Printer) -> list[Variable]:
     """Return the inputs and the output of the feed, and its own variables."""
-    meanings, kind = variables_of(Rule), request.model.kind
+    meanings = variables_of(Rule)
+    kind = request.model.kind
     values = request.share._asdict()
     inputs = [
         Variable(
@@ -299,10 +324,8 @@ def _motion(
     # A sum with 0.0 turns -0.0 into 0.0: a step of length 0 has no sign.
     v = f"{_speed(printer, single=single)} + {printer.real(0.0)}"
     values = {"v": v, "x": printer.narrowed("position")}
-    values |= {
-        name: printer.narrowed(signals[name]) if name in signals else printer.real(usual)
-        for name, usual in subject.usual.items()
-    }
+    values |= {name: printer.real(usual) for name, usual in subject.usual.items()}
+    values |= {name: printer.narrowed(signal) for name, signal in signals.items()}
     motion = subject.motion
     return [f"motion.{printer.field(motion, name)} := {values[name]};" for name, _ in motion.fields]
 
@@ -310,11 +333,17 @@ def _motion(
 def write(request: Request) -> Product:
     """Return the function block, its self-test, and both as XML."""
     checked(request.name)
-    subject = subject_of(request.sampled, CONSTANTS if request.single else None)
-    places = tunable_of(subject.model).places if request.tunable else ()
+    fixed = None
+    if request.single:
+        fixed = CONSTANTS
+    subject = subject_of(request.sampled, fixed)
+    places = ()
+    if request.tunable:
+        places = tunable_of(subject.model).places
     files = st_files(settled_subject(subject, places, single=request.single), request)
     notes = ["a velocity of -0.0 counts as 0.0, because the language cannot distinguish them"]
-    notes += [single_note(OUT[subject.is_operator])] if request.single else []
+    if request.single:
+        notes += [single_note(OUT[subject.is_operator])]
     return Product(dict(files), tuple(notes))
 
 
@@ -340,7 +369,7 @@ def st_law_files(law: Law, name: str, source: Source) -> dict[str, str]:
     )
     facts |= {"output": "effort", "operator": False, "unit_in": facts["unit_x"], "count": COUNT}
     facts |= st_project.bounds(single=law.single, farthest=st_project.FARTHEST_OF_LAW)
-    printer = Printer(law.unit, name, around, REAL if law.single else LREAL)
+    printer = Printer(law.unit, name, around, SCALARS[law.single])
     block = _law_block(law, name, printer, facts)
     test, arrays = _law_selftest(law, name, printer, facts)
     return st_project.project_files(
@@ -355,37 +384,33 @@ def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> 
     assert isinstance(now, Struct)
     needed = [parameter.name for parameter in law.entry.parameters]
     ahead_names = [fed["name"] for fed in facts["inputs"] if fed["several"]]
-    arrays = ahead_names if law.single else []
+    arrays = []
+    if law.single:
+        arrays = ahead_names
     handed = {name: printer.narrowed(name) for name in law.inputs if name not in ahead_names}
     handed |= {"dt": printer.real(law.dt), "p": "parameters"} | {
         name: f"narrowed_{name}" for name in arrays
     }
-    tuned = (
-        Tuned.of(
-            tunable_law(law),
-            Names([*OWN_OF_LAW.split(), *INPUTS, *(f"narrowed_{name}" for name in INPUTS)]),
-        )
-        if law.tunable
-        else None
+    tunable = NOTHING_TUNABLE
+    if law.tunable:
+        tunable = tunable_law(law)
+    tuned = Tuned.of(
+        tunable, Names([*OWN_OF_LAW.split(), *INPUTS, *(f"narrowed_{name}" for name in INPUTS)])
     )
     memories = {
         name: memory for name, memory in law.memories.items() if name in needed and memory.size
     }
-    skipped = tuned.tunable.places if tuned else ()
     start = [
-        *set_lines("parameters", law.p, p, printer, skipped),
+        *set_lines("parameters", law.p, p, printer, tunable.places),
         *set_lines("lasting", law.lasting, lasting, printer),
     ]
     of_block = (
-        {"divisor": "" if units is None else real_literal(units.effort.si), "start": start}
+        {"divisor": _divisor(units), "start": start}
         | {"memories": {name: memory.size for name, memory in memories.items()}}
+        | {"within": printer.helper(WITHIN, LREAL), "zero": printer.real(0.0)}
         | {
-            "within": printer.helper(WITHIN, LREAL),
-            "zero": printer.real(0.0),
-            "ranges": [*tuned.ranges(printer)] if tuned else [],
-        }
-        | {
-            "tuned": [*tuned.lines("parameters", p, printer)] if tuned else [],
+            "ranges": [*tuned.ranges(printer)],
+            "tuned": [*tuned.lines("parameters", p, printer)],
             "after": f"now.{printer.field(now, '_1')}",
         }
         | {
@@ -412,18 +437,21 @@ def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> 
     own = [("parameters", p), ("lasting", lasting), ("now", now)]
     own += [(name, Array(memory.size)) for name, memory in memories.items()]
     own += [(f"narrowed_{name}", Array(law.samples_ahead)) for name in arrays]
-    ahead = printer.array(law.samples_ahead, LREAL)
+    types = {True: printer.array(law.samples_ahead, LREAL), False: "LREAL"}
+    counted = []
+    if memories or ahead_names:
+        counted = [Variable("place", "DINT")]
     variables = [
         *(
             Variable(
                 fed["name"],
-                ahead if fed["several"] else "LREAL",
+                types[fed["several"]],
                 plain(f"{fed['told']} [{fed['unit']}]"),
                 "VAR_INPUT",
             )
             for fed in facts["inputs"]
         ),
-        *(tuned.inputs(printer) if tuned else []),
+        *tuned.inputs(printer),
         *interface(
             "the law takes over the desired motion",
             "effort",
@@ -432,7 +460,7 @@ def _law_block(law: Law, name: str, printer: Printer, facts: dict[str, Any]) -> 
         ),
         *(Variable(name, printer.type_name(kind)) for name, kind in own),
         *(Variable(name, "BOOL") for name in ("prepared", "begun", "usable", "done")),
-        *([Variable("place", "DINT")] if memories or ahead_names else []),
+        *counted,
     ]
     return Pou(
         "FUNCTION_BLOCK", name, "", tuple(variables), body_lines("st/law.st", facts | of_block)
@@ -457,9 +485,12 @@ def _law_selftest(
         facts | st_project.walk_facts(walk, printer, "each") | judged.facts() | of_test,
     )
     arrays_ahead = [fed["name"] for fed in facts["inputs"] if fed["several"]]
+    counted = []
+    if arrays_ahead:
+        counted = [Variable("ahead", "DINT")]
     variables = [
         *judged.variables(),
-        *([Variable("ahead", "DINT")] if arrays_ahead else []),
+        *counted,
         *(Variable(name, "LREAL") for name in ("speed", "measured")),
         *(Variable(name, printer.array(law.samples_ahead, LREAL)) for name in arrays_ahead),
         Variable("places", f"{name}_Places"),

@@ -15,7 +15,9 @@ from bristle.apps.targets.st_parts import (
     BELOW_ZERO,
     INDENT,
     LREAL,
+    REAL as SINGLE,
     TEXTS,
+    TRUTHS,
     Array as ArrayPart,
     Names,
     Pou,
@@ -53,6 +55,9 @@ COMPARED = 9
 BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, "and": 4, "or": 3}
 COMPARISONS = {"==": "=", "!=": "<>"}
 IN_WORDS = {"&": "AND", "^": "XOR"}
+# Names of helpers and arrays, by the type of their real numbers.
+HELPERS = {LREAL: "", SINGLE: "single_"}
+ARRAYS = {LREAL: "Numbers", SINGLE: "Singles"}
 
 
 class Printer:
@@ -61,8 +66,11 @@ class Printer:
     def __init__(
         self, unit: tree.Unit, name: str, also: tuple[Type, ...] = (), scalar: str = LREAL
     ) -> None:
-        self.unit, self.scalar = unit, scalar
-        self.integer = "LINT" if needs_wide_integers(unit) else "DINT"
+        self.unit = unit
+        self.scalar = scalar
+        self.integer = "DINT"
+        if needs_wide_integers(unit):
+            self.integer = "LINT"
         used = [*(kind for function in unit.functions for kind in types_in(function)), *also]
         self.structures = structures_of(used)
         inside = [part for kind in self.structures for _, part in kind.fields]
@@ -83,9 +91,9 @@ class Printer:
             fields = [
                 Declared(self.field(kind, name), self.type_name(part)) for name, part in kind.fields
             ]
-            records.append(
-                Record(self.type_name(kind), tuple(fields or [Declared("nothing", "BOOL")]))
-            )
+            if not fields:
+                fields = [Declared("nothing", "BOOL")]
+            records.append(Record(self.type_name(kind), tuple(fields)))
         return [*arrays, *records], functions
 
     def function(self, function: tree.Function) -> str:
@@ -100,17 +108,13 @@ class Printer:
         """Return the name of a helper for real numbers of this type, and mark it as used."""
         scalar = scalar or self.scalar
         self.helpers.add((name, scalar))
-        return self._public.of(
-            ("helper", name, scalar), name if scalar == LREAL else f"single_{name}"
-        )
+        return self._public.of(("helper", name, scalar), f"{HELPERS[scalar]}{name}")
 
     def array(self, size: int, scalar: str = "") -> str:
         """Return the name of the type of an array."""
         scalar = scalar or self.scalar
         self._arrays.add((size, scalar))
-        return self._public.of(
-            ("array", size, scalar), f"{'Numbers' if scalar == LREAL else 'Singles'}_{size}"
-        )
+        return self._public.of(("array", size, scalar), f"{ARRAYS[scalar]}_{size}")
 
     def real(self, value: float) -> str:
         """Return a real number as text; -0.0, a limit from below, becomes a number just below zero."""
@@ -120,15 +124,21 @@ class Printer:
 
     def narrowed(self, text: str) -> str:
         """Return an input, which is LREAL, in the type of the functions."""
-        return text if self.scalar == LREAL else f"LREAL_TO_REAL({text})"
+        if self.scalar == LREAL:
+            return text
+        return f"LREAL_TO_REAL({text})"
 
     def widened(self, text: str) -> str:
         """Return a result of a function as an output, which is LREAL."""
-        return text if self.scalar == LREAL else f"REAL_TO_LREAL({text})"
+        if self.scalar == LREAL:
+            return text
+        return f"REAL_TO_LREAL({text})"
 
     def field(self, kind: Struct, name: str) -> str:
         """Return the name of a field of a tuple."""
-        return self._fields[kind].of(name, f"part{name}" if name.startswith("_") else name)
+        if name.startswith("_"):
+            return self._fields[kind].of(name, f"part{name}")
+        return self._fields[kind].of(name, name)
 
     def type_name(self, kind: Type) -> str:
         """Return the name of a type."""
@@ -136,14 +146,17 @@ class Printer:
             return {REAL: self.scalar, INTEGER: self.integer}.get(kind, "BOOL")
         if isinstance(kind, Array):
             return self.array(kind.size)
-        return self._public.of(kind, "Several" if kind.is_plain else kind.cls.__name__)
+        if kind.is_plain:
+            return self._public.of(kind, "Several")
+        return self._public.of(kind, kind.cls.__name__)
 
 
 class Body:
     """Prints one function; statements that must precede an expression go into its lines."""
 
     def __init__(self, printer: Printer, function: tree.Function) -> None:
-        self.printer, self.function = printer, function
+        self.printer = printer
+        self.function = function
         self.out: list[str] = []
         self._names = Names([RESULT])
         self._declared: dict[str, Declared] = {}
@@ -161,7 +174,9 @@ class Body:
 
     def _parameter(self, parameter: tree.Variable, *, copied: bool) -> str:
         """Declare an argument, and return its name; an argument that the function assigns is copied first."""
-        section = "VAR_INPUT" if isinstance(parameter.type, Scalar) else "VAR_IN_OUT"
+        section = "VAR_IN_OUT"
+        if isinstance(parameter.type, Scalar):
+            section = "VAR_INPUT"
         name = self._names.of(parameter.name, parameter.name)
         if not copied:
             return self._declare(name, parameter.type, section)
@@ -211,7 +226,8 @@ class Body:
             self._line(f"{word} {self._of(rest.test)} THEN")
             with self._inside():
                 self._into(target, rest.first, root)
-            rest, word = rest.second, "ELSIF"
+            rest = rest.second
+            word = "ELSIF"
         self._line("ELSE")
         with self._inside():
             self._into(target, rest, root)
@@ -220,9 +236,12 @@ class Body:
     def _one_by_one(self, e: tree.Logic) -> str:
         """Evaluate truths until the result is known, and return the variable with the result."""
         target = self._aside(TRUTH)
+        is_open = target
+        if e.operator != "and":
+            is_open = f"NOT {target}"
         self._into(target, e.parts[0])
         for part in e.parts[1:]:
-            self._line(f"IF {target if e.operator == 'and' else f'NOT {target}'} THEN")
+            self._line(f"IF {is_open} THEN")
             self._indent += INDENT
             self._into(target, part)
         for _ in e.parts[1:]:
@@ -238,7 +257,9 @@ class Body:
 
     def _of(self, e: tree.Expression, least: int = 0) -> str:
         text, binds = getattr(self, f"_{type(e).__name__.lower()}")(e)
-        return text if binds >= least else f"({text})"
+        if binds >= least:
+            return text
+        return f"({text})"
 
     def _place(self, at: tree.Expression) -> str:
         if isinstance(at, tree.Constant) or self.printer.integer == "DINT":
@@ -247,9 +268,14 @@ class Body:
 
     def _constant(self, e: tree.Constant) -> tuple[str, int]:
         if e.type == TRUTH:
-            return ("TRUE" if e.value else "FALSE"), PRIMARY
-        text = self.printer.real(float(e.value)) if e.type == REAL else whole_literal(int(e.value))
-        return text, (0 if text.startswith("-") else PRIMARY)
+            return TRUTHS[bool(e.value)], PRIMARY
+        if e.type == REAL:
+            text = self.printer.real(float(e.value))
+        else:
+            text = whole_literal(int(e.value))
+        if text.startswith("-"):
+            return text, 0
+        return text, PRIMARY
 
     def _variable_name(self, variable: tree.Variable) -> str:
         return self._declare(self._names.of(variable.name, variable.name), variable.type)
@@ -263,7 +289,9 @@ class Body:
 
     def _in_place(self, e: tree.Expression) -> str:
         """Return the name of a tuple or an array; a computed one is assigned to a variable."""
-        return self._of(e) if isinstance(e, (tree.Variable, tree.Field)) else self._held(e)
+        if isinstance(e, (tree.Variable, tree.Field)):
+            return self._of(e)
+        return self._held(e)
 
     def _index(self, e: tree.Index) -> tuple[str, int]:
         return f"{self._in_place(e.array)}[{self._place(e.at)}]", PRIMARY
@@ -277,23 +305,26 @@ class Body:
     def _binary(self, e: tree.Binary) -> tuple[str, int]:
         if e.operator in BINDS:
             binds = BINDS[e.operator]
+            least = binds
             # Brackets mark numbers that are rounded first, though the standard does not need them: (x + C) - C.
-            mixed = (
-                isinstance(e.left, tree.Binary) and e.left.operator != e.operator and e.type == REAL
-            )
-            left = self._of(e.left, binds + 1 if mixed else binds)
+            if isinstance(e.left, tree.Binary) and e.left.operator != e.operator and e.type == REAL:
+                least = binds + 1
+            left = self._of(e.left, least)
             return f"{left} {e.operator} {self._of(e.right, binds + 1)}", binds
         if e.operator in IN_WORDS:
             left, right = (f"LINT_TO_LWORD({self._of(side)})" for side in (e.left, e.right))
             return f"LWORD_TO_LINT({left} {IN_WORDS[e.operator]} {right})", PRIMARY
         right = e.right
+        name = "floor_divided"
+        if e.operator == "%":
+            name = "floor_rest"
         if e.operator == ">>":
             if not isinstance(right, tree.Constant):
                 raise NotExportableError(
                     self.function.source, None, "a shift by a variable number is not exportable"
                 )
             right = tree.Constant(INTEGER, 2 ** int(right.value))
-        helper = self.printer.helper("floor_rest" if e.operator == "%" else "floor_divided")
+        helper = self.printer.helper(name)
         return f"{helper}(first := {self._of(e.left)}, second := {self._of(right)})", PRIMARY
 
     def _compare(self, e: tree.Compare) -> tuple[str, int]:
@@ -315,36 +346,43 @@ class Body:
 
     def _convert(self, e: tree.Convert) -> tuple[str, int]:
         if e.of.type == TRUTH:
-            true, false = (
-                tree.Constant(e.type, float(value) if e.type == REAL else value) for value in (1, 0)
-            )
+            number = int
+            if e.type == REAL:
+                number = float
+            true, false = (tree.Constant(e.type, number(value)) for value in (1, 0))
             return self._held(tree.Select(e.type, e.of, true, false)), PRIMARY
         if e.type == REAL:
             return f"{self.printer.integer}_TO_{self.printer.scalar}({self._of(e.of)})", PRIMARY
         return f"{self.printer.helper('truncated')}(number := {self._of(e.of)})", PRIMARY
 
     def _call(self, e: tree.Call) -> tuple[str, int]:
-        return (self._held(e) if isinstance(e.type, Struct) else self._called(e)), PRIMARY
+        if isinstance(e.type, Struct):
+            return self._held(e), PRIMARY
+        return self._called(e), PRIMARY
 
     def _called(self, e: tree.Call, target: str = "") -> str:
-        names, pairs = self.printer.body(e.function).arguments, []
+        names = self.printer.body(e.function).arguments
+        pairs = []
         for name, parameter, argument in zip(
             names, e.function.parameters, e.arguments, strict=True
         ):
-            text = (
-                self._of(argument)
-                if isinstance(parameter.type, Scalar)
-                else self._in_place(argument)
-            )
+            if isinstance(parameter.type, Scalar):
+                text = self._of(argument)
+            else:
+                text = self._in_place(argument)
             pairs.append(f"{name} := {text}")
-        pairs += [f"{RESULT} := {target}"] if target else []
+        if target:
+            pairs += [f"{RESULT} := {target}"]
         return f"{self.printer.function(e.function)}({', '.join(pairs)})"
 
     def _intrinsic(self, e: tree.Intrinsic) -> tuple[str, int]:
         arguments = [self._of(argument) for argument in e.arguments]
         if e.name == "sqrt":
             return f"SQRT({arguments[0]})", PRIMARY
-        name = e.name if e.type != INTEGER or e.name == "floor" else f"whole_{e.name}"
+        if e.type != INTEGER or e.name == "floor":
+            name = e.name
+        else:
+            name = f"whole_{e.name}"
         inputs = [word.partition(":")[0] for word in TEXTS[name][1].split()]
         named = ", ".join(f"{name} := {text}" for name, text in zip(inputs, arguments, strict=True))
         return f"{self.printer.helper(name)}({named})", PRIMARY
@@ -355,18 +393,18 @@ class Body:
         own = self.printer.function(function)
         if isinstance(function.result, Struct):
             self._declare(RESULT, function.result, "VAR_IN_OUT")
+        returns = TRUTH
+        if isinstance(function.result, Scalar):
+            returns = function.result
         if not isinstance(function.result, Scalar) or function.result == VOID:
             self._line(f"{own} := TRUE;")
         self._block(function.body)
         if self.out and self.out[-1] == f"{INDENT}RETURN;":
             self.out.pop()
-        returns = self.printer.type_name(
-            function.result if isinstance(function.result, Scalar) else TRUTH
-        )
         return Pou(
             "FUNCTION",
             own,
-            returns,
+            self.printer.type_name(returns),
             tuple(self._declared.values()),
             tuple(self.out),
             described(function.description),
@@ -383,24 +421,30 @@ class Body:
                 self._into(self._aside(s.call.type), s.call)
             elif isinstance(s, tree.Return):
                 if s.value is not None:
-                    self._into(
-                        RESULT
-                        if isinstance(s.value.type, Struct)
-                        else self.printer.function(self.function),
-                        s.value,
-                    )
+                    target = RESULT
+                    if not isinstance(s.value.type, Struct):
+                        target = self.printer.function(self.function)
+                    self._into(target, s.value)
                 self._line("RETURN;")
             elif isinstance(s, tree.If):
                 self._if(s)
-            elif isinstance(s, (tree.For, tree.While)):
-                self._for(s) if isinstance(s, tree.For) else self._while(s)
+            elif isinstance(s, tree.For):
+                self._for(s)
+            elif isinstance(s, tree.While):
+                self._while(s)
+            elif isinstance(s, tree.Break):
+                self._line("EXIT;")
             else:
-                self._line("EXIT;" if isinstance(s, tree.Break) else "CONTINUE;")
+                self._line("CONTINUE;")
 
     def _if(self, s: tree.If) -> None:
-        test, first, second = s.test, s.body, s.otherwise
+        test = s.test
+        first = s.body
+        second = s.otherwise
         if not first:
-            test, first, second = tree.Not(TRUTH, test), second, []
+            test = tree.Not(TRUTH, test)
+            first = second
+            second = []
         self._line(f"IF {self._of(test)} THEN")
         self._inner(first)
         while (
@@ -423,9 +467,10 @@ class Body:
 
     def _for(self, s: tree.For) -> None:
         """Print a loop over whole numbers as WHILE: MATIEC skips a FOR loop that has one pass."""
-        counter = (
-            self._aside(INTEGER) if s.variable.name == "_" else self._variable_name(s.variable)
-        )
+        if s.variable.name == "_":
+            counter = self._aside(INTEGER)
+        else:
+            counter = self._variable_name(s.variable)
         last = self._one_less(s.stop)
         if not isinstance(s.stop, tree.Constant):
             held = self._aside(INTEGER)
@@ -446,7 +491,10 @@ class Body:
 
     def _while(self, s: tree.While) -> None:
         safe = is_safe(s.test)
-        self._line(f"WHILE {self._of(s.test) if safe else 'TRUE'} DO")
+        test = "TRUE"
+        if safe:
+            test = self._of(s.test)
+        self._line(f"WHILE {test} DO")
         with self._inside():
             if not safe:
                 self._line(f"IF {self._of(tree.Not(TRUTH, s.test))} THEN")

@@ -36,7 +36,9 @@ value var var_access var_config var_external var_global var_in_out var_input var
 version void wchar weigh while with word wstring xor
 """
 RESERVED = frozenset(WORDS.split())
-LREAL, REAL = "LREAL", "REAL"
+LREAL = "LREAL"
+REAL = "REAL"
+TRUTHS = {True: "TRUE", False: "FALSE"}
 SHORT = 2  # letters: length of names of tags, qualifiers of actions and old instructions
 # MATIEC folds constants in single precision, which has no more digits.
 LARGEST_PRODUCT = 16777215.0 * 2.0**1000
@@ -69,7 +71,8 @@ class Names:
     """The names of one scope, unique regardless of case; all begin with `prefix`."""
 
     def __init__(self, used: Iterable[str] = (), prefix: str = "") -> None:
-        self._prefix, self._used = prefix, {name.lower() for name in used}
+        self._prefix = prefix
+        self._used = {name.lower() for name in used}
         self._names: dict[object, str] = {}
 
     def of(self, key: object, proposal: str) -> str:
@@ -98,11 +101,14 @@ def real_literal(value: float, scalar: str = LREAL) -> str:
     if value != value:
         return _plain(NO_NUMBER_WRITTEN, scalar)
     if abs(value) == float("inf"):
-        return real_literal(LARGEST_WRITTEN if value > 0 else -LARGEST_WRITTEN, scalar)
+        return real_literal(math.copysign(LARGEST_WRITTEN, value), scalar)
     if value == 0.0 or 1.0 / LARGEST_WRITTEN <= abs(value) <= LARGEST_WRITTEN:
         return _plain(value, scalar)
-    factors, left = [], math.copysign(min(abs(value), LARGEST_PRODUCT), value)
-    power = 2.0 ** (STEP if abs(value) > 1.0 else -STEP)
+    factors = []
+    left = math.copysign(min(abs(value), LARGEST_PRODUCT), value)
+    power = 2.0**-STEP
+    if abs(value) > 1.0:
+        power = 2.0**STEP
     while not 2.0**-STEP <= abs(left) <= 2.0**STEP:
         left /= power
         factors.append(_plain(power, scalar))
@@ -110,16 +116,28 @@ def real_literal(value: float, scalar: str = LREAL) -> str:
 
 
 def _plain(value: float, scalar: str) -> str:
-    text = repr(value) if scalar == LREAL else str(np.float32(abs(value)))
+    if scalar == LREAL:
+        text = repr(value)
+    else:
+        text = str(np.float32(abs(value)))
     mantissa, _, exponent = text.partition("e")
-    mantissa = mantissa if "." in mantissa else f"{mantissa}.0"
-    number = f"{mantissa}E{int(exponent)}" if exponent else mantissa
-    return number if scalar == LREAL else f"{'-' if value < 0.0 else ''}{scalar}#{number}"
+    if "." not in mantissa:
+        mantissa = f"{mantissa}.0"
+    number = mantissa
+    if exponent:
+        number = f"{mantissa}E{int(exponent)}"
+    if scalar == LREAL:
+        return number
+    if value < 0.0:
+        return f"-{scalar}#{number}"
+    return f"{scalar}#{number}"
 
 
 def whole_literal(value: int) -> str:
     """Return a whole number, with its type if it exceeds 32 bits."""
-    return str(value) if abs(value) < 2**31 else f"LINT#{value}"
+    if abs(value) < 2**31:
+        return str(value)
+    return f"LINT#{value}"
 
 
 SECTIONS = ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT", "VAR")
@@ -200,8 +218,13 @@ def part_text(part: Array | Record | Pou) -> str:
                 "",
             ]
         )
-    lines = [f"(* {commented(part.meaning)} *)"] if part.meaning else []
-    lines.append(f"{part.kind} {part.name}{f' : {part.returns}' if part.returns else ''}")
+    lines = []
+    if part.meaning:
+        lines = [f"(* {commented(part.meaning)} *)"]
+    head = f"{part.kind} {part.name}"
+    if part.returns:
+        head += f" : {part.returns}"
+    lines.append(head)
     for section in SECTIONS:
         if declared := part.declared(section):
             lines += [section, *(f"{INDENT}{line}" for line in _declarations(declared)), "END_VAR"]
@@ -210,12 +233,17 @@ def part_text(part: Array | Record | Pou) -> str:
 
 def _declarations(variables: Iterable[Variable]) -> Iterator[str]:
     for variable in variables:
-        initial = f" := {variable.initial}" if variable.initial else ""
-        meaning = f" (* {commented(variable.meaning)} *)" if variable.meaning else ""
+        initial = ""
+        if variable.initial:
+            initial = f" := {variable.initial}"
+        meaning = ""
+        if variable.meaning:
+            meaning = f" (* {commented(variable.meaning)} *)"
         yield f"{variable.name} : {variable.type}{initial};{meaning}"
 
 
-LARGEST_POWER, USUAL_POWER = {LREAL: 512, REAL: 64}, 32
+LARGEST_POWER = {LREAL: 512, REAL: 64}
+USUAL_POWER = 32
 WHOLE_POWERS = {LREAL: (-1022, 1023), REAL: (-126, 127)}
 NUMBER = re.compile(r"(?<![\w.#])\d+\.\d+(?:E-?\d+)?")
 WITHIN = "within"  # The helper that checks that a value is a number within a limit
@@ -241,8 +269,11 @@ def _scaled(gives: str, scalar: str, own: str) -> str:
     while power:
         if power == USUAL_POWER:
             lines.append("END_IF;")
-        indent = "" if power <= USUAL_POWER else "    "
-        up, down = real_literal(2.0**power), real_literal(2.0**-power)
+        indent = "    "
+        if power <= USUAL_POWER:
+            indent = ""
+        up = real_literal(2.0**power)
+        down = real_literal(2.0**-power)
         lines += [
             indent + line
             for line in (
@@ -371,7 +402,8 @@ def helpers_of(
     """Return the requested helpers; `named` maps each to its name in the program."""
     needed = {*names, *(NEEDED[name] for name in names if name in NEEDED)}
     called = {name: named(name) for name in TEXTS if name in needed}
-    types, (least, most) = {"whole": integer, "real": scalar}, WHOLE_POWERS[scalar]
+    types = {"whole": integer, "real": scalar}
+    least, most = WHOLE_POWERS[scalar]
     facts: dict[str, Any] = {**types, **called, "least": least, "most": most}
     facts |= {"far": real_literal(LARGEST_WRITTEN, scalar), "none": real_literal(math.nan, scalar)}
     pous = []
@@ -390,11 +422,8 @@ def helpers_of(
         parts |= {"magnitude": SIZE.format(to=own), "sized": SIZE.format(to="size")}
         text = body.format(**facts, **parts, own=own)
         # Some compilers read a number without a type as double.
-        text = (
-            text
-            if scalar == LREAL
-            else NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
-        )
+        if scalar != LREAL:
+            text = NUMBER.sub(lambda match: real_literal(float(match[0]), scalar), text)
         lines = [f"    {line}" for line in text.strip().split("\n")]
         pous.append(
             Pou("FUNCTION", own, types.get(gives, gives), tuple(declared), tuple(lines), meaning)

@@ -29,6 +29,7 @@ from bristle.engine.translation.tree import (
     Array as ArrayType,
     Function,
     Struct,
+    Type,
 )
 from bristle.exports.described import Source, meaning_within, plain, rendered, version, with_rights
 from bristle.exports.printing import element, wrapped
@@ -49,15 +50,13 @@ class Tuned:
     @classmethod
     def of(cls, tunable: Tunable, names: Names) -> Tuned:
         """Return the inputs, with names that are unique in the block."""
-        return cls(
-            tunable,
-            {
-                (name, place): names.of(
-                    ("parameter", name, place), name if place is None else f"{name}_{place + 1}"
-                )
-                for name, place, _ in tunable.numbers()
-            },
-        )
+        inputs = {}
+        for name, place, _ in tunable.numbers():
+            title = name
+            if place is not None:
+                title = f"{name}_{place + 1}"
+            inputs[name, place] = names.of(("parameter", name, place), title)
+        return cls(tunable, inputs)
 
     def inputs(self, printer: Printer) -> list[Variable]:
         """Return the declarations."""
@@ -91,23 +90,25 @@ class Tuned:
     ) -> Iterator[str]:
         """Yield the lines that copy the inputs to the parameters of the kernels."""
         for name, part in kind.fields:
-            at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
+            at = f"{place}.{printer.field(kind, name)}"
+            inner = (*path, name)
             if isinstance(part, Struct):
                 yield from self.lines(at, part, printer, inner)
             elif inner in self.tunable.places:
                 parameter = self.tunable.places[inner]
-                numbers = range(part.size) if isinstance(part, ArrayType) else (None,)
-                yield from (
-                    f"{at}{'' if i is None else f'[{i}]'} := {self.names[parameter, i]};"
-                    for i in numbers
-                )
+                numbers = {None: at}
+                if isinstance(part, ArrayType):
+                    numbers = {i: f"{at}[{i}]" for i in range(part.size)}
+                yield from (f"{to} := {self.names[parameter, i]};" for i, to in numbers.items())
 
 
 FARTHEST = 1e30  # Inputs and outputs beyond it do not count as numbers
 # Allowed time steps, in double and single precision [s]
 PERIODS = {False: (1e-12, 1e12), True: (1e-6, 1e6)}
 # Limits that keep the square of velocity over Stribeck velocity within single precision.
-FASTEST, FARTHEST_OF_OPERATOR, FARTHEST_OF_LAW = 1e9, 1e9, 1e5
+FASTEST = 1e9
+FARTHEST_OF_OPERATOR = 1e9
+FARTHEST_OF_LAW = 1e5
 Path = tuple[str, ...]
 TURN = real_literal(2.0**32)
 PER_CYCLE = 20  # Steps of a self-test in one cycle of a task
@@ -147,14 +148,15 @@ def project_files(
 
 def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) -> list[Variable]:
     """Return the further inputs and the outputs of a block: command in units of a drive, and flags of repeated output."""
-    command = (
-        "" if units is None else f"the same in the units of the drive [{plain(units.effort.name)}]"
-    )
+    command = []
+    if units is not None:
+        same = f"the same in the units of the drive [{plain(units.effort.name)}]"
+        command = [Variable("command", "LREAL", same, "VAR_OUTPUT")]
     return [
         Variable("restart", "BOOL", f"begin anew: {anew}", "VAR_INPUT"),
         Variable("clear", "BOOL", "reset the flags", "VAR_INPUT"),
         Variable(output, "LREAL", meaning, "VAR_OUTPUT"),
-        *([Variable("command", "LREAL", command, "VAR_OUTPUT")] if command else []),
+        *command,
         Variable(
             "refused",
             "BOOL",
@@ -200,14 +202,15 @@ class Judged:
 
     def variables(self) -> list[Variable]:
         """Return the variables that all self-tests have."""
-        gave = "within the error of single precision" if self.single else "bit by bit"
-        worst = [Variable("worst", "LREAL", "largest deviation of the output", "VAR_OUTPUT")]
-        numbers = [
-            "bits",
-            "walked",
-            "following",
-            *([] if self.single else ["total", "lost", "added"]),
-        ]
+        gave = "bit by bit"
+        worst = []
+        numbers = ["bits", "walked", "following", "total", "lost", "added"]
+        expected = []
+        if self.single:
+            gave = "within the error of single precision"
+            worst = [Variable("worst", "LREAL", "largest deviation of the output", "VAR_OUTPUT")]
+            numbers = ["bits", "walked", "following"]
+            expected = [Variable("expected", f"{self.name}_Expected")]
         return [
             Variable("done", "BOOL", "whether the walk is complete", "VAR_OUTPUT"),
             Variable(
@@ -216,20 +219,22 @@ class Judged:
                 f"whether the outputs match those of bristle, {gave}",
                 "VAR_OUTPUT",
             ),
-            *(worst if self.single else []),
+            *worst,
             Variable("axis", self.name),
             Variable("prepared", "BOOL"),
             *(Variable(number, "DINT") for number in ("count", "each")),
             *(Variable(number, "LREAL") for number in numbers),
             Variable("scales", f"{self.name}_Scales"),
-            *([Variable("expected", f"{self.name}_Expected")] if self.single else []),
+            *expected,
         ]
 
     def arrays(self, walk: Walk, *further: Array) -> tuple[Array, ...]:
         """Return the data types of these variables."""
         scales = Array(f"{self.name}_Scales", len(walk.scales), LREAL)
-        expected = Array(f"{self.name}_Expected", len(self.outputs[::CHECKPOINT]), LREAL)
-        return (scales, *further, *([expected] if self.single else []))
+        if self.single:
+            count = len(self.outputs[::CHECKPOINT])
+            further = (*further, Array(f"{self.name}_Expected", count, LREAL))
+        return (scales, *further)
 
 
 def commented_facts(facts: dict[str, Any]) -> dict[str, Any]:
@@ -267,15 +272,12 @@ def call_text(printer: Printer, function: Function, handed: Iterable[str], resul
 def bounds(*, single: bool, farthest: float = FARTHEST) -> dict[str, str]:
     """Return the limits of inputs and outputs; in single precision, `farthest` limits inputs."""
     shortest, longest = PERIODS[single]
-    held = {
-        "farthest": farthest if single else FARTHEST,
-        "beyond": FARTHEST,
-        "shortest": shortest,
-        "longest": longest,
-    }
-    return {name: real_literal(value) for name, value in held.items()} | {
-        "fastest": real_literal(FASTEST) if single else ""
-    }
+    fastest = real_literal(FASTEST)
+    if not single:
+        farthest = FARTHEST
+        fastest = ""
+    held = {"farthest": farthest, "beyond": FARTHEST, "shortest": shortest, "longest": longest}
+    return {name: real_literal(value) for name, value in held.items()} | {"fastest": fastest}
 
 
 def set_lines(
@@ -288,7 +290,8 @@ def set_lines(
 ) -> Iterator[str]:
     """Yield the lines that set a structure, without the skipped paths."""
     for (name, part), field in zip(kind.fields, value, strict=True):
-        at, inner = f"{place}.{printer.field(kind, name)}", (*path, name)
+        at = f"{place}.{printer.field(kind, name)}"
+        inner = (*path, name)
         if inner in skipped:
             continue
         if isinstance(part, Struct):
@@ -297,10 +300,17 @@ def set_lines(
             yield from (
                 f"{at}[{i}] := {printer.real(float(number))};" for i, number in enumerate(field)
             )
-        elif part == TRUTH:
-            yield f"{at} := {'TRUE' if field else 'FALSE'};"
         else:
-            yield f"{at} := {printer.real(float(field)) if part == NUMBER else st_parts.whole_literal(int(field))};"
+            yield f"{at} := {_literal(field, part, printer)};"
+
+
+def _literal(value: float, kind: Type, printer: Printer) -> str:
+    """Return a truth or a number of this type as text."""
+    if kind == TRUTH:
+        return st_parts.TRUTHS[bool(value)]
+    if kind == NUMBER:
+        return printer.real(float(value))
+    return st_parts.whole_literal(int(value))
 
 
 def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
@@ -313,7 +323,8 @@ def body_lines(template: str, facts: dict[str, Any]) -> tuple[str, ...]:
 
 def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
     """Return the facts for the walk of a program; `count` is the variable that counts its steps."""
-    integer, floor = printer.integer, printer.helper("floor", LREAL)
+    integer = printer.integer
+    floor = printer.helper("floor", LREAL)
     scale = f"scales[({count} / {PART}) MOD {len(walk.scales)}]"
     step = [
         f"bits := bits * {real_literal(FACTOR)} + {real_literal(TERM)};",
@@ -335,7 +346,8 @@ def walk_facts(walk: Walk, printer: Printer, count: str) -> dict[str, Any]:
 def total_of(numbers: Iterable[float]) -> tuple[float, float]:
     """Return the sum of some numbers and its rounding error: a change in the last place of any number changes one of them."""
     # D. E. Knuth, "The art of computer programming", vol. 2, 3rd ed., Addison-Wesley, 1997, sec. 4.2.2, theorem B.
-    total, lost = 0.0, 0.0
+    total = 0.0
+    lost = 0.0
     for number in numbers:
         following = total + number
         added = following - total
@@ -408,7 +420,9 @@ def _data_type(part: Array | st_parts.Record) -> ElementTree.Element:
 
 
 def _pou(pou: Pou) -> ElementTree.Element:
-    declared = [element("returnType", _type(pou.returns))] if pou.returns else []
+    declared = []
+    if pou.returns:
+        declared = [element("returnType", _type(pou.returns))]
     sections = {tag: pou.declared(section) for section, tag in SECTIONS.items()}
     declared += [
         element(tag, *map(_variable, variables)) for tag, variables in sections.items() if variables
@@ -416,7 +430,9 @@ def _pou(pou: Pou) -> ElementTree.Element:
     body = element(
         "body", element("ST", _paragraph("\n".join(line.removeprefix(INDENT) for line in pou.body)))
     )
-    meaning = [element("documentation", _paragraph(pou.meaning))] if pou.meaning else []
+    meaning = []
+    if pou.meaning:
+        meaning = [element("documentation", _paragraph(pou.meaning))]
     return element(
         "pou",
         element("interface", *declared),
@@ -428,23 +444,21 @@ def _pou(pou: Pou) -> ElementTree.Element:
 
 
 def _variable(variable: Variable) -> ElementTree.Element:
-    initial = (
-        [element("initialValue", element("simpleValue", value=variable.initial))]
-        if variable.initial
-        else []
-    )
-    meaning = [element("documentation", _paragraph(variable.meaning))] if variable.meaning else []
+    initial = []
+    if variable.initial:
+        initial = [element("initialValue", element("simpleValue", value=variable.initial))]
+    meaning = []
+    if variable.meaning:
+        meaning = [element("documentation", _paragraph(variable.meaning))]
     return element(
         "variable", element("type", _type(variable.type)), *initial, *meaning, name=variable.name
     )
 
 
 def _type(name: str) -> ElementTree.Element:
-    return (
-        element(name)
-        if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL")
-        else element("derived", name=name)
-    )
+    if name in ("LREAL", "REAL", "DINT", "LINT", "BOOL"):
+        return element(name)
+    return element("derived", name=name)
 
 
 def _paragraph(text: str) -> ElementTree.Element:

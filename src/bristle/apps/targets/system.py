@@ -56,10 +56,9 @@ class FrictionSystem(NonlinearIOSystem):
             "Outputs": self.output_labels,
             "States": self.state_labels,
         }
-        units = self.units
+        units = {name: f"{name} [{unit}]" for name, unit in self.units.items()}
         named = {
-            head: [f"{name} [{units[name]}]" if name in units else name for name in names]
-            for head, names in signals.items()
+            head: [units.get(name, str(name)) for name in names] for head, names in signals.items()
         }
         lines = [f"{head}: {', '.join(names)}" for head, names in named.items()]
         time = "differential equation"
@@ -136,13 +135,15 @@ def to_control(
     system = FrictionSystem(
         described.following, described.output, name=described.name, dt=described.dt, **signals
     )
-    system.friction, system.plant = friction, plant
+    system.friction = friction
+    system.plant = plant
     system.units = described.states | described.inputs | described.outputs
     return system
 
 
 SAMPLES = 2000  # in a cycle; with 4 as a factor, the turns of the path are samples
-CYCLES, MOST_CYCLES = 4, 512
+CYCLES = 4
+MOST_CYCLES = 512
 SETTLED = 1e-6  # relative change of the harmonic from cycle to cycle
 FREQUENCY = amount(Variable("frequency", "frequency", min=0.0), exclusive=True)
 
@@ -184,13 +185,15 @@ class DescribingFunction(DescribingFunctionNonlinearity):
 
     def __init__(self, friction: Model, frequency: Amount, unit: str | None = None) -> None:
         super().__init__()
-        self.friction, self.frequency = friction, frequency
+        self.friction = friction
+        self.frequency = frequency
         length = unit_of("length", friction.kind)
         self.unit = unit or length
         self._scale = factor(self.unit, length, path="unit")
         self._dt = 1.0 / (SAMPLES * frequency)
         self._step = contact_step(friction, self._dt)
-        p, component = friction.parameters, friction.component
+        p = friction.parameters
+        component = friction.component
         self._state = np.zeros(1 + len(component.State._fields) + component.memory_size(p))
 
     def describing_function(self, A: float) -> complex:
@@ -212,7 +215,8 @@ class DescribingFunction(DescribingFunctionNonlinearity):
         InputError
             If the amplitude is not positive, or the loop does not settle.
         """
-        amplitude, cycles = float(A) * self._scale, CYCLES
+        amplitude = float(A) * self._scale
+        cycles = CYCLES
         if not 0.0 < amplitude < np.inf:
             raise InputError("must be positive", path="A", value=A, allowed=f"> 0 {self.unit}")
         # The same phases for each cycle, so that all cycles have an identical path.

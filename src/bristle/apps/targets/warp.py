@@ -39,7 +39,8 @@ class WarpFiles(CudaFiles):
 
     def lane_facts(self) -> dict[str, Any]:
         """Return the facts of the templates, with the parameters of an axis and their draws."""
-        facts, request = super().lane_facts(), self.request
+        facts = super().lane_facts()
+        request = self.request
         tuned = tunable_of(self.subject.model, self.fixed)
         numbers = {_flat(name, place): value for name, place, value in tuned.numbers()}
         drawn: Mapping[str, Any] = request.draws
@@ -87,8 +88,12 @@ def write(request: Request) -> Product:
 
 
 def _literal(value: float) -> str:
-    return repr(value) if math.isfinite(value) else f'float("{value}")'
+    if math.isfinite(value):
+        return repr(value)
+    return f'float("{value}")'
 
 
 def _flat(name: str, place: int | None) -> str:
-    return name if place is None else f"{name}_{place}"
+    if place is None:
+        return name
+    return f"{name}_{place}"

@@ -21,7 +21,6 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.tree import (
-    INTEGER,
     REAL,
     Array,
     Call,
@@ -48,9 +47,9 @@ from bristle.exports.subject import (
     FNV_OFFSET,
     FNV_PRIME,
     Subject,
-    capacity_of,
     digest_of,
     layout_of,
+    most_of,
     subject_of,
 )
 from bristle.exports.targets import Product
@@ -58,8 +57,11 @@ from bristle.exports.tunable import tunable_of
 from bristle.models.friction import unvaried
 from bristle.models.friction.resting import rest_rule
 
-PAGE, FIRST = 65536, 8
-ALONE, PACKED = 500, 60  # limit on parts of the tree that inlining a function may add
+PAGE = 65536
+FIRST = 8
+# Limits on parts of the tree that inlining a function may add.
+ALONE = 500
+PACKED = 60
 # Fields of the parameters that make friction vary.
 VARYING = frozenset({"place", "rise", "slot", "around"})
 
@@ -82,7 +84,9 @@ class _Memory:
 
     def __init__(self, unit: Unit, roots: list[Function], added: int) -> None:
         self.functions = _called(unit, roots, added)
-        self.integer = "i64" if needs_wide_integers(unit) else "i32"
+        self.integer = "i32"
+        if needs_wide_integers(unit):
+            self.integer = "i64"
         self.numbers: list[float] = [0.0] * (FIRST // 8)
         self.pushed: dict[str, bytes] = {}
         self.addresses: dict[str, dict[tuple[str, ...], int]] = {}
@@ -124,12 +128,10 @@ class _Memory:
             elif part == REAL or isinstance(part, Array) or name in named:
                 addresses[*path, name] = self.add(leaf)
                 code += emitted("i32.const", signed_leb(addresses[*path, name]))
-                loaded = b"" if isinstance(part, Array) else OP["load"]
-                code += (
-                    loaded
-                    if part == REAL or not loaded
-                    else emitted("load", f"{self.integer}.truncate")
-                )
+                if not isinstance(part, Array):
+                    code += OP["load"]
+                    if part != REAL:
+                        code += OP[f"{self.integer}.truncate"]
             else:
                 code += emitted(f"{self.integer}.const", signed_leb(int(leaf)))
         return code
@@ -146,8 +148,11 @@ def module_of(
     """Return a friction model as a module of WebAssembly."""
     builder = Builder()
     entry, begin = cycle_of(subject, builder)
-    core = None if plant is None else core_of(subject, plant, builder)
-    roots = {"advance": entry} | ({} if core is None else {"step": core.entry})
+    core = None
+    roots = {"advance": entry}
+    if plant is not None:
+        core = core_of(subject, plant, builder)
+        roots["step"] = core.entry
     roots |= {name: build(builder) for name, build in (others or {}).items()}
     unit = pruned(builder.unit, list(roots.values()))
     layout = _Memory(unit, list(roots.values()), added)
@@ -163,7 +168,9 @@ def module_of(
     binary = _binary(
         {name: _entry(root, layout, begins[name]) for name, root in roots.items()}, layout
     )
-    body = begins["step"]["lasting"] if core is not None else 0
+    body = 0
+    if core is not None:
+        body = begins["step"]["lasting"]
     # Addresses of the coefficients of variations, and their neutral values.
     values = unvaried(subject.model).parameters
     still = [
@@ -189,7 +196,8 @@ def module_of_parts(
     roots = [part.entry for part in parts.values()]
     layout = _Memory(pruned(builder.unit, roots), roots, PACKED)
     begins = {name: {"lasting": layout.add(part.begin)} for name, part in parts.items()}
-    entries, addresses = {}, {}
+    entries = {}
+    addresses = {}
     for name, part in parts.items():
         places = layout.place("p", part.model, struct_type(part.model.parameters))
         entries[name] = _entry(part.entry, layout, begins[name])
@@ -202,7 +210,8 @@ def _called(unit: Unit, roots: list[Function], added: int) -> list[Function]:
     calls = Counter(
         id(part.function) for f in unit.functions for part in walk(f.body) if isinstance(part, Call)
     )
-    functions, sizes = [], dict[int, int]()
+    functions = []
+    sizes = dict[int, int]()
     for function in unit.functions:
         parts = list(walk(function.body))
         size = len(parts) + sum(
@@ -217,7 +226,8 @@ def _called(unit: Unit, roots: list[Function], added: int) -> list[Function]:
 
 def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     """Return the module of some functions, with an exported function for each entry."""
-    types, integer = Types(), layout.integer
+    types = Types()
+    integer = layout.integer
     functions = layout.functions
     numbers = {id(function): number for number, function in enumerate(functions)}
     bodies = [Code(function, numbers, types, integer).body() for function in functions]
@@ -253,17 +263,23 @@ def _binary(entries: dict[str, bytes], layout: _Memory) -> bytes:
     )
 
 
+def _finite(value: float) -> float | None:
+    """Return a finite bound; None, which JSON can write, for an infinite one."""
+    if math.isfinite(value):
+        return value
+    return None
+
+
 def write(request: Request) -> Product:
     """Return the module of a friction model, and the script that loads it."""
-    subject, name, source = subject_of(request.sampled), request.name, request.source
-    module, state = module_of(subject, added=ALONE), subject.state.fields
-    bounds = {
-        name: (variable.min, variable.max)
-        for name, variable in subject.model.component.variables.items()
-    }
+    subject = subject_of(request.sampled)
+    name = request.name
+    source = request.source
+    module = module_of(subject, added=ALONE)
+    state = subject.state.fields
     ranges = {
-        name: [value if math.isfinite(value) else None for value in pair]
-        for name, pair in bounds.items()
+        name: [_finite(variable.min), _finite(variable.max)]
+        for name, variable in subject.model.component.variables.items()
     }
     facts = (
         {
@@ -288,12 +304,7 @@ def write(request: Request) -> Product:
             "STATE": STATE,
         }
         | {"table": parameter_table(subject.model, source), "ranges": json.dumps(ranges)}
-        | {
-            "values": [
-                capacity_of(name, subject.memory_size) if kind == INTEGER else 0
-                for name, kind in state
-            ]
-        }
+        | {"values": [most_of(name, kind, subject.memory_size) for name, kind in state]}
         | {
             "layout": f"0x{digest_of(layout_of(subject, 'double').encode()):016X}",
             "FNV_OFFSET": FNV_OFFSET,
@@ -333,10 +344,7 @@ def _places(
         places[name].append([addresses[path] + 8 * i for i in range(size)])
     if choices:
         for path, address in addresses.items():
-            if (
-                path not in tuned.places
-                and (variable := model.component.variables.get(path[-1]))
-                and variable.choices
-            ):
+            variable = model.component.variables.get(path[-1])
+            if path not in tuned.places and variable and variable.choices:
                 places.setdefault(path[-1], []).append([address])
     return places

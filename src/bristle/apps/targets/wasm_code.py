@@ -49,25 +49,28 @@ def emitted(*parts: str | bytes) -> bytes:
     return b"".join(OP[part] if isinstance(part, str) else part for part in parts)
 
 
+MORE = 128  # the bit of a byte that another byte follows
+
+
 def leb(value: int) -> bytes:
     """Return a count in the encoding of the format: seven bits a byte, the lowest first."""
     parts = bytearray()
-    while True:
-        value, low = value >> 7, value & 127
-        parts.append(low | (128 if value else 0))
-        if not value:
-            return bytes(parts)
+    while value >= MORE:
+        parts.append(value % MORE | MORE)
+        value >>= 7
+    parts.append(value)
+    return bytes(parts)
 
 
 def signed_leb(value: int) -> bytes:
     """Return an integer in the encoding of the format."""
     parts = bytearray()
-    while True:
-        value, low = value >> 7, value & 127
-        ends = (value == 0 and not low & 64) or (value == -1 and low & 64)
-        parts.append(low if ends else low | 128)
-        if ends:
-            return bytes(parts)
+    # The last byte repeats the sign in its highest bit.
+    while not -64 <= value < 64:
+        parts.append(value % MORE | MORE)
+        value >>= 7
+    parts.append(value % MORE)
+    return bytes(parts)
 
 
 def vector(parts: Sequence[bytes]) -> bytes:
@@ -81,7 +84,16 @@ def flat(kind: Type, integer: str) -> list[str]:
         return [number for _, part in kind.fields for number in flat(part, integer)]
     if isinstance(kind, Array) or kind == TRUTH:
         return ["i32"]
-    return [] if kind == VOID else ["f64" if kind == REAL else integer]
+    if kind == VOID:
+        return []
+    return [_number(kind, integer)]
+
+
+def _number(kind: Type, integer: str) -> str:
+    """Return the machine type of a number."""
+    if kind == REAL:
+        return "f64"
+    return integer
 
 
 class Types:
@@ -101,7 +113,9 @@ class Types:
         """Return the type of a block."""
         if not gives:
             return OP["empty"]
-        return OP[gives[0]] if len(gives) == 1 else signed_leb(self.index((), gives))
+        if len(gives) == 1:
+            return OP[gives[0]]
+        return signed_leb(self.index((), gives))
 
 
 class Locals:
@@ -131,7 +145,10 @@ class Locals:
     def new(self, kinds: Sequence[str]) -> int:
         """Return the first index of a new run of numbers."""
         free = self._free[tuple(kinds)]
-        first = free.pop() if free else len(self.kinds)
+        if free:
+            first = free.pop()
+        else:
+            first = len(self.kinds)
         if first == len(self.kinds):
             self.kinds += kinds
         self._runs.append((tuple(kinds), first))
@@ -141,7 +158,8 @@ class Locals:
     def apart(self) -> Iterator[None]:
         """Use a separate scope of names in this block."""
         outside = self._places, self._runs
-        self._places, self._runs = {}, []
+        self._places = {}
+        self._runs = []
         yield
         for kinds, first in self._runs:
             self._free[kinds].append(first)
@@ -155,7 +173,8 @@ class Locals:
 
 _ROUNDER = ("f64.const", struct.pack("<d", INTEGER_IN_LAST_BITS))
 _FRACTION = ("i64.const", signed_leb(52))
-_MANTISSA, _UNIT = signed_leb(OF_MANTISSA), signed_leb(BITS_OF_ONE)
+_MANTISSA = signed_leb(OF_MANTISSA)
+_UNIT = signed_leb(BITS_OF_ONE)
 IN_BITS = {
     "power_of_two": emitted(*_ROUNDER, "f64+", "bits", *_FRACTION, "shift_left", "number"),
     "mantissa": emitted("bits", "i64.const", _MANTISSA, "and", "i64.const", _UNIT, "or", "number"),
@@ -174,23 +193,37 @@ IN_BITS = {
 """Instructions for the parts of a number, equivalent to `bristle.core.exponent`."""
 
 
+LESS = {"min": "<", "max": ">"}
+
+
 class Code:
     """The code of one function, including that of its inlined functions, which have no index."""
 
     def __init__(
         self, function: tree.Function, numbers: Mapping[int, int], types: Types, integer: str
     ) -> None:
-        self.function, self.numbers, self.types, self.integer = function, numbers, types, integer
+        self.function = function
+        self.numbers = numbers
+        self.types = types
+        self.integer = integer
         self.out = bytearray()
         self.locals = Locals(function.parameters, integer)
-        self.depth, self.end = 0, 0
+        self.depth = 0
+        self.end = 0
         self.loops: list[tuple[int, int]] = []
 
     def body(self) -> bytes:
         """Return the function in the encoding of the format: size, variables, instructions."""
-        self._put(self.function.body, *["unreachable"] * (self.function.result != VOID), "end")
+        self._ended(self.function)
         content = self.locals.declared() + bytes(self.out)
         return leb(len(content)) + content
+
+    def _ended(self, function: tree.Function) -> None:
+        """Write the body of a function; only its returns leave it, if it gives a value."""
+        self._put(function.body)
+        if function.result != VOID:
+            self._put("unreachable")
+        self._put("end")
 
     def _put(self, *parts: Any) -> None:
         """Write a sequence of instruction names, raw bytes, and nodes of a tree."""
@@ -220,13 +253,18 @@ class Code:
         self._put(s.call, *["drop"] * len(flat(s.call.type, self.integer)))
 
     def _return(self, s: tree.Return) -> None:
-        leaving = ("br", leb(self.depth - self.end)) if self.end else ("return",)
-        self._put(*([] if s.value is None else [s.value]), *leaving)
+        if s.value is not None:
+            self._put(s.value)
+        if self.end:
+            self._put("br", leb(self.depth - self.end))
+        else:
+            self._put("return")
 
     def _if(self, s: tree.If) -> None:
-        self._put(
-            s.test, "if", "empty", s.body, *(["else", s.otherwise] if s.otherwise else []), "end"
-        )
+        self._put(s.test, "if", "empty", s.body)
+        if s.otherwise:
+            self._put("else", s.otherwise)
+        self._put("end")
 
     def _while(self, s: tree.While) -> None:
         self._put("block", "empty", "loop", "empty", s.test, "eqz", "br_if", leb(1))
@@ -235,7 +273,8 @@ class Code:
 
     def _for(self, s: tree.For) -> None:
         place = leb(self.locals.place(s.variable))
-        counted, kept = emitted("get", place), emitted("set", place)
+        counted = emitted("get", place)
+        kept = emitted("set", place)
         self._put(s.start, kept, "block", "empty", "loop", "empty", counted, s.stop)
         self._put(f"{self.integer}<", "eqz", "br_if", leb(1), "block", "empty")
         self._round(s.body, 2)
@@ -268,10 +307,8 @@ class Code:
         if e.type == REAL:
             self._put("f64.const", struct.pack("<d", float(e.value)))
         else:
-            self._put(
-                "i32.const" if e.type == TRUTH else f"{self.integer}.const",
-                signed_leb(int(e.value)),
-            )
+            (kind,) = flat(e.type, self.integer)
+            self._put(f"{kind}.const", signed_leb(int(e.value)))
 
     def _variable(self, e: tree.Variable) -> None:
         self._get(self.locals.place(e), len(flat(e.type, self.integer)))
@@ -293,7 +330,9 @@ class Code:
             return self.locals.place(e)
         if isinstance(e, tree.Field) and isinstance(e.of.type, Struct):
             first = self._first_of(e.of)
-            return None if first is None else first + self._offset(e.of.type, e.name)
+            if first is None:
+                return None
+            return first + self._offset(e.of.type, e.name)
         return None
 
     def _offset(self, kind: Struct, name: str) -> int:
@@ -303,25 +342,22 @@ class Code:
         self._put(*self._address(e.array, e.at), "load")
 
     def _address(self, array: tree.Expression, at: tree.Expression) -> list[Any]:
-        return [
-            array,
-            at,
-            *["wrap"] * (self.integer == "i64"),
-            "i32.const",
-            signed_leb(8),
-            "i32*",
-            "i32+",
-        ]
+        wrapped = []
+        if self.integer == "i64":
+            wrapped = ["wrap"]
+        return [array, at, *wrapped, "i32.const", signed_leb(8), "i32*", "i32+"]
 
     def _negative(self, e: tree.Negative) -> None:
-        whole = f"{self.integer}.const", signed_leb(0), e.of, f"{self.integer}-"
-        self._put(*((e.of, "negate") if e.type == REAL else whole))
+        if e.type == REAL:
+            self._put(e.of, "negate")
+        else:
+            self._put(f"{self.integer}.const", signed_leb(0), e.of, f"{self.integer}-")
 
     def _not(self, e: tree.Not) -> None:
         self._put(e.of, "eqz")
 
     def _binary(self, e: tree.Binary | tree.Compare) -> None:
-        operation = f"{'f64' if e.left.type == REAL else self.integer}{e.operator}"
+        operation = f"{_number(e.left.type, self.integer)}{e.operator}"
         if operation not in OP:
             raise NotExportableError(
                 self.function.source,
@@ -335,11 +371,10 @@ class Code:
     def _logic(self, e: tree.Logic) -> None:
         self._put(e.parts[0])
         for part in e.parts[1:]:
-            ways = (
-                ("i32.const", signed_leb(1), "else", part)
-                if e.operator == "or"
-                else (part, "else", "i32.const", signed_leb(0))
-            )
+            if e.operator == "or":
+                ways = ("i32.const", signed_leb(1), "else", part)
+            else:
+                ways = (part, "else", "i32.const", signed_leb(0))
             self._put("if", "i32", *ways, "end")
 
     def _select(self, e: tree.Select) -> None:
@@ -349,9 +384,13 @@ class Code:
         )
 
     def _convert(self, e: tree.Convert) -> None:
-        operation = "widen" if self.integer == "i64" else b""
+        operation = b""
+        if self.integer == "i64":
+            operation = "widen"
         if e.type == REAL:
-            operation = "i32.real" if e.of.type == TRUTH else f"{self.integer}.real"
+            operation = f"{self.integer}.real"
+            if e.of.type == TRUTH:
+                operation = "i32.real"
         elif e.type == INTEGER and e.of.type == REAL:
             operation = f"{self.integer}.truncate"
         self._put(e.of, operation)
@@ -373,7 +412,7 @@ class Code:
                 self._set(place)
             self._put("block", self.types.block(flat(function.result, self.integer)))
             self.end = self.depth
-            self._put(function.body, *["unreachable"] * (function.result != VOID), "end")
+            self._ended(function)
         self.end = outside
 
     def _make(self, e: tree.Make) -> None:
@@ -388,8 +427,11 @@ class Code:
             self._put("floor", f"{self.integer}.truncate")
         elif e.name in ("isinf", "isnan"):
             x = leb(self.locals.new(["f64"]))
-            largest = ("abs", "f64.const", struct.pack("<d", LARGEST), "f64>")
-            self._put("tee", x, *(("get", x, "f64!=") if e.name == "isnan" else largest))
+            self._put("tee", x)
+            if e.name == "isnan":
+                self._put("get", x, "f64!=")
+            else:
+                self._put("abs", "f64.const", struct.pack("<d", LARGEST), "f64>")
         elif e.name not in IN_BITS and e.type != REAL:
             raise NotExportableError(
                 self.function.source, None, f"{e.name} of whole numbers is not exportable"
@@ -403,5 +445,5 @@ class Code:
         places = a, b = [leb(self.locals.new(kind)) for _ in range(2)]
         for place, argument in zip(places, e.arguments, strict=True):
             self._put(argument, "set", place)
-        operation = f"{'f64' if e.type == REAL else self.integer}{'<' if e.name == 'min' else '>'}"
+        operation = f"{_number(e.type, self.integer)}{LESS[e.name]}"
         self._put("get", b, "get", a, "get", b, "get", a, operation, "select")

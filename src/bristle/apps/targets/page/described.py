@@ -58,10 +58,12 @@ from bristle.models.hysteresis.turning_points import Stack
 STEP = 5e-4  # of the walk of a contact [s]
 BLOCK = 1000
 # Steps of a model of the package, and of a model whose walk is computed while a page is written.
-LONG, SHORT = (20 * BLOCK, 4 * BLOCK)
+LONG = 20 * BLOCK
+SHORT = 4 * BLOCK
 PUSHED = 500
 # Steps with each set of slots, one per step length; sets in a block.
-STEPS_WITH_SLOTS, TOGETHER = (500, 16)
+STEPS_WITH_SLOTS = 500
+TOGETHER = 16
 
 
 def walked(subject: Subject, plant: Model, scales: Scales, count: int) -> dict[str, Any]:
@@ -90,7 +92,8 @@ def walked_together(
     plant: Model,
 ) -> dict[str, Any]:
     """Return the walks of one contact with several sets of slots, each in its surroundings, and of the mass with the last set."""
-    contact, mass = walks["contact"], walks["mass"]
+    contact = walks["contact"]
+    mass = walks["mass"]
     positions = Walk(tuple(contact["scales"]), STEP).positions(STEPS_WITH_SLOTS)
     forces = [
         forces_of(model, positions, STEP, *around)
@@ -121,7 +124,8 @@ def _hashes(values: np.ndarray, block: int = BLOCK) -> list[str]:
 
 def _pushed(subject: Subject, plant: Model, push: float, dt: float) -> np.ndarray:
     """Return the positions of a mass under a different push in every step."""
-    p, q = subject.model.parameters, plant.parameters
+    p = subject.model.parameters
+    q = plant.parameters
     body = plant.component.initial_state(q)
     now = Mechanism(body, subject.virgin, 0.0, 0.0, 0.0, 0.0, 0.0)
     memory = subject.model.component.new_memory(p)
@@ -166,14 +170,17 @@ def model_described(
     led: Model | None = None,
 ) -> dict[str, Any]:
     """Return the data of a friction model for a page."""
-    subject, moving = subject_of(model), subject_of(led or model)
+    subject = subject_of(model)
+    moving = subject_of(led or model)
     scales = scales_of(moving)
     plant = pulled_by(scales, model, mass)
     module, facts = _module(subject, plant, {"rest": lambda builder: at_rest_of(subject, builder)})
     if proven:
         saved = stored().get(moving.model.name)
         is_example = saved is not None and moving.model == example_named(moving.model.name)
-        facts["walks"] = saved if is_example else walked(moving, plant, scales, SHORT)
+        facts["walks"] = saved
+        if not is_example:
+            facts["walks"] = walked(moving, plant, scales, SHORT)
     return facts | {
         "name": named or model.name,
         "model": model.name,
@@ -247,17 +254,26 @@ def variables_of(
     """
     rows = []
     for name, variable in model.component.variables.items():
-        value, facts = model.values[name], uncertainty.get(name, {})
+        value = model.values[name]
+        facts = uncertainty.get(name, {})
         numbers = _numbers(variable, value)
-        interval = facts.get("interval") if len(numbers) == 1 else None
-        span = force if variable.quantity == "force" else 0.0
+        interval = None
+        if len(numbers) == 1:
+            interval = facts.get("interval")
+        span = 0.0
+        if variable.quantity == "force":
+            span = force
+        symbol = str(symbolic(name))
+        if name in GREEK or len(name) == 1:
+            symbol = f"<i>{escape(GREEK.get(name, name))}</i>"
+        directional = {}
+        if variable.directional:
+            directional = {"directional": True}
         rows.append(
             {
                 "name": name,
                 "key": key_of(name),
-                "symbol": f"<i>{escape(GREEK.get(name, name))}</i>"
-                if name in GREEK or len(name) == 1
-                else str(symbolic(name)),
+                "symbol": symbol,
                 "values": numbers,
                 "unit": typeset(variable.unit(model.kind)),
                 "description": " ".join(variable.description.split()),
@@ -276,7 +292,7 @@ def variables_of(
                     for number in numbers
                 ],
             }
-            | ({"directional": True} if variable.directional else {})
+            | directional
         )
     return rows
 
@@ -300,13 +316,16 @@ def values_of(model: Model) -> dict[str, Any]:
 
 def _numbers(variable: Variable, value: Any) -> list[float]:
     """Return the numbers of a parameter for a page; a choice becomes its index."""
-    coded = variable.choices.index(value) if isinstance(value, str) else value
+    coded = value
+    if isinstance(value, str):
+        coded = variable.choices.index(value)
     return [float(number) for number in np.atleast_1d(coded)]
 
 
 def head_of(component: FrictionModel) -> dict[str, str]:
     """Return the name of a model in a model file and in Python."""
-    (base, *slots), inner = component.name.split("+"), base_of(component)
+    base, *slots = component.name.split("+")
+    inner = base_of(component)
     files = {
         slot.name: code.source.name
         for slot in channel_slots_of(component)
@@ -314,8 +333,12 @@ def head_of(component: FrictionModel) -> dict[str, str]:
     }
     slots = [files.get(slot, slot) for slot in slots]
     if MODELS.get(base) is inner:
-        python = f'br.friction.find("{component.name}")' if goes_by_name(component) else ""
+        python = ""
+        if goes_by_name(component):
+            python = f'br.friction.find("{component.name}")'
         return {"toml": f'model = "{"+".join([base, *slots])}"', "python": python}
     file = inspect.getfile(inner.trial).replace("\\", "/").rpartition("/")[2]
-    beside = f"\nslots = {slots}".replace("'", '"') if slots else ""
+    beside = ""
+    if slots:
+        beside = f"\nslots = {slots}".replace("'", '"')
     return {"toml": f'file = "{file}"{beside}', "python": ""}

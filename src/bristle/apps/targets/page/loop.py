@@ -43,8 +43,10 @@ from bristle.simulation.compensation import COMPENSATED
 from bristle.simulation.result import SimulationResult
 
 # State array of a law: flag for the first sample, inputs, state of the controller.
-BEGUN, SAMPLE = 0, ("position", "velocity", "acceleration", "effort")
+BEGUN = 0
+SAMPLE = ("position", "velocity", "acceleration", "effort")
 STATE = 1 + len(SAMPLE)
+WORDS = {"translational": "force", "rotational": "torque"}
 LAW = """
 def command(lasting, x, dt, p):
     state = State({load})
@@ -84,7 +86,8 @@ def law_part(builder: Builder, controller: Model, state: Any) -> Part:
     """Return a law as a part of a module; without a given state, it initializes itself."""
     begin = np.zeros(STATE + len(controller.component.State._fields))
     if state is not None:
-        begin[BEGUN], begin[STATE:] = 1.0, state
+        begin[BEGUN] = 1.0
+        begin[STATE:] = state
     component = controller.component
     assert isinstance(component, Controller)
     entry = builder.function(
@@ -151,16 +154,15 @@ def _reason_against(variant: Variant, friction: Model) -> str:
 
 def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
     """Return the data of a loop of an experiment: its law, its numbers, and its start."""
-    run, dt = variant.run, variant.run.sample_time
+    run = variant.run
+    dt = variant.run.sample_time
     count = min(round(run.duration / dt), 25_000)  # limit of samples on a page
     reference = variant.reference.component.sample(
         dt * np.arange(count), variant.reference.parameters
     )
     x, v, a = (float(signal[0]) for signal in reference)
-    start, law = (
-        variant.start or Start(x, v, a),
-        within_drive(variant.controller, run.effort_limit, variant.injected),
-    )
+    start = variant.start or Start(x, v, a)
+    law = within_drive(variant.controller, run.effort_limit, variant.injected)
     # A perfect encoder reads the exact first position, an encoder with counts the nearest count.
     sensor = variant.sensor.parameters
     read, _ = ENCODER.step(ENCODER.initial_state(sensor), start.position, dt, sensor)
@@ -168,10 +170,14 @@ def _loop(variant: Variant, friction: Model) -> dict[str, Any]:
         law, Reference(x, v, a, 0.0), read, start.velocity, start.acceleration, start.effort, dt
     )
     left = drive_over(dt / run.substeps, 0.0, run.current_lag)
-    body = None if variant.friction == friction else body_described(variant.friction)
+    body = None
+    values = values_of(variant.friction)
+    if variant.friction != friction:
+        body = body_described(variant.friction)
+        values = body["values"]
     return parts_described(variant.sensor, law=(law, state)) | {
         "body": body,
-        "bodyValues": values_of(variant.friction) if body is None else body["values"],
+        "bodyValues": values,
         "count": count,
         "M": variant.plant.values["M"],
         "mass": variant.feedforward.mass,
@@ -203,15 +209,18 @@ def _begin(variant: Variant, start: Start) -> list[tuple[int, float]]:
 
 def _signals(variant: Variant, position: np.ndarray, count: int) -> dict[str, Any]:
     """Return the reference and the forces on the axis, as whole numbers times a step."""
-    origin, moved = float(position[0]), position - position[0]
+    origin = float(position[0])
+    moved = position - position[0]
     # A fine step within a count of the encoder, or within the longest step of the reference.
-    step = (variant.sensor.values["resolution"] or float(np.max(np.abs(np.diff(moved))))) / (
-        2**12
-    ) or 1.0
+    within = variant.sensor.values["resolution"]
+    if not within:
+        within = float(np.max(np.abs(np.diff(moved))))
+    step = within / 2**12 or 1.0
     step = max(step, float(np.max(np.abs(moved))) / 2**29)
-    force = (
-        np.zeros(count) if variant.disturbance is None else np.asarray(variant.disturbance)[:count]
-    )
+    if variant.disturbance is None:
+        force = np.zeros(count)
+    else:
+        force = np.asarray(variant.disturbance)[:count]
     if variant.injected is not None:  # the same while the drive is not at its limit
         force = force - np.asarray(variant.injected)[:count]
     pushed = float(np.sqrt(np.mean(force**2))) / 16.0 or 1.0
@@ -282,7 +291,7 @@ def living_described(
         "plant": plant,
         "rows": rows.as_data(),
         "effort": typeset(unit_of("force", fit.plant.kind)),
-        "word": "torque" if fit.plant.kind == "rotational" else "force",
+        "word": WORDS[fit.plant.kind],
         "logs": 1 + len(identification.further_logs),
         "loop": followed_described(fit.friction, simulation, following, thinned),
     }
@@ -299,7 +308,9 @@ def followed_described(
     if not errors:
         return None
     loop: dict[str, Any] | None = None
-    variants = () if simulation is None else simulation.experiment.variants
+    variants = ()
+    if simulation is not None:
+        variants = simulation.experiment.variants
     variant = next((variant for variant in variants if variant.name == COMPENSATED), None)
     if following is not None and following.contradiction is not None:
         reason = "the log contradicts the simulated loop"
@@ -315,11 +326,14 @@ def _errors(
     simulation: SimulationResult | None, following: Following | None
 ) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return name, time and following error of the log and of each loop in the report."""
-    rows = [] if following is None else [("measured", following.time, following.error)]
-    contradicted = following is not None and following.contradiction is not None
+    rows = []
+    if following is not None:
+        rows = [("measured", following.time, following.error)]
     if simulation is None:
         return rows
-    variants = simulation.experiment.variants[: 1 if contradicted else None]
+    variants = simulation.experiment.variants
+    if following is not None and following.contradiction is not None:
+        variants = variants[:1]
     results = [simulation.variants[variant.name] for variant in variants]
     return rows + [
         (result.name, result.time, result.reference - result.measured)

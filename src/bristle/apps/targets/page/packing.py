@@ -48,5 +48,7 @@ def plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [plain(part) for part in value]
     if isinstance(value, float) and not math.isfinite(value):
-        return "Infinity" if value > 0.0 else "-Infinity"
+        if value > 0.0:
+            return "Infinity"
+        return "-Infinity"
     return value

@@ -24,14 +24,16 @@ from bristle.prediction.predict import rows_as_fitted
 from bristle.simulation.statistics import relative_error_percent
 
 # Intervals of the motion and rows that a page carries at most.
-MOST_INTERVALS, MOST_ROWS = (30_000, 12_000)
+MOST_INTERVALS = 30_000
+MOST_ROWS = 12_000
 FINE = 2**20  # steps in the longest interval
 NEGLIGIBLE = 1e-6  # of the largest effort, for signals that are linear in a parameter
 
 
 def _sampled(ways: Sequence[np.ndarray], finest: float, near: int) -> list[np.ndarray]:
     """Return the kept samples: those near turns (without shallow turns if there are too many), and evenly spaced others."""
-    around, depth = np.arange(-near, near + 1), 0.0
+    around = np.arange(-near, near + 1)
+    depth = 0.0
     while True:
         turns = [
             np.unique(np.clip(turns_of(x, depth)[:, None] + around, 0, x.size - 1)) for x in ways
@@ -122,28 +124,33 @@ def fitted_rows(
     if any(surrounding.field != "x" for surrounding in fit.friction.component.surroundings):
         return None
     decimation = treatment.get("decimation")
-    dataset = rows_as_fitted(log, axis, treatment, None if decimation is None else int(decimation))
-    traces, count = fit.traces, dataset.time.size
+    if decimation is not None:
+        decimation = int(decimation)
+    dataset = rows_as_fitted(log, axis, treatment, decimation)
+    traces = fit.traces
+    count = dataset.time.size
     # The preprocessing of a user or of another version cannot be reproduced completely.
     if not np.array_equal(dataset.time, traces.time[:count]):
         return None
     spacing = math.ceil(count / MOST_ROWS)
     # Decimated samples per row.
-    segment, sample = (
-        dataset.segment_of_row,
-        dataset.sampled([np.arange(s.time.size) for s in dataset.segments]),
-    )
+    segment = dataset.segment_of_row
+    sample = dataset.sampled([np.arange(s.time.size) for s in dataset.segments])
     is_shown = (sample - dataset.dropped) // dataset.decimation % spacing == 0
     selection = [np.flatnonzero((segment == i) & is_shown) for i in range(len(dataset.segments))]
-    summed, middle = np.cumsum(dataset.response), dataset.response.size // 2
+    summed = np.cumsum(dataset.response)
+    middle = dataset.response.size // 2
     # Share of the response of the filters that is left out on either side.
     left = np.flatnonzero(np.abs(summed[:middle]) > 1e-4)
-    reach = middle - int(left[0]) if left.size else 0
+    reach = 0
+    if left.size:
+        reach = middle - int(left[0])
     # Summed up from its first sample on, without its tails.
     response = summed[middle - reach : middle + reach + 1]
     stretches, step = _stretches(dataset, fit, selection, response)
     chosen = np.concatenate(selection)
-    residual, measured = traces.residual[:count], traces.measured[:count]
+    residual = traces.residual[:count]
+    measured = traces.measured[:count]
     rms = float(np.sqrt(np.mean(residual**2)))
     # 64 steps in what the model leaves over
     finest = rms / 64.0 or NEGLIGIBLE * float(np.max(np.abs(measured)))
@@ -163,7 +170,8 @@ def _stretches(
     dataset: Dataset, fit: Fit, selection: Sequence[np.ndarray], response: np.ndarray
 ) -> tuple[list[Stretch], float]:
     """Return the motion of each segment, and the step of its positions."""
-    dt, runs = dataset.sample_time, []
+    dt = dataset.sample_time
+    runs = []
     for (
         segment
     ) in dataset.segments:  # where a contact has come to after each sample, its first cycle ahead
@@ -181,15 +189,16 @@ def _stretches(
         for run, end in zip(runs, ends, strict=True)
     )
     step = (step or 1.0) / FINE
-    stretches, contacts = [], dataset.contacts(fit.friction, fit.plant)
+    stretches = []
+    contacts = dataset.contacts(fit.friction, fit.plant)
     for segment, run, end, rows, contact in zip(
         dataset.segments, runs, ends, selection, contacts, strict=True
     ):
-        origin, start = (
-            float(segment.position[0]),
-            float(segment.time[0]) - dt * segment.first_cycle,
-        )
-        state = state_at(fit.friction, contact) if contact else ()
+        origin = float(segment.position[0])
+        start = float(segment.time[0]) - dt * segment.first_cycle
+        state = ()
+        if contact:
+            state = state_at(fit.friction, contact)
         begin = [(STATE + i, float(number)) for i, number in enumerate(state)]
         positions = np.round((run[end] - origin) / step)
         stretches.append(
@@ -200,11 +209,14 @@ def _stretches(
 
 def _mechanical(dataset: Dataset, fit: Fit, chosen: np.ndarray, finest: float) -> list[Column]:
     """Return what the plant takes for 1 of each identified parameter that it is linear in, and the rest of it."""
-    plant, columns = fit.plant, []
+    plant = fit.plant
+    columns = []
     effort = dataset.mechanical_rows(plant)
-    rest, negligible = effort.copy(), NEGLIGIBLE * float(np.max(np.abs(fit.traces.measured)))
+    rest = effort.copy()
+    negligible = NEGLIGIBLE * float(np.max(np.abs(fit.traces.measured)))
     for name in plant.component.variables:
-        estimate, value = fit.parameters.get(name), plant.values[name]
+        estimate = fit.parameters.get(name)
+        value = plant.values[name]
         if (
             estimate is None
             or estimate.status != "identified"

@@ -20,7 +20,8 @@ SIDES = ("_pos", "_neg")
 
 def of_side(names: Sequence[str], side: str, known: Container[str]) -> list[str]:
     """Return names of parameters, with the suffix of a direction if such parameters exist."""
-    return [name + side if name + side in known else name for name in names]
+    of_side = {name: name + side for name in names if name + side in known}
+    return [of_side.get(name, name) for name in names]
 
 
 def inner_of(p: Any) -> Any:
@@ -34,7 +35,9 @@ def inner_of(p: Any) -> Any:
 def _layer(p: Any, name: str) -> Any:
     """Return the nested parameters under this name; None if it is a number, as in a user's model."""
     layer = getattr(p, name, None)
-    return layer if hasattr(layer, "_fields") else None
+    if hasattr(layer, "_fields"):
+        return layer
+    return None
 
 
 # A longer distance [m or rad] is no pre-sliding; the distance that replaces it.
@@ -67,7 +70,8 @@ def slider_for(
     >>> slider_for(Variable("force", "Coulomb friction force", min=0.0), 20.0)
     Slider(low=0.2, high=2000.0, logarithmic=True, to_zero=True, endless=False)
     """
-    low, high = variable.min, variable.max
+    low = variable.min
+    high = variable.max
     within = [number for number in (value, *(interval or ())) if math.isfinite(number)]
     if math.isfinite(low) and math.isfinite(high):
         # Equal factors from this value on.
@@ -75,7 +79,9 @@ def slider_for(
             return Slider(low, high, logarithmic=True)
         return Slider(low, high, logarithmic=False)
     if low >= 0.0:
-        middle = value if 0.0 < value < math.inf else max(variable.nominal, low)
+        middle = value
+        if not 0.0 < value < math.inf:
+            middle = max(variable.nominal, low)
         first = min([middle / around, *(number for number in within if number > 0.0)])
         last = max([middle * around, *within])
         return Slider(
@@ -102,16 +108,18 @@ def scales_of(subject: Subject) -> Scales:
     """Return the scales of a friction model."""
     model = subject.model
     reach = presliding_distance(subject)
-    has_presliding = reach < WITHOUT_PRESLIDING[0]
-    reach = reach if has_presliding else WITHOUT_PRESLIDING[1]
+    # A thousand pre-sliding distances per second for a model without a Stribeck velocity; five without pre-sliding.
+    usual = 1000.0 * reach
+    if not reach < WITHOUT_PRESLIDING[0]:
+        reach = WITHOUT_PRESLIDING[1]
+        usual = 5.0 * reach
     variables = model.component.variables
     forces = [
         float(np.max(np.abs(value)))
         for name, value in model.values.items()
         if variables[name].quantity == "force" and not isinstance(value, str)
     ]
-    # A thousand pre-sliding distances per second for a model without a Stribeck velocity; five without pre-sliding.
-    speed = float(model.values.get("v_S", (1000.0 if has_presliding else 5.0) * reach))
+    speed = float(model.values.get("v_S", usual))
     viscous = float(model.values.get("F_v", 0.0)) * 10.0 * speed
     return Scales(reach, speed, max([*forces, viscous], default=0.0) or 1.0)
 
@@ -119,7 +127,8 @@ def scales_of(subject: Subject) -> Scales:
 def pulled_by(scales: Scales, model: Model, mass: float | None = None) -> Model:
     """Return a slowly pulled mass on a spring that sticks and slips with this friction."""
     # The far end of the spring moves at a quarter of the Stribeck velocity.
-    m, v_e = mass or 1.0, float(f"{0.25 * scales.speed:.2g}")  # [kg or kg*m^2]
+    v_e = float(f"{0.25 * scales.speed:.2g}")
+    m = mass or 1.0  # [kg or kg*m^2]
     # The mass sticks for 30 natural periods, 2 * pi * sqrt(m / k), while the spring gains a share of 0.3 of friction.
     root = 0.3 * scales.force / (v_e * 30.0 * math.pi * math.sqrt(m))
     return pulled_inertia(M=m, k=float(f"{root**2:.2g}"), v_e=v_e, kind=model.kind)
@@ -134,13 +143,17 @@ def conditions_of(component: Component) -> list[dict[str, Any]]:
     conditions = []
     for relation in component.relations:
         if match := _CONDITION.fullmatch(relation.condition):
-            left, sign, right = match[1].split(" * "), match[2], match[3].split(" * ")
+            left = match[1].split(" * ")
+            sign = match[2]
+            right = match[3].split(" * ")
             # Text after a semicolon is for Python.
             mend = str(symbolic(relation.mend.partition(";")[0]))
             pairs = [
                 [of_side(part, side, component.variables) for part in (left, right)]
                 for side in SIDES
             ]
+            if pairs[0] == pairs[1]:
+                pairs = pairs[:1]
             conditions += [
                 {
                     "left": first,
@@ -149,7 +162,7 @@ def conditions_of(component: Component) -> list[dict[str, Any]]:
                     "mend": mend,
                     "advisory": relation.advisory,
                 }
-                for first, second in (pairs[:1] if pairs[0] == pairs[1] else pairs)
+                for first, second in pairs
             ]
     return conditions
 
@@ -169,16 +182,20 @@ MEMORIES = {
 }
 
 
+WORDS = {"length": "deflection", "force": "force"}
+
+
 def elements_of(model: Model, memory_size: int) -> dict[str, Any] | None:
     """Return the data for drawing the elements of a model, from the first numbers of its memory; None without elements."""
     kind = inner_of(model.parameters)
     if type(kind) not in MEMORIES or memory_size == 0:
         return None
     quantity, times, over = MEMORIES[type(kind)]
-    names, rows = model.component.variables, {"times": times, "over": over}
+    names = model.component.variables
+    rows = {"times": times, "over": over}
     return {
         "numbers": int(np.size(kind.k_i)),
-        "word": "deflection" if quantity == "length" else "force",
+        "word": WORDS[quantity],
         "unit": typeset(unit_of(quantity, model.kind)),
         "limits": [
             {word: of_side(row, side, names) for word, row in rows.items()}

@@ -203,7 +203,10 @@ def plain_of(model: Model) -> Model:
     values: dict[str, Any] = {"offset": model.values.get("offset", 0.0)}
     for name in component.inner.variables:
         sides = [model.values[key] for key in by_direction(model.component, name)]
-        values[name] = sides[0] if len(sides) == 1 else _rounded(0.5 * (sides[0] + sides[1]))
+        if len(sides) == 1:
+            values[name] = sides[0]
+        else:
+            values[name] = _rounded(0.5 * (sides[0] + sides[1]))
     return make_model(component, values, kind=model.kind, validate=False)
 
 
@@ -218,26 +221,29 @@ def begun(plain: Model, slots: Sequence[str], scales: Scales) -> Model:
     for name in component.variables:
         own = _of_both(name, plain)
         side = name[len(own) :]
-        value = plain.values[own] if own in plain.values else start_of(own, scales)
-        values[name] = _rounded(SIDES[side] * value) if side else value
+        if own in plain.values:
+            value = plain.values[own]
+        else:
+            value = start_of(own, scales)
+        values[name] = value
+        if side:
+            values[name] = _rounded(SIDES[side] * value)
     return make_model(component, values, kind=plain.kind, validate=False)
 
 
 def start_of(name: str, scales: Scales) -> float:
     """Return the initial value of a number of a slot."""
     start = STARTS[name]
-    return (
-        float(f"{start.value * getattr(scales, start.scale):.3g}") if start.scale else start.value
-    )
+    if start.scale:
+        return float(f"{start.value * getattr(scales, start.scale):.3g}")
+    return start.value
 
 
 def _rounded(value: Any) -> Any:
     """Return a number without the extra digits of a product."""
-    return (
-        float(f"{value:.12g}")
-        if np.ndim(value) == 0
-        else np.array([_rounded(float(number)) for number in value])
-    )
+    if np.ndim(value) == 0:
+        return float(f"{value:.12g}")
+    return np.array([_rounded(float(number)) for number in value])
 
 
 def combinations(slots: Sequence[str], *, complete: bool) -> list[tuple[str, ...]]:
@@ -263,14 +269,14 @@ def slot_walks(
 def _around(slots: Sequence[str], scales: Scales) -> list[float]:
     """Return load, temperature and effort: initial values of those that a slot depends on, else neutral ones, as on the page."""
     felt = {AROUND[slot] for slot in slots if slot in AROUND}
-    return [
-        start_of(name, scales) if name in felt else NEUTRAL[name] for name in Surroundings._fields
-    ]
+    around = NEUTRAL | {name: start_of(name, scales) for name in felt}
+    return [around[name] for name in Surroundings._fields]
 
 
 def all_walks(model: Model) -> dict[str, Any]:
     """Return the walks of a friction model without slots and with every set of slots."""
-    walks, scales = walks_of(model), scales_of(subject_of(model))
+    walks = walks_of(model)
+    scales = scales_of(subject_of(model))
     return walks | {
         "slots": slot_walks(model, pulled_by(scales, model), scales, walks, complete=True)
     }
@@ -279,7 +285,8 @@ def all_walks(model: Model) -> dict[str, Any]:
 def slots_described(kind: Kind) -> dict[str, Any]:
     """Return the data of the slots for a page: the parameters of each, over the scales of a model."""
     component = surrounded(with_slots(MODELS["coulomb"], SLOTS[:-1]))
-    values = {name: STARTS[name].value if name in STARTS else 1.0 for name in component.variables}
+    values = dict.fromkeys(component.variables, 1.0)
+    values |= {name: STARTS[name].value for name in values if name in STARTS}
     model = make_model(component, values, kind=kind, validate=False)
     rows = {row["name"]: row for row in variables_of(model, STARTS, 1.0, {})}
     for name, start in STARTS.items():
@@ -323,7 +330,8 @@ def switched(
 ) -> dict[str, Any]:
     """Return the data of a friction model with switchable slots for a page, with the parameters of `model_described`."""
     # Modules are packed with `common_module` as a dictionary, the wide module also with the plain one.
-    if over := channel_slots_of(model.component):
+    over = channel_slots_of(model.component)
+    if over:
         names = ", ".join(slot.name for slot in over)
         raise InputError(
             "has a slot that needs a channel of the log, but a page has no log",
@@ -331,19 +339,23 @@ def switched(
             value=names,
             mend="Remove the slot",
         )
-    plain, slots = plain_of(model), slots_of(model)
+    plain = plain_of(model)
+    slots = slots_of(model)
     uncertainties = uncertainty or {}
-    facts = model_described(
-        plain, uncertainty={} if slots else uncertainties, mass=mass, led=model, **known
-    )
-    if leans := base_of(plain.component).trial_sided is not None:
+    of_plain = uncertainties
+    if slots:
+        of_plain = {}
+    facts = model_described(plain, uncertainty=of_plain, mass=mass, led=model, **known)
+    leans = base_of(plain.component).trial_sided is not None
+    if leans:
         # With equal directions it is identical to the plain model.
         component = _with(plain, ["asymmetry"])
         values = {name: plain.values[_of_both(name, plain)] for name in component.variables}
         directed = make_model(component, values, kind=plain.kind, validate=False)
         module = model_described(directed, mass=mass, proven=False, led=model)
         facts |= {key: module[key] for key in MODULE}
-    binary, common = unpacked(facts["code"]), common_module()
+    binary = unpacked(facts["code"])
+    common = common_module()
     scales = Scales(**facts["scales"])
     plant = pulled_by(scales, plain, mass)
     wide, levels = _wide(plain, plant)
@@ -360,10 +372,9 @@ def switched(
     if slots:
         rows = variables_of(model, {*wide.places, *facts["places"]}, scales.force, uncertainties)
         base = base_of(plain.component).variables
-        rows = [
-            row | ({} if _of_both(row["name"], plain) in (*base, "offset") else {"slot": True})
-            for row in rows
-        ]
+        for row in rows:
+            if _of_both(row["name"], plain) not in (*base, "offset"):
+                row["slot"] = True
         facts["own"] = {"slots": list(slots), "rows": rows}
     return facts
 
@@ -397,9 +408,9 @@ def _wide(plain: Model, plant: Model) -> tuple[Module, list[int]]:
 
 def _of_both(name: str, plain: Model) -> str:
     """Return the name of the common parameter for a parameter of one direction."""
-    return (
-        name[: -len("_pos")] if name not in plain.values and name.endswith(tuple(SIDES)) else name
-    )
+    if name not in plain.values and name.endswith(tuple(SIDES)):
+        return name[: -len("_pos")]
+    return name
 
 
 @cache
@@ -419,7 +430,8 @@ def lab_described(first: str | Model, loop: Mapping[str, Any], **options: Any) -
 
     `first` is the name of an example, or a model with given values; options of such a model are those of `switched`.
     """
-    models, place = [example_described(name) for name in MODELS], 0
+    models = [example_described(name) for name in MODELS]
+    place = 0
     if isinstance(first, str):
         place = list(MODELS).index(first)
     else:
