@@ -70,12 +70,16 @@ def run(arguments: list[str]) -> int:
     except typer.Abort:
         return INTERRUPTED
     except UsageError as error:
-        place = error.ctx.command_path if error.ctx is not None else "bristle"
+        place = "bristle"
+        if error.ctx is not None:
+            place = error.ctx.command_path
         typed = getattr(error, "option_name", first)
         advice = successor(f"{place.removeprefix('bristle ')} {typed}", typed)
         if advice:
             complain(f"{typed} was removed. {advice}")
             return BAD_INPUT
         text = error.format_message()
-        complain(f"{text}{'' if text.endswith(('.', '?')) else '.'} Try: {place} --help")
+        if not text.endswith((".", "?")):
+            text += "."
+        complain(f"{text} Try: {place} --help")
         return BAD_INPUT

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import typer
 
 from bristle.cli.options import Json, code_in, print_json, refuse, toml_content
-from bristle.cli.terminal import NO, complain, progress, show, show_table
+from bristle.cli.terminal import complain, exit_code, progress, show, show_table
 
 if TYPE_CHECKING:
+    from bristle.contract import Check
     from bristle.report.table import Table
 
 EXAMPLE = """Example:
@@ -110,11 +111,10 @@ def check(
     refuse({"--log": log, "--draws": draws}, "applies only to a folder of results")
     if model.suffix == ".toml":
         refuse({"--move": move}, "applies only to a machine")
-    judged = (
-        _of_values(model, options)
-        if model.suffix == ".toml"
-        else _of_code(model, options, move=move)
-    )
+    if model.suffix == ".toml":
+        judged = _of_values(model, options)
+    else:
+        judged = _of_code(model, options, move=move)
     if as_json:
         print_json(
             {
@@ -127,7 +127,7 @@ def check(
         show_table(judged.table)
     for failure in judged.failures:
         complain(failure)
-    return NO if judged.failures else 0
+    return exit_code(judged.failures)
 
 
 def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: bool) -> int:
@@ -137,7 +137,9 @@ def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: b
     from bristle.report.known_truth import NOTE
     from bristle.report.model_in_hand import load
 
-    folder = results.parent if results.name == SUMMARY else results
+    folder = results
+    if results.name == SUMMARY:
+        folder = results.parent
     if not (folder / SUMMARY).is_file():
         mend = "Name a folder written by bristle identify --out"
         raise InputError(
@@ -172,9 +174,10 @@ def _of_values(model: Path, options: dict[str, str | None]) -> _Judged:
 
     file = toml_content(model)
     of_operator = holds_operator(file)
-    chosen = (
-        read_operator(file).operator if of_operator else read_model(file, related=False).friction
-    )
+    if of_operator:
+        chosen = read_operator(file).operator
+    else:
+        chosen = read_model(file, related=False).friction
     ripple, loop = (None if text is None else tuple(text.split(",")) for text in options.values())
     with progress("checking"):
         certificates = certificates_of(chosen, force_ripple=ripple, loop=loop)  # type: ignore[arg-type]
@@ -237,7 +240,7 @@ def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Jud
     rows = [
         {
             "Requirement": check.name,
-            "Outcome": "–" if not check.applies else "met" if check.passed else "NOT MET",
+            "Outcome": _outcome(check),
             "Finding": check.detail,
             "Advice": check.advice,
         }
@@ -249,3 +252,12 @@ def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Jud
     ]
     name = getattr(subject, "name", None) or subject.__name__
     return _Judged(name, data, failures, Table.of(f"Contract of the {title} {name}", rows))
+
+
+def _outcome(check: Check) -> str:
+    """Return the outcome of a check in words; a dash if it does not apply."""
+    if not check.applies:
+        return "–"
+    if check.passed:
+        return "met"
+    return "NOT MET"

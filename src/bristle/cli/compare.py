@@ -15,7 +15,7 @@ from bristle.cli.options import (
     size_limit,
     toml_content,
 )
-from bristle.cli.terminal import NO
+from bristle.cli.terminal import exit_code
 
 EXAMPLE = """Example:
   bristle compare before.csv after.csv --axis axis.toml --out compared"""
@@ -68,11 +68,14 @@ def compare(
     further, code = own_figures(figure, "compare", has_folder=output.out is not None)
     with output.opened("comparing", [*sides[0], *sides[1], *contents]) as (folder, _):
         axes = [read_axis(content) for content in contents]
+        name = before.stem
+        if axes:
+            name = axes[0].name
         comparison = compared_as(
             *sides,
             axis=axes,
             call=output.command,
-            name=axes[0].name if axes else before.stem,
+            name=name,
             read={"axis": contents, "figure": code},
             figures=further,
             size_limit=size_limit(),
@@ -88,4 +91,4 @@ def compare(
         *remarks,
         f"Next: {advice_of(comparison)}",
     )
-    return NO if comparison.helped is False else 0
+    return exit_code(comparison.helped is False)

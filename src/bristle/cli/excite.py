@@ -77,14 +77,15 @@ def excite(
     from bristle.files import read_log
     from bristle.report.excitation import FILES, designed_motion, outlook_tables, piece_table
 
-    axis_file, options = (
-        toml_content(axis),
-        {"duration": duration, "travel": travel, "start": start, "purposes": purposes},
-    )
-    model_file, out = toml_content(model), output.out
+    axis_file = toml_content(axis)
+    options = {"duration": duration, "travel": travel, "start": start, "purposes": purposes}
+    model_file = toml_content(model)
+    out = output.out
     with output.opened("designing", [axis, model, log]) as (folder, report):
         try:
-            recorded = None if log is None else read_log(log, axis_file, size_limit=size_limit())
+            recorded = None
+            if log is not None:
+                recorded = read_log(log, axis_file, size_limit=size_limit())
             motion = designed_motion(
                 axis_file,
                 command=output.command,
@@ -95,19 +96,24 @@ def excite(
             )
         except InputError as error:
             raise error.at(path=OPTIONS.get(error.path, error.path)) from None
-        following = motion.next_command(
-            str(Path(out.name) / "axis.toml" if out else Path("AXIS.toml"))
-        )
+        following = motion.next_command("AXIS.toml")
+        then = f"Then: {following}"
+        files = {}
+        if out:
+            following = motion.next_command(str(Path(out.name) / "axis.toml"))
+            then = f"Then: {motion.next_command(str(out / 'axis.toml'))}"
+            files = FILES
         if folder:
             report(0.85, "writing the report")
             motion.write(folder, following)
 
     excitation = motion.excitation
     notes = (f"Note: {note}" for note in excitation.notes)
-    then = f"Then: {motion.next_command(str(out / 'axis.toml')) if out else following}"
-    summary = motion.summary(FILES if out else {}, following)
-    words, reasons = summary["verdict"]["words"], "; ".join(summary["verdict"]["reasons"])
-    verdict = f"Verdict: {words}{': ' if reasons else ''}{reasons}."
+    summary = motion.summary(files, following)
+    verdict = f"Verdict: {summary['verdict']['words']}"
+    reasons = "; ".join(summary["verdict"]["reasons"])
+    if reasons:
+        verdict += f": {reasons}"
     output.tell(
-        summary, piece_table(excitation), *outlook_tables(excitation), *notes, verdict, then
+        summary, piece_table(excitation), *outlook_tables(excitation), *notes, f"{verdict}.", then
     )

@@ -52,12 +52,15 @@ def explain(
             )
         )
     else:
-        means, advice = entries[code].means, entries[code].advice
-        advice = "no action needed" if advice == "nothing" else advice
+        advice = entries[code].advice
+        if advice == "nothing":
+            advice = "no action needed"
         numbers = ", ".join(name for name in fields_of(code) if name != "std_percent")
         lines = [
             Line("Code", code),
-            Line("Meaning", f"{capital(means)}."),
+            Line("Meaning", f"{capital(entries[code].means)}."),
             Line("Do", f"{capital(advice)}."),
         ]
-        show_lines([*lines, *([Line("Numbers", f"{numbers} (in the JSON)")] if numbers else [])])
+        if numbers:
+            lines.append(Line("Numbers", f"{numbers} (in the JSON)"))
+        show_lines(lines)

@@ -146,7 +146,9 @@ def export(
     from bristle.exports import target_named
     from bristle.report.exported import export_model_file
 
-    read = model if law is None else law
+    read = law
+    if law is None:
+        read = model
     if read is None or (law is not None and model is not None):
         raise InputError(
             "needs either a model or a law",
@@ -165,7 +167,8 @@ def export(
         "rest": rest,
         "derivatives": derivatives,
     }
-    refuse({"--hal-mode": hal_mode if to != "hal" else None}, "applies to --to hal only")
+    if to != "hal":
+        refuse({"--hal-mode": hal_mode}, "applies to --to hal only")
     refuse({"--to draws": to == "draws"}, "was removed", successor("export --draws"))
     if law is None:
         refuse({"--variant": variant}, "applies to --law only")
@@ -173,7 +176,9 @@ def export(
         refuse(
             {f"--{option}": value for option, value in of_model.items()}, "applies to a model only"
         )
-    file = read / "model.toml" if read.is_dir() else read
+    file = read
+    if read.is_dir():
+        file = read / "model.toml"
     target: str | Target = to
     if to.endswith(".py"):  # naming the file allows its code
         from bristle.exports import load_target_file
@@ -190,9 +195,13 @@ def export(
     )
     output = Output(context, out, force=force, as_json=as_json)
     options: dict[str, Any] = {"command": output.command, "name": name, "allow_code": allow_code}
-    of_model |= {"mode": hal_mode} if hal_mode else {}
+    inputs = [file]
+    if log:
+        inputs.append(log)
+    if hal_mode:
+        of_model |= {"mode": hal_mode}
     options |= {"tunable": tunable, "accept_harm": accept_harm}
-    with output.opened("exporting", [file, log] if log else [file], draws=False) as (folder, _):
+    with output.opened("exporting", inputs, draws=False) as (folder, _):
         if law is not None:
             exported = _law(law, variant, target, **options, single=float32)
         else:
@@ -231,7 +240,9 @@ def described_target(target: Target) -> str:
         "hysteresis operators": target.operators,
     }
     further = ", ".join(word for word, is_able in able.items() if is_able)
-    return f"{target.description}. Supports {further}." if further else f"{target.description}."
+    if further:
+        return f"{target.description}. Supports {further}."
+    return f"{target.description}."
 
 
 def _law(
@@ -250,11 +261,9 @@ def _law(
     from bristle.files import origins_of_code, provenance
     from bristle.report.exported import ExportedModel
 
-    called, experiment, target = (
-        name_for(name),
-        experiment_in(path, allow_code=allow_code),
-        target_named(to),
-    )
+    called = name_for(name)
+    experiment = experiment_in(path, allow_code=allow_code)
+    target = target_named(to)
     chosen = variant_of(experiment, variant)
     if chosen.feedforward.friction is not None:
         admit(chosen.feedforward.friction)
@@ -271,16 +280,11 @@ def variant_of(experiment: Experiment, name: str | None) -> Variant:
     if name not in variants:
         from bristle.core import InputError, did_you_mean
 
-        reason = (
-            "is missing, but the experiment has several variants"
-            if name is None
-            else "is not in the experiment"
-        )
-        raise InputError(
-            reason,
-            path="variant",
-            value=name,
-            allowed=", ".join(variants),
-            mend=did_you_mean(name, variants) if name else "",
-        )
+        reason = "is missing, but the experiment has several variants"
+        mend = ""
+        if name is not None:
+            reason = "is not in the experiment"
+        if name:
+            mend = did_you_mean(name, variants)
+        raise InputError(reason, path="variant", value=name, allowed=", ".join(variants), mend=mend)
     return variants[name]

@@ -32,7 +32,7 @@ from bristle.cli.options import (
     toml_content,
 )
 from bristle.cli.signals import INTERRUPTED
-from bristle.cli.terminal import complain, progress, show, show_lines
+from bristle.cli.terminal import complain, exit_code, progress, show, show_lines
 
 if TYPE_CHECKING:
     from bristle.core import Content
@@ -179,26 +179,22 @@ def identify(
         refuse({"--figure": figure}, "applies to friction, not to recorded curves")
         return identify_operators(log, axes, model, output)
     # Parameters of different models cannot be compared.
-    names = (
-        model
-        if model is not None
-        else "lugre"
-        if robot
-        else "coulomb_viscous"
-        if separate
-        else DEFAULT_MODELS
-    )
-    hertz = amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)
-    options = {
-        "model": [
-            own_model(part, "--model") if holds_own(part) else part
-            for part in map(str.strip, names.split(","))
-        ],
-        "cutoff": None if cutoff is None else hertz(cutoff, "--cutoff", None),
-        "free": free,
-        "draws": draws,
-        "method": method,
-    }
+    names = DEFAULT_MODELS
+    if separate:
+        names = "coulomb_viscous"
+    if robot:
+        names = "lugre"
+    if model is not None:
+        names = model
+    models = []
+    for part in map(str.strip, names.split(",")):
+        if holds_own(part):
+            part = own_model(part, "--model")
+        models.append(part)
+    if cutoff is not None:
+        hertz = amount(Variable("frequency", "cut-off of the filter", min=0.0), exclusive=True)
+        cutoff = hertz(cutoff, "--cutoff", None)
+    options = {"model": models, "cutoff": cutoff, "free": free, "draws": draws, "method": method}
     if separate:
         identify_each = resolve_name(SPELLINGS["identify --each"])
         return identify_each(
@@ -224,14 +220,15 @@ def _identify_friction(
     out = output.out
     further, code = own_figures(own, "identify", has_folder=out is not None)
     with output.opened("identifying", [*log, *axis]) as (folder, report):
-        answer, work = (
-            None if output.as_json or output.quiet else partial(_show_first, sys.stderr),
-            Work(report),
-        )
+        answer = None
+        if not (output.as_json or output.quiet):
+            answer = partial(_show_first, sys.stderr)
+        work = Work(report)
         try:
             pairs = logs_and_axes(log, [read_axis(file) for file in axis], size_limit=size_limit())
             recorded, axes = map(list, zip(*pairs, strict=True))
-            reading, looped = process_time(), axes[0] is not None and axes[0].controller is not None
+            reading = process_time()
+            looped = axes[0] is not None and axes[0].controller is not None
             looping = looped * reading * (2.0 + len(recorded[0]) / LOOPED)
             work.ahead = looping + REPORT * reading
             identification = identified(
@@ -240,7 +237,10 @@ def _identify_friction(
         except KeyboardInterrupt:
             complain("no model is fitted yet, so bristle writes no results")
             raise
-        words = {"command": output.command, "axis_name": axes[0].name if axes[0] else log[0].stem}
+        name = log[0].stem
+        if axes[0]:
+            name = axes[0].name
+        words = {"command": output.command, "axis_name": name}
         words |= {"figures": further, "files": {"axis": axis, "figure": code}}
         work.ahead = REPORT * reading
         try:
@@ -275,7 +275,7 @@ def _identify_friction(
             show_lines(_motion_to_record(identification, options["draws"], out, axis))
     if identification.unfinished:
         complain(identification.unfinished)
-    return INTERRUPTED if identification.unfinished else 0
+    return exit_code(identification.unfinished, INTERRUPTED)
 
 
 def _show_first(stream: TextIO, identification: Identification) -> None:
@@ -305,7 +305,9 @@ def _motion_to_record(
         )
     if motion is None:
         return []
-    file = str(axis[0].source) if axis else "AXIS.toml"
+    file = "AXIS.toml"
+    if axis:
+        file = str(axis[0].source)
     words = [
         "bristle",
         "excite",
@@ -316,11 +318,9 @@ def _motion_to_record(
         motion.purposes,
         *motion.options,
     ]
-    before = (
-        f"write {' and '.join(motion.limits)} under [limits] of {file}, then run"
-        if motion.limits
-        else "run"
-    )
+    before = "run"
+    if motion.limits:
+        before = f"write {' and '.join(motion.limits)} under [limits] of {file}, then run"
     command = shlex.join([*words, "--out", f"{out}_motion"])
     return [
         Line("Record", f"To narrow the 95 % intervals ({motion.text}), {before}:", command=command)
@@ -337,11 +337,17 @@ def _steps(outcome: Outcome, out: Path | None) -> tuple[list[Line], list[Line]]:
         return [], [
             Line("Next", "Add --out DIR for the report, the drive table and the loop to simulate.")
         ]
-    has_table = (masses := outcome.identification.two_masses) is not None and masses.is_elastic
-    further = f", {TWO_MASSES}" if has_table else ""
-    table = "drive_table.csv, " if outcome.table else ""
+    masses = outcome.identification.two_masses
+    has_table = masses is not None and masses.is_elastic
+    further = ""
+    if has_table:
+        further = f", {TWO_MASSES}"
+    table = ""
+    if outcome.table:
+        table = "drive_table.csv, "
     results = [Line("Results", f"{out}: report.html, {table}model.toml, {EXPERIMENT}{further}")]
-    file, gains = out / EXPERIMENT, " and ".join(outcome.following_experiment(out).missing)
+    file = out / EXPERIMENT
+    gains = " and ".join(outcome.following_experiment(out).missing)
     command = shlex.join(
         ["bristle", "run", str(file), "--out", str(out.with_name(f"{out.name}_loop"))]
     )
@@ -354,7 +360,8 @@ def _steps(outcome: Outcome, out: Path | None) -> tuple[list[Line], list[Line]]:
                 command=command,
             )
         ]
-    if again := advice_to_record(outcome.identification.best):
+    again = advice_to_record(outcome.identification.best)
+    if again:
         lines = [Line("Next", again)]
     if has_table:
         command = shlex.join(
@@ -407,7 +414,10 @@ def identification_parts(
     )
     parts += [table for table in tables if table is not None]
     parts += [f"{capital(text)}." for text in misfit(best)]
-    parts += about_loop(gain_of(simulation) if simulation else None, following, best.plant.kind)
+    gain = None
+    if simulation:
+        gain = gain_of(simulation)
+    parts += about_loop(gain, following, best.plant.kind)
     parts += [f"Note: {note}" for note in identification.notes]
     return [*parts, *(f"Warning: {warning}." for warning in warnings_of(best))]
 

@@ -18,7 +18,7 @@ from bristle.cli.options import (
     size_limit,
     toml_content,
 )
-from bristle.cli.terminal import NO, complain, show
+from bristle.cli.terminal import complain, exit_code, show
 
 
 class _OfFormats(Listing):
@@ -31,13 +31,13 @@ class _OfFormats(Listing):
         """Return the formats, and the package that each one needs."""
         from bristle.logs import FORMATS
 
-        return [
-            (
-                known.title,
-                f'pip install "bristle[{known.extra}]"' if known.extra else "no extra package",
-            )
-            for known in reversed(FORMATS)
-        ]
+        rows = []
+        for known in reversed(FORMATS):
+            needs = "no extra package"
+            if known.extra:
+                needs = f'pip install "bristle[{known.extra}]"'
+            rows.append((known.title, needs))
+        return rows
 
 
 COMMAND = _OfFormats
@@ -75,9 +75,12 @@ def log(
     from bristle.report.log import inspect_log
 
     output.context.with_resource(own_readers(reader))
-    axis = axis or (write if write is not None and write.exists() else None)
+    if axis is None and write is not None and write.exists():
+        axis = write
     described = toml_content(axis)
-    joints = axes_in(described) if described else {}
+    joints = {}
+    if described:
+        joints = axes_in(described)
     if joints:
         refuse(
             {"--out": output.out, "--json": output.as_json},
@@ -99,18 +102,16 @@ def log(
                 folder, output.command
             )
     if output.out:
-        complain(
-            f"wrote {output.out}"
-            + (f"; open {output.out / 'report.html'} in a browser" if inspected.log else "")
-        )
+        wrote = f"wrote {output.out}"
+        if inspected.log:
+            wrote += f"; open {output.out / 'report.html'} in a browser"
+        complain(wrote)
     proposal = inspected.proposal
     if write is not None and proposal is None:
-        used = write.exists()
-        complain(
-            f"{write} already exists: bristle used it and did not replace it"
-            if used
-            else f"bristle did not write {write}"
-        )
+        if write.exists():
+            complain(f"{write} already exists: bristle used it and did not replace it")
+        else:
+            complain(f"bristle did not write {write}")
     elif write is not None and proposal is not None:
         write_whole(write, proposal.text, new=True)
         complain(f"wrote {write}")
@@ -122,7 +123,7 @@ def log(
         show(*_parts(summary))
     for problem in summary["problems"]:
         complain(f"problem: {problem}")
-    return NO if summary["problems"] else 0
+    return exit_code(summary["problems"])
 
 
 def _show_joint(name: str, inspected: Any) -> int:
@@ -131,7 +132,7 @@ def _show_joint(name: str, inspected: Any) -> int:
     show(f"Joint {name}", *_parts(summary)[1:])
     for problem in summary["problems"]:
         complain(f"problem of {name}: {problem}")
-    return NO if summary["problems"] else 0
+    return exit_code(summary["problems"])
 
 
 def _parts(summary: dict[str, Any]) -> list[Any]:
@@ -143,15 +144,16 @@ def _parts(summary: dict[str, Any]) -> list[Any]:
         parts.append(
             f"... and {len(columns) - MOST_COLUMNS} more columns. --json lists all columns."
         )
-    parts += [_roles_table(summary["proposal"]["roles"])] if "roles" in summary["proposal"] else []
-    parts += (
-        [_table(f"Channels of the axis, {summary['kind']}", summary["channels"])]
-        if summary["channels"]
-        else []
-    )
-    parts += [passage_table(summary["passages"], summary["kind"])] if summary["passages"] else []
+    if "roles" in summary["proposal"]:
+        parts += [_roles_table(summary["proposal"]["roles"])]
+    if summary["channels"]:
+        parts += [_table(f"Channels of the axis, {summary['kind']}", summary["channels"])]
+    if summary["passages"]:
+        parts += [passage_table(summary["passages"], summary["kind"])]
     if summary["rate"]:
-        duration = f", {summary['duration']:.6g} s" if summary["duration"] else ""
+        duration = ""
+        if summary["duration"]:
+            duration = f", {summary['duration']:.6g} s"
         parts.append(f"{summary['rate']:.6g} samples a second{duration}.")
     parts += [f"Note: {note}" for note in summary["notes"]]
     return parts + [
@@ -165,8 +167,13 @@ def _roles_table(entries: list[dict[str, Any]]) -> Any:
 
     rows = []
     for entry in entries:
-        role = f"{entry['role']} {entry['joint']}" if entry["joint"] else entry["role"] or "open"
-        step = f"{entry['step']:.3g}" if entry["step"] else "–"
+        if entry["joint"]:
+            role = f"{entry['role']} {entry['joint']}"
+        else:
+            role = entry["role"] or "open"
+        step = "–"
+        if entry["step"]:
+            step = f"{entry['step']:.3g}"
         rows.append(
             [
                 entry["column"],

@@ -51,7 +51,9 @@ def _ended_well(arguments: list[str]) -> int:
             with warnings_as_lines() as faults:
                 code = run(arguments)
                 if faults:  # a library may have replaced a signal by another error
-                    code = report(faults[0]) if signals.exit_code is None else INTERRUPTED
+                    code = INTERRUPTED
+                    if signals.exit_code is None:
+                        code = report(faults[0])
                 try:
                     sys.stdout.flush()
                 except BrokenPipeError:  # a closed pipe does not change the exit code
@@ -64,7 +66,9 @@ def _ended_well(arguments: list[str]) -> int:
             )
             code = report(error, results=has_results)
         # An interrupted identification does not know the number of the signal.
-        return signals.exit_code or code if code == INTERRUPTED else code
+        if code == INTERRUPTED:
+            return signals.exit_code or code
+        return code
 
 
 def _own_the_compiler() -> None:

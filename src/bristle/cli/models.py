@@ -28,7 +28,10 @@ def models(
     Lists friction models, hysteresis operators, plants, controllers, sensors and references. With NAME, shows the
     equations and parameters of one model. NAME can also be your own file, such as my_slot.py.
     """
-    chosen = _families() if name is None else _selected(name)
+    if name is None:
+        chosen = _families()
+    else:
+        chosen = _selected(name)
     if as_json:
         entries = [
             _described(family, member) for family, members in chosen.items() for member in members
@@ -141,21 +144,27 @@ def _show_one(component: Component) -> None:
     from bristle.report.table import Table
 
     say_laid_out(component.laid_out)
-    rows = [
-        {
-            "Parameter": key_of(name),
-            "Meaning": variable.description,
-            "Unit": typeset(variable.unit("translational")),
-            "Unit, rotational": typeset(variable.unit("rotational")),
-            "Allowed": _range(variable),
-            "Default": default if isinstance(default, str) else f"{default:g}",
-        }
-        for name, variable in component.variables.items()
-        for default in [component.defaults.get(name, "")]
-    ]
+    rows = []
+    for name, variable in component.variables.items():
+        default = component.defaults.get(name, "")
+        if not isinstance(default, str):
+            default = f"{default:g}"
+        rows.append(
+            {
+                "Parameter": key_of(name),
+                "Meaning": variable.description,
+                "Unit": typeset(variable.unit("translational")),
+                "Unit, rotational": typeset(variable.unit("rotational")),
+                "Allowed": _range(variable),
+                "Default": default,
+            }
+        )
     show_table(Table.of(f"{component.name}: {component.description}", rows))
     for relation in component.relations:
-        say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
+        needs = "Needs"
+        if relation.advisory:
+            needs = "Should have"
+        say(f"{needs} {relation.condition}.")
     for channel in component.channels_needed:
         say(
             f"Needs channel {channel.name} of the log: {channel.variable.description}, {channel.variable.allowed()}; "

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from bristle.cli.options import Output, size_limit
 from bristle.cli.signals import INTERRUPTED
-from bristle.cli.terminal import complain
+from bristle.cli.terminal import complain, exit_code
 
 if TYPE_CHECKING:
     from bristle.core import Content
@@ -30,15 +30,17 @@ def identify_operators(
             value=f"{len(logs)} files",
             mend="Put all curves into one file, with a column that numbers them",
         )
-    log, axis = logs[0], axes[0]
+    log = logs[0]
+    axis = axes[0]
     with output.opened("identifying", [log, axis]) as (folder, report):
         recorded = read_curves(log, axis, size_limit=size_limit())
         identification = identify_operator(recorded, model or "all", progress=report)
-        source, unfinished = (
-            provenance(output.command, log=recorded, axis=axis),
-            identification.unfinished,
-        )
-        source |= {"unfinished": unfinished} if unfinished else {}
+        source = provenance(output.command, log=recorded, axis=axis)
+        unfinished = identification.unfinished
+        banner = None
+        if unfinished:
+            source |= {"unfinished": unfinished}
+            banner = f"Unfinished; {unfinished}."
         summary = operator_summary(identification, provenance=source)
         if folder:
             write_operator(
@@ -52,7 +54,7 @@ def identify_operators(
                 name=recorded.name,
                 command=output.command,
                 provenance=source,
-                banner=f"Unfinished; {unfinished}." if unfinished else None,
+                banner=banner,
             )
             write_report(folder, page, summary)
 
@@ -60,7 +62,7 @@ def identify_operators(
     output.tell(summary, comparison_of_operators(identification), *notes)
     if unfinished:
         complain(unfinished)
-    return INTERRUPTED if unfinished else 0
+    return exit_code(unfinished, INTERRUPTED)
 
 
 def predict_operator(model: Content, log: Path, axis: Content | None, output: Output) -> None:
@@ -97,10 +99,8 @@ def predict_operator(model: Content, log: Path, axis: Content | None, output: Ou
             )
             write_report(folder, page, summary)
 
-    rmse, notes = (
-        with_unit(prediction.rmse, unit_of("force", operator.kind)),
-        (f"Note: {note}" for note in recorded.notes),
-    )
+    rmse = with_unit(prediction.rmse, unit_of("force", operator.kind))
+    notes = (f"Note: {note}" for note in recorded.notes)
     output.tell(
         summary, f"Error: {rmse} rms, {prediction.error_percent:.3g} % of full scale", *notes
     )

@@ -146,11 +146,10 @@ class Output:
         from bristle.files import results_folder
         from bristle.report.results import figure_files
 
-        place = (
-            results_folder(self.out, force=self.force, reads=list(reads))
-            if self.out
-            else nullcontext()
-        )
+        if self.out:
+            place = results_folder(self.out, force=self.force, reads=list(reads))
+        else:
+            place = nullcontext()
         with (
             place as folder,
             progress(words, quiet=self.quiet) as report,
@@ -169,15 +168,15 @@ class Output:
         if self.as_json:
             print_json(summary)
         else:
-            show(*([] if self.quiet else parts))
+            if not self.quiet:
+                show(*parts)
             for warning in warnings:
                 complain(warning)
         if self.out and not self.quiet:
-            complain(
-                f"wrote {self.out}; open {self.out / 'report.html'} in a browser"
-                if not files
-                else f"wrote {self.out}: {files}"
-            )
+            wrote = f"wrote {self.out}; open {self.out / 'report.html'} in a browser"
+            if files:
+                wrote = f"wrote {self.out}: {files}"
+            complain(wrote)
 
 
 def print_json(data: Any) -> None:
@@ -189,16 +188,20 @@ def print_json(data: Any) -> None:
 
 def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a command with one option for each field of its option groups."""
-    hints, groups, parameters = get_type_hints(function, include_extras=True), {}, {}
+    hints = get_type_hints(function, include_extras=True)
+    groups = {}
+    parameters = {}
     for name, parameter in inspect.signature(function).parameters.items():
         group = hints[name]
         if is_dataclass(group):
-            groups[name], of_group = group, get_type_hints(group, include_extras=True)
+            groups[name] = group
+            of_group = get_type_hints(group, include_extras=True)
             options = {field.name: (of_group[field.name], field.default) for field in fields(group)}
         else:
             options = {name: (group, parameter.default)}
         for option, (kind, default) in options.items():
-            default = inspect.Parameter.empty if default is MISSING else default
+            if default is MISSING:
+                default = inspect.Parameter.empty
             parameters[option] = inspect.Parameter(
                 option, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind
             )
@@ -208,14 +211,13 @@ def as_command(function: Callable[..., Any]) -> Callable[..., Any]:
             name: group(**{field.name: values[field.name] for field in fields(group)})
             for name, group in groups.items()
         }
+        arguments = values | grouped
         return function(
-            **{
-                name: grouped[name] if name in grouped else values[name]
-                for name in inspect.signature(function).parameters
-            }
+            **{name: arguments[name] for name in inspect.signature(function).parameters}
         )
 
-    command.__doc__, command.__name__ = function.__doc__, function.__name__
+    command.__doc__ = function.__doc__
+    command.__name__ = function.__name__
     command.__annotations__ = {name: parameter.annotation for name, parameter in parameters.items()}
     command.__signature__ = inspect.Signature(list(parameters.values()))  # type: ignore[attr-defined]
     return command
@@ -226,7 +228,9 @@ def size_limit() -> int:
     from bristle.core import SIZE_LIMIT, size_of
 
     text = os.environ.get(SIZE_SETTING)
-    return size_of(text, SIZE_SETTING) if text else SIZE_LIMIT
+    if text:
+        return size_of(text, SIZE_SETTING)
+    return SIZE_LIMIT
 
 
 def refuse(options: dict[str, Any], message: str, mend: str = "") -> None:
@@ -243,7 +247,9 @@ def toml_content(file: Path | None) -> Any:
     from bristle.core import content_of
     from bristle.files import TOML_LIMIT
 
-    return None if file is None else content_of(file, limit=TOML_LIMIT)
+    if file is None:
+        return None
+    return content_of(file, limit=TOML_LIMIT)
 
 
 def code_in(file: str | Path) -> Content:

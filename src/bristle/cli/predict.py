@@ -23,7 +23,7 @@ from bristle.cli.options import (
     size_limit,
     toml_content,
 )
-from bristle.cli.terminal import NO
+from bristle.cli.terminal import exit_code
 
 if TYPE_CHECKING:
     from bristle.core import Axis, Content
@@ -88,7 +88,8 @@ def predict(
         )
         predict_arm = resolve_name(SPELLINGS["predict ARM"])
         return predict_arm(model, log, mode, output, allow_code=allow_code)
-    file, axis_file = toml_content(model), toml_content(axis)
+    file = toml_content(model)
+    axis_file = toml_content(axis)
     if holds_operator(file):
         from bristle.cli.operators import predict_operator
 
@@ -97,7 +98,9 @@ def predict(
         return 0
     further, code = own_figures(figure, "predict", has_folder=output.out is not None)
     with output.opened("predicting", [file, log, axis_file]) as (folder, _):
-        described = read_axis(axis_file) if axis_file else None
+        described = None
+        if axis_file:
+            described = read_axis(axis_file)
         recorded = read_log(log, described, size_limit=size_limit())
         options = {
             "mode": mode,
@@ -111,22 +114,25 @@ def predict(
         )
         if folder:
             write_report(folder, page, summary)
-    words, reasons = summary["verdict"]["words"], summary["verdict"]["reasons"]
+    verdict = summary["verdict"]["words"]
+    reasons = summary["verdict"]["reasons"]
+    if reasons:
+        verdict += f": {'; '.join(reasons)}"
     found = [(diagnostic.severity, message(diagnostic)) for diagnostic in prediction.diagnostics]
+    warnings = [f"{severity}: {text}" for severity, text in found if severity != "note"]
+    if prediction.status is not Status.OK:
+        warnings.append(prediction.status.sentence)
     output.tell(
         summary,
-        f"{words}: {'; '.join(reasons)}." if reasons else f"{words}.",
+        f"{verdict}.",
         *(f"{word}: {value}" for word, value in metrics_in_words(prediction)),
         *(
             f"Note: {note}"
             for note in (*recorded.notes, *(text for severity, text in found if severity == "note"))
         ),
-        warnings=[
-            *(f"{severity}: {text}" for severity, text in found if severity != "note"),
-            *([] if prediction.status is Status.OK else [prediction.status.sentence]),
-        ],
+        warnings=warnings,
     )
-    return 0 if summary["completed"] else NO
+    return exit_code(not summary["completed"])
 
 
 def predicted_log(
@@ -165,7 +171,9 @@ def predicted_log(
     own_log = "::" not in log.origin.name and _was_fitted(log, facts["provenance"])
     about = {"friction": friction, "provenance": source, "own_log": own_log}
     summary = prediction_summary(prediction, notes=log.notes, **about)
-    name = axis.name if axis else log.source.stem
+    name = log.source.stem
+    if axis:
+        name = axis.name
     options = about | {
         "plant": plant,
         "log": log,
@@ -173,7 +181,10 @@ def predicted_log(
         "axis_name": name,
         "figures": figures,
     }
-    return prediction, summary, prediction_report(prediction, **options) if page else ""
+    text = ""
+    if page:
+        text = prediction_report(prediction, **options)
+    return prediction, summary, text
 
 
 def _was_fitted(recorded: Any, fitted: Mapping[str, Any]) -> bool:

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.options import AllowCode, FigureFiles, Output, experiment_in, own_figures, refuse
-from bristle.cli.terminal import NO, complain
+from bristle.cli.terminal import complain, exit_code
 
 EXAMPLE = """Example:
   bristle run experiment.toml --out results"""
@@ -66,7 +66,9 @@ def run(
         unstable = tuple(name for name, loop in judged.items() if not loop.is_stable)
         result = replace(simulate(stable, report), refused=diverging, unstable=unstable)
         source = provenance(output.command, **described.origins, figure=code)
-        files = write_logs(folder, result) if folder and log else {}
+        files = {}
+        if folder and log:
+            files = write_logs(folder, result)
         facts = {"provenance": source, "claims": promised_in(result)}
         summary = simulation_summary(result, files=files, diagnostics=about, **facts)
         if folder:
@@ -81,10 +83,11 @@ def run(
             )
             write_report(folder, page, summary)
 
-    output.tell(
-        summary, *([variant_table(result), *closing_sentences(result)] if result.variants else [])
-    )
+    parts = []
+    if result.variants:
+        parts = [variant_table(result), *closing_sentences(result)]
+    output.tell(summary, *parts)
     failed = [name for name, outcome in summary["variants"].items() if not outcome["completed"]]
     for name in (name for name in failed if name not in result.refused):
         complain(f"{name}: {summary['variants'][name]['status']}")
-    return NO if failed else 0
+    return exit_code(failed)

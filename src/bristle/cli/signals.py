@@ -63,7 +63,8 @@ class ended_by_signals:  # noqa: N801  (used as a context)
                 self._before[number] = signal.signal(number, self._raise)
             except ValueError:  # only the main thread receives signals
                 return self
-        self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
+        self._unraisable = sys.unraisablehook
+        sys.unraisablehook = self._lost
         self._watch.begin(set(self._before))
         return self
 
@@ -80,11 +81,16 @@ class ended_by_signals:  # noqa: N801  (used as a context)
     @property
     def exit_code(self) -> int | None:
         """128 plus the number of the signal that ended the program; None without a signal."""
-        return None if self._first is None else 128 + self._first[0]
+        if self._first is None:
+            return None
+        return 128 + self._first[0]
 
     def check(self) -> None:
         """Raise the signal received during the import of modules; call outside any import."""
-        number = self._waiting if self._first is None else self._first[0]
+        if self._first is None:
+            number = self._waiting
+        else:
+            number = self._first[0]
         if number is not None:
             self._end(number)
 
@@ -109,7 +115,8 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         if not isinstance(unraisable.exc_value, SignalledError) or self._first is None:
             self._unraisable(unraisable)
             return
-        number, self._first = self._first[0], None
+        number = self._first[0]
+        self._first = None
         self._send_again(number)
 
     def _send_again(self, number: int) -> None:
@@ -133,7 +140,8 @@ class _Watch:
         """Watch for these signals."""
         if not numbers:
             return
-        self._numbers, self._pipe = numbers, _Pipe()
+        self._pipe = _Pipe()
+        self._numbers = numbers
         self._before = signal.set_wakeup_fd(self._pipe.write_to, warn_on_full_buffer=False)
         self._thread = threading.Thread(target=self._watch, args=(self._pipe,), daemon=True)
         self._thread.start()

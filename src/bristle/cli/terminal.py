@@ -69,10 +69,19 @@ def complain(text: str) -> None:
         print(f"bristle: {one_line(text)}", file=sys.stderr)
 
 
+def exit_code(failed: object, code: int = NO) -> int:
+    """Return 0, or an exit code if something failed."""
+    if failed:
+        return code
+    return 0
+
+
 def _console(stream: TextIO) -> Console:
     from rich.console import Console
 
-    width = None if stream.isatty() else PIPE_WIDTH
+    width = PIPE_WIDTH
+    if stream.isatty():
+        width = None
 
     def ended() -> None:
         raise BrokenPipeError  # its own way is to end the program with the code that says no
@@ -95,7 +104,8 @@ def say_laid_out(lay_out: Callable[[int], str]) -> None:
 
 def show_table(table: Table) -> None:
     """Write a table without its empty columns to the standard output, or row by row if the terminal is too narrow."""
-    trimmed, console = table.without_empty_columns(), _console(sys.stdout)
+    trimmed = table.without_empty_columns()
+    console = _console(sys.stdout)
     cells = [
         [one_line(row[i]) for row in (trimmed.heads, *trimmed.rows)]
         for i in range(len(trimmed.heads))
@@ -117,9 +127,10 @@ def show_table(table: Table) -> None:
             title=trimmed.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD
         )
         for i, head in enumerate(trimmed.heads):
-            drawing.add_column(
-                head, justify="right" if trimmed.is_number(i) else "left", width=widths[i]
-            )
+            justify = "left"
+            if trimmed.is_number(i):
+                justify = "right"
+            drawing.add_column(head, justify=justify, width=widths[i])
         for row in trimmed.rows:
             drawing.add_row(*map(one_line, row))
         console.print(drawing)
@@ -148,14 +159,14 @@ def show_lines(lines: Iterable[Line], stream: TextIO | None = None) -> None:
             "drop_whitespace": False,
         }
         parts = textwrap.wrap(line.text.replace("\u00a0", " "), width, **options) or [""]
-        for place, part in enumerate(parts):
-            label = Text(
-                f"{'' if place else line.label:<{LABEL}}",
-                style="bold" if style or line.label else "",
-            )
-            console.print(
-                label + Text(part.strip() if place else part.rstrip(), style=style), soft_wrap=True
-            )
+        bold = ""
+        if style or line.label:
+            bold = "bold"
+        label = line.label
+        for part in [parts[0].rstrip(), *map(str.strip, parts[1:])]:
+            head = Text(f"{label:<{LABEL}}", style=bold)
+            console.print(head + Text(part, style=style), soft_wrap=True)
+            label = ""
         if line.command:
             console.print(Text(f"  {line.command}"), soft_wrap=True)
 
@@ -224,7 +235,8 @@ def warnings_as_lines() -> Iterator[list[BaseException]]:
 
     def show(message: Any, *_: Any, **__: Any) -> None:
         line = one_line(str(message))
-        if (fault := getattr(message, "__cause__", None)) is not None:
+        fault = getattr(message, "__cause__", None)
+        if fault is not None:
             faults.append(fault)
         if line not in printed:
             printed.add(line)
@@ -258,7 +270,9 @@ def report(error: BaseException, *, results: bool = False) -> int:
         )
         return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:
-        remark = ". The folder of results is complete" if results else ""
+        remark = ""
+        if results:
+            remark = ". The folder of results is complete"
         complain(
             f"bristle cannot write to the standard output: {error.strerror}. Free disk space, or redirect the output{remark}"
         )

@@ -35,7 +35,8 @@ def friction() -> Model:
 def motion(seed: int, duration: float = 24.0) -> np.ndarray:
     """Return a production-like motion: moves of random length and speed, with pauses, position [m] at each sample."""
     generator = np.random.default_rng(seed)
-    pieces, position = [np.zeros(200)], 0.0
+    pieces = [np.zeros(200)]
+    position = 0.0
     while sum(piece.size for piece in pieces) < duration / SAMPLE_TIME:
         target = float(
             np.clip(
@@ -60,20 +61,23 @@ def _move(start: float, end: float, speed: float, acceleration: float) -> np.nda
     if speed > 0.0:
         duration = distance / speed + ramp
     t = SAMPLE_TIME * np.arange(round(duration / SAMPLE_TIME) + 41)
-    velocity = (
-        np.clip(np.minimum(t / ramp, (duration - t) / ramp), 0.0, 1.0)
-        if ramp > 0.0
-        else np.zeros_like(t)
-    )
+    if ramp > 0.0:
+        velocity = np.clip(np.minimum(t / ramp, (duration - t) / ramp), 0.0, 1.0)
+    else:
+        velocity = np.zeros_like(t)
     smooth = np.convolve(velocity, np.full(20, 0.05))[: t.size]
     travelled = np.cumsum(smooth)
-    share = travelled / travelled[-1] if travelled[-1] > 0.0 else np.zeros_like(t)
+    if travelled[-1] > 0.0:
+        share = travelled / travelled[-1]
+    else:
+        share = np.zeros_like(t)
     return start + (end - start) * share
 
 
 def write_log(path: Path, seed: int) -> None:
     """Run the axis along a motion and write the log of its drive, as CSV."""
-    described, reference = axis(), motion(seed)
+    described = axis()
+    reference = motion(seed)
     velocity = np.gradient(reference, SAMPLE_TIME)
     desired = np.stack(
         (reference, velocity, np.gradient(velocity, SAMPLE_TIME), np.zeros_like(reference))

@@ -12,7 +12,9 @@ from bristle.report.identified import Outcome, identify
 from bristle.simulation import Prediction, compensation_experiment, simulate
 
 BANNER = "A simulated axis. Its friction has thirty elements that slip in turn; no fitted model has this structure."
-FITTED, UNSEEN = 1, 2  # seeds of the two motions
+# Seeds of the two motions.
+FITTED = 1
+UNSEEN = 2
 
 
 @dataclass(frozen=True)
