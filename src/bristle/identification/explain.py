@@ -59,10 +59,11 @@ from bristle.identification.work_rate import motion_of
 SLOW = 0.05  # of the top speed: rows below it have no weight in the delay and the inertia
 RISE = 0.1  # of the top speed, over which the weight of a row rises to 1
 LEAST_WEIGHT = 1e-3
-COARSE = np.arange(-2, 14) * 0.05  # periods of the cut-off: first delays of the search
+COARSE = np.arange(-4, 14) * 0.05  # periods of the cut-off: first delays of the search
 FINE = np.arange(-3, 4) * 0.02  # periods of the cut-off: further delays around the best one
 PASSES = 2  # over the changes of the level, which are relative to the friction of the last fit
 
+NO_MOTION = 2e-3  # of the top speed
 BANDS = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0])  # periods of the cut-off from a row to the nearest reversal
 QUIET = 0.25  # of the median power of the residual: its power in a band, at least
 
@@ -86,6 +87,9 @@ FLOOR_OF_M = 0.003  # of the value: error of the treatment
 FLOOR_OF_FRICTION = 0.001
 FLOOR_OF_DELAY = 0.005  # periods of the cut-off
 MEMORY = ("stop", "fall", "dahl", "fall_dahl")  # groups of elements that saturate within 0.3 % of the stroke
+SETTLING = 2.0  # periods of the cut-off after a reversal, in which a row mixes both directions
+LEAST_SETTLED = 0.5  # of the rows at speed
+LEAST_BACKWARD = 0.02  # of the rows at speed in the rarer direction
 MOST_CABLE = 0.5  # of the memory: with a larger cable, no row is saturated
 POINTS = 401  # of a table
 STUDENT = 2.0  # standard errors of a 95 % interval from 60 stretches
@@ -142,17 +146,20 @@ def explain(log: Any, axis: Any = None) -> Explanation:
 
 
 # ---------------------------------------------------------------- weights of rows, ripples
-def reversal_weights(motion: Motion, residual: np.ndarray) -> np.ndarray:
-    """Return the weight of each row, by the residual in bands of the time to the nearest reversal."""
+def time_to_reversal(motion: Motion) -> np.ndarray:
+    """Return the time from each row to the nearest reversal or rest, in periods of the cut-off, shape (row,)."""
     speed = np.abs(motion.v)
-    side = np.sign(np.where(speed > 2e-3 * speed.max(), motion.v, 0.0))
+    side = np.sign(np.where(speed > NO_MOTION * speed.max(), motion.v, 0.0))
     turns = np.flatnonzero(np.diff(side) != 0.0)
-    if turns.size == 0:
-        return np.ones(motion.places.size)
     ends = np.concatenate([[-np.inf], turns, [np.inf]])
     after = np.searchsorted(turns, motion.places) + 1
     gap = np.minimum(ends[after] - motion.places, motion.places - ends[after - 1])
-    band = np.searchsorted(BANDS, gap * motion.dt * motion.cutoff)
+    return gap * motion.dt * motion.cutoff
+
+
+def reversal_weights(motion: Motion, residual: np.ndarray) -> np.ndarray:
+    """Return the weight of each row, by the residual in bands of the time to the nearest reversal."""
+    band = np.searchsorted(BANDS, time_to_reversal(motion))
     power = np.full(BANDS.size + 1, np.nan)
     for number in np.unique(band):
         power[number] = np.mean(residual[band == number] ** 2)
@@ -642,6 +649,7 @@ def explained(choice: Choice, kind: Kind) -> Explanation:
         effort=rms(total),
         unexplained=rms(residual),
         floor=floor_of(final),
+        filter=choice.evidence.get("filter"),
         rejected=choice.rejected,
         M=final.M,
         friction=friction,
@@ -664,6 +672,8 @@ def parts_of(final: Refitted, forces: Mapping[str, np.ndarray]) -> list[Part]:
     """Return the parts of the effort without inertia, the largest first; their shares sum up to 1."""
     sums = dict[str, np.ndarray]()
     for group in final.groups:
+        if group.role == "filter":
+            continue
         for name, force in named_forces(final, group, forces[group.name]).items():
             sums[name] = sums.get(name, 0.0) + force
     sizes = {name: rms(force) for name, force in sums.items()}
@@ -685,8 +695,8 @@ def parts_of(final: Refitted, forces: Mapping[str, np.ndarray]) -> list[Part]:
 
 def named_forces(final: Refitted, group: Group, force: np.ndarray) -> dict[str, np.ndarray]:
     """Return the force of a group by the parts to which it belongs."""
-    if group.name in ("viscous", "ramps"):
-        return {"viscous": force}
+    if group.name == "ramps":
+        return named_ramps(final, group, force)
     if group.role == "place" and not group.frequency:
         # Its mean is a part of the constant force.
         return {group.name: force - force.mean(), "offset": np.full_like(force, force.mean())}
@@ -696,6 +706,17 @@ def named_forces(final: Refitted, group: Group, force: np.ndarray) -> dict[str, 
     falls = np.array([math.isfinite(element.v_S) and element.c == 0.0 for element in members])
     falling = group.columns @ np.where(falls, final.weights(group), 0.0)
     return {"coulomb": force - falling, "stribeck": falling}
+
+
+def named_ramps(final: Refitted, group: Group, force: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the line of the rising curves at high speed, which is viscous, and the rest, which does not rise there."""
+    V = final.choice.search.grid.V
+    ends = final.weights(group) @ ramps(np.array([-V, -0.5 * V, 0.5 * V, V]), V)
+    v = final.motion.v[final.motion.places]
+    slopes = np.diff(ends)[[0, 2]] / (0.5 * V)
+    slopes = np.minimum(slopes, np.abs(ends[[0, 3]]) / V)
+    viscous = v * np.where(v < 0.0, *slopes)
+    return {"viscous": viscous, "coulomb": force - viscous}
 
 
 def curves_of(final: Refitted) -> dict[str, Curve]:
@@ -758,6 +779,13 @@ def doubts_of(final: Refitted) -> tuple[str, ...]:
     cable = limits.get("cable", 0.0)
     if cable > MOST_CABLE * max(memory + cable, np.finfo(float).tiny):
         doubts.append("not_saturated")
-    if final.choice.search.is_at_edge:
+    search = final.choice.search
+    settled = search.fast[time_to_reversal(final.motion) > SETTLING].sum()
+    if settled < LEAST_SETTLED * search.fast.sum():
+        doubts.append("reverses_fast")
+    if search.is_at_edge:
         doubts.append("delay_at_edge")
+    forward = search.fast[final.motion.v[final.motion.places] > 0.0].sum() / search.fast.sum()
+    if min(forward, 1.0 - forward) < LEAST_BACKWARD:
+        doubts.append("one_direction")
     return tuple(doubts)

@@ -28,11 +28,13 @@ LABELS = {
     "level": "along the axis",
     "load": "with load",
     "warmup": "warm-up",
-    "filter": "filter",
 }
 DOUBTS = {
     "not_saturated": "The stroke is only a few slip lengths, so no row shows saturated friction. Delay, inertia and "
     "Coulomb friction remain unknown. Record longer strokes, or state the mass.",
+    "reverses_fast": "The axis reverses so fast that filtered samples mix both directions. Delay, inertia and Coulomb "
+    "friction remain unknown. Record longer strokes, or sample faster.",
+    "one_direction": "The axis moves in one direction, so Coulomb friction and a constant force look alike. Record both directions.",
     "delay_at_edge": "The delay is at the end of its search range, so delay and inertia remain unknown. Record faster "
     "moves, or correct the time of the effort.",
 }
@@ -156,6 +158,8 @@ class Explanation:
         Kind of axis.
     parts : tuple of Part
         Parts of the effort without inertia, the largest first.
+    filter : Evidence or None
+        Evidence that effort and position passed different filters; None if the log does not show it.
     rejected : mapping of str to Evidence
         Terms that the log does not show.
     M : Interval or None
@@ -180,11 +184,12 @@ class Explanation:
         ``"position"``: force; ``"level"``: relative level of friction along the axis; ``"time"``: relative level over time;
         ``"speed"``: steady friction; ``"travel"``: friction after a slow reversal.
     doubts : tuple of str
-        Reasons for unknown numbers: ``"not_saturated"``, ``"delay_at_edge"``.
+        Reasons for unknown numbers: ``"not_saturated"``, ``"reverses_fast"``, ``"delay_at_edge"``, ``"one_direction"``.
     """
 
     kind: Kind
     parts: tuple[Part, ...]
+    filter: Evidence | None
     rejected: Mapping[str, Evidence]
     M: Interval | None
     F_C: Interval | None
@@ -206,8 +211,13 @@ class Explanation:
     @property
     def verdict(self) -> str:
         """The parts in one line, such as ``82 % Coulomb, 9 % cable, 6 % along the axis, 2 % ripple 2.5 mm``."""
-        shown = [part for part in self.parts if part.share >= SHOWN]
-        return ", ".join(f"{percent(part.share)} % {part.label(self.kind)}" for part in shown)
+        shares = dict[str, float]()
+        for part in self.parts:
+            label = part.label(self.kind)
+            shares[label] = shares.get(label, 0.0) + part.share
+        ranked = sorted(shares.items(), key=lambda entry: -entry[1])
+        shown = [(label, share) for label, share in ranked if share >= SHOWN]
+        return ", ".join(f"{percent(share)} % {label}" for label, share in shown)
 
     @property
     def notes(self) -> list[str]:
@@ -236,6 +246,7 @@ class Explanation:
         return {
             "verdict": self.verdict,
             "parts": [part_data(part, self.kind) for part in self.parts],
+            "filter": filter_data(self.filter),
             "rejected": {name: entry._asdict() for name, entry in self.rejected.items()},
             "numbers": {
                 name: number_data(value, unit) for name, (value, unit) in self.numbers.items()
@@ -265,15 +276,12 @@ def explanation_of(
     """Return the result; with a doubt, the numbers of the rows at speed are unknown."""
     found = tuple(parts)
     facts |= {"kind": kind, "parts": found, "rejected": rejected, "doubts": doubts}
+    if doubts == ("one_direction",):
+        return Explanation(M=M, F_C=None, sliding=None, F_v=friction.F_v, delay=delay, **facts)
     if doubts:
         return Explanation(M=None, F_C=None, sliding=None, F_v=None, delay=None, **facts)
     return Explanation(
-        M=M,
-        F_C=friction.F_C,
-        sliding=friction.sliding,
-        F_v=friction.F_v,
-        delay=delay,
-        **facts,
+        M=M, F_C=friction.F_C, sliding=friction.sliding, F_v=friction.F_v, delay=delay, **facts
     )
 
 
@@ -293,6 +301,13 @@ def part_data(part: Part, kind: Kind) -> dict[str, Any]:
     if part.frequency:
         data["wavelength"] = 1.0 / part.frequency
     return data
+
+
+def filter_data(evidence: Evidence | None) -> dict[str, float] | None:
+    """Return the evidence of different filters as plain data."""
+    if evidence is None:
+        return None
+    return evidence._asdict()
 
 
 def number_data(interval: Interval | None, unit: str) -> dict[str, Any]:
