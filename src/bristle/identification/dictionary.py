@@ -54,7 +54,7 @@ HATS = 10  # nodes of a free curve over the position
 TOP = 0.995  # quantile of the speed that counts as the top speed
 AT_REST = 0.02  # of the top speed
 BEGINNING = 0.05  # [s] at the start of a stretch, in which an axis at rest does not move
-AT_AN_END = 0.9  # of half the stroke from its middle: the axis came from the other end
+SETTLED = 4.0  # longest narrow thresholds: range after which no element remembers its start
 TAIL = 40.0  # exponent of a limit above which the fallen part is zero
 RIDGE = 1e-3  # of the penalty of a curve on the curve, the rest is on its bends
 RIDGE_OF_RAMPS = 1e-2
@@ -141,19 +141,26 @@ class Motion:
     is_rotary: bool
     taps: np.ndarray
     step: int  # samples per row
-    margin: int  # samples of a stretch before its first row
+    margin: int  # samples of a stretch before its first row, at least
+    unsettled: tuple[int, ...]  # samples of each stretch that depend on the unknown start of its friction
+
+    @cached_property
+    def firsts(self) -> tuple[int, ...]:
+        """First row of each stretch, as a sample of it."""
+        return tuple(self.margin + count for count in self.unsettled)
 
     @cached_property
     def counts(self) -> tuple[int, ...]:
         """Rows of each stretch."""
-        lengths = [part.stop - part.start for part in self.stretches]
-        return tuple(max((length - 2 * self.margin) // self.step, 0) for length in lengths)
+        pairs = zip(self.stretches, self.firsts, strict=True)
+        lengths = [part.stop - part.start - first - self.margin for part, first in pairs]
+        return tuple(max(length // self.step, 0) for length in lengths)
 
     @cached_property
     def places(self) -> np.ndarray:
         """Sample of each row, shape (row,)."""
-        pairs = zip(self.stretches, self.counts, strict=True)
-        parts = [part.start + self.margin + self.step * np.arange(count) for part, count in pairs]
+        triples = zip(self.stretches, self.firsts, self.counts, strict=True)
+        parts = [part.start + first + self.step * np.arange(count) for part, first, count in triples]
         return np.concatenate(parts)
 
     @cached_property
@@ -167,9 +174,11 @@ class Motion:
         taps = self.taps
         if ahead:
             taps = low_pass_taps(self.cutoff, self.dt, ahead / self.dt - shift)
-        first = self.margin + shift
-        pairs = zip(self.stretches, self.counts, strict=True)
-        parts = [filtered(signal[part], taps, first, self.step, count) for part, count in pairs]
+        triples = zip(self.stretches, self.firsts, self.counts, strict=True)
+        parts = [
+            filtered(signal[part], taps, first + shift, self.step, count)
+            for part, first, count in triples
+        ]
         return np.concatenate(parts)
 
     def rows(self, signals: np.ndarray) -> np.ndarray:
@@ -230,14 +239,24 @@ def grid_of(motion: Motion) -> Grid:
 
 
 def start_of(motion: Motion, grid: Grid, part: slice) -> float:
-    """Return the state of all elements before a stretch, -1, 0 or 1."""
+    """Return the state of all elements before a stretch, 0 at rest, else the direction of its first motion."""
     x = motion.x[part]
     beginning = np.abs(motion.v[part][: max(int(BEGINNING / motion.dt), 3)])
-    place = float(grid.centred(x[:1])[0])
-    if beginning.max() < AT_REST * grid.V:
-        return float(np.sign(place)) if abs(place) > AT_AN_END else 0.0
     far = np.flatnonzero(np.abs(x - x[0]) > grid.narrow[0])
-    return float(np.sign(x[far[0]] - x[0])) if far.size else 0.0
+    if beginning.max() < AT_REST * grid.V or not far.size:
+        return 0.0
+    return float(np.sign(x[far[0]] - x[0]))
+
+
+def unsettled(motion: Motion) -> tuple[int, ...]:
+    """Return the samples of each stretch before its range is so large that no narrow element remembers its start."""
+    needed = SETTLED * float(grid_of(motion).narrow[-1])
+    counts = list[int]()
+    for part in motion.stretches:
+        x = motion.x[part]
+        covered = np.maximum.accumulate(x) - np.minimum.accumulate(x)
+        counts.append(int(np.searchsorted(covered, needed)))
+    return tuple(counts)
 
 
 # ---------------------------------------------------------------- elements with memory

@@ -14,7 +14,7 @@ from bristle.core.errors import InputError, TooShortError
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.identification.dataset import effort_of
-from bristle.identification.dictionary import Motion, filtered, low_pass_taps
+from bristle.identification.dictionary import Motion, filtered, low_pass_taps, unsettled
 from bristle.identification.preprocessing import CREEPS, step_of
 from bristle.logs.log import Log
 
@@ -56,7 +56,8 @@ def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
     motion = assembled(parts, work_dt, cutoff, quantum)
     is_rotary = pairs[0][0].kind == "rotational"
     motion = replace(motion, taps=taps, step=step, margin=margin, is_rotary=is_rotary)
-    refuse_short(motion)
+    if not parts:
+        refuse_short(motion)
     if np.ptp(motion.x) <= CREEPS * max(quantum, motion.noise):
         raise InputError(
             "the position hardly changes",
@@ -64,6 +65,8 @@ def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
             value=f"a range of {with_unit(float(np.ptp(motion.x)), unit_of('length', log.kind))}",
             mend="Record a motion in both directions, at the working speeds of the axis",
         )
+    motion = replace(motion, unsettled=unsettled(motion))
+    refuse_short(motion)
     return motion
 
 
@@ -187,4 +190,5 @@ def assembled(parts: Sequence[Stretch], dt: float, cutoff: float, quantum: float
         taps=np.ones(1),
         step=1,
         margin=0,
+        unsettled=(0,) * len(parts),
     )
