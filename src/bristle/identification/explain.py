@@ -80,8 +80,10 @@ NEAR_WAVES = 0.7  # waves in the stroke: nearer frequencies are the same
 LEAST_GAIN = 0.012  # of the rms of friction, held out: the smallest term
 LEAST_CABLE = 0.006
 LEAST_Z = 2.5  # standard errors of the mean logarithm of the held-out errors
-FEWEST_LAWS_APART = 2.0  # standard errors at which two laws differ
+APART = 2.0  # standard errors at which two fits differ
 NEAR_THRESHOLD = 5.0  # factor between the threshold of a law and those tried with a Stribeck speed
+REFINEMENTS = (2.0, 1.25, 1.06)  # factor of the Stribeck speed to either side, in three searches
+TRIALS = 7  # Stribeck speeds of a search
 
 FLOOR_OF_M = 0.003  # of the value: error of the treatment
 FLOOR_OF_FRICTION = 0.001
@@ -220,6 +222,7 @@ class Search:
         self.every = self.base
         self.equations = Equations(self.base, motion.row(motion.u), self.weight)
         self.delay = 0.0
+        self.similar = list[tuple[float, float]]()  # delays like the best one [s], with their inertia
         self.is_at_edge = False
         self.friction = np.zeros(motion.x.size)
         self.fitted = self.equations.fit(self.base)
@@ -288,6 +291,7 @@ class Search:
             self.delay = self.best_delay(chosen, self.delay + FINE * period)
         ends = COARSE[[1, -2]] * period
         self.is_at_edge = not ends[0] < self.delay < ends[1]
+        self.similar = self.similar_delays(chosen, np.array([self.delay, *(COARSE * period)]))
         self.equations.y = self.motion.row(self.motion.u, self.delay)
         self.equations.weigh(self.weight)
 
@@ -310,6 +314,31 @@ class Search:
             return float(delays[best])
         vertex = min(max(0.5 * (before - after) / bend, -1.0), 1.0)
         return float(delays[best] + (delays[1] - delays[0]) * vertex)
+
+
+    def similar_delays(
+        self, chosen: Sequence[Group], delays: np.ndarray
+    ) -> list[tuple[float, float]]:
+        """Return the delays that the folds do not tell from the first one [s], each with its inertia."""
+        equations = self.equations
+        similar = list[tuple[float, float]]()
+        best = np.ones(FOLDS)
+        for delay in delays.tolist():
+            equations.y = self.motion.row(self.motion.u, delay)
+            rights, powers = equations.targets()
+            weights, active = equations.solve(
+                chosen, self.fitted.penalties, self.fitted.support, rights.sum(axis=0)
+            )
+            at = np.flatnonzero(active)
+            x = weights[at]
+            bent = np.einsum("i,kij,j->k", x, equations.grams[:, at][:, :, at], x)
+            errors = powers - 2.0 * rights[:, at] @ x + bent
+            if not similar:
+                best = errors
+            if are_alike(errors, best):
+                mass = float(equations.physical(self.plant[0], weights)[0])
+                similar.append((delay, mass))
+        return similar
 
 
 # ---------------------------------------------------------------- choice of terms
@@ -492,7 +521,8 @@ def refitted(choice: Choice) -> Refitted:
     support = choice.support.copy()
     support[place] = False
     again = equations.fit(others, fitted.penalties, support)
-    half_width = STUDENT * error + FLOOR_OF_M * M
+    masses = np.array([mass for _, mass in search.similar])
+    half_width = math.hypot(STUDENT * error, float(np.ptp(masses))) + FLOOR_OF_M * M
     return Refitted(choice, others, again, Interval(M, half_width), delay)
 
 
@@ -513,44 +543,59 @@ def delay_interval(
     residual = equations.y / equations.unit - equations.X @ weights
     scores = [float(np.sum((W * residual * apart)[a:b])) for a, b in pairwise(equations.edges)]
     error = math.sqrt(float(np.sum(np.square(scores)))) / float(np.sum(W * apart**2))
-    return Interval(search.delay, STUDENT * error + FLOOR_OF_DELAY / motion.cutoff)
+    delays = np.array([delay for delay, _ in search.similar])
+    spread = float(np.max(np.abs(delays - search.delay)))
+    half_width = math.hypot(STUDENT * error, spread) + FLOOR_OF_DELAY / motion.cutoff
+    return Interval(search.delay, half_width)
 
 
 class Law(NamedTuple):
-    """A simple law beside the found terms: its columns in use, their weights, and the error of each fold."""
+    """A simple law beside the found terms: its weights, its numbers in SI units, and the error of each fold."""
 
     element: Element
-    at: np.ndarray
     weights: np.ndarray
     errors: np.ndarray
+    F_C: float
+    F_v: float
+    sliding: float
 
     @property
     def cost(self) -> float:
         """Squared error of all folds."""
         return float(self.errors.sum())
 
-    def is_like(self, best: Law) -> bool:
-        """Whether the folds do not tell this law from the best one."""
-        ratios = np.log(self.errors / best.errors)
-        error = float(ratios.std(ddof=1)) / math.sqrt(ratios.size)
-        return float(ratios.mean()) < FEWEST_LAWS_APART * error + 1e-12
+
+def are_alike(errors: np.ndarray, best: np.ndarray) -> bool:
+    """Whether the errors of the folds do not tell a fit from the best one."""
+    ratios = np.log(errors / best)
+    error = float(ratios.std(ddof=1)) / math.sqrt(ratios.size)
+    return float(ratios.mean()) < APART * error + 1e-12
 
 
 class Laws:
-    """One element, its rise at low speed and viscous friction, on the rows at speed beside the found terms."""
+    """Elements with a constant limit, each with the same element that falls with the speed, and viscous friction."""
 
-    def __init__(self, final: Refitted, members: Sequence[Element]) -> None:
+    def __init__(self, final: Refitted, members: Sequence[Element], speeds: Sequence[float]) -> None:
         search = final.choice.search
-        self.members = list(members)
+        self.pairs = [(member, member._replace(v_S=v_S)) for member in members for v_S in speeds]
         self.final = final
-        law = memory_group(final.motion, search.grid, "law", members, is_fixed=True)
+        self.members = [*members, *(falling for _, falling in self.pairs)]
+        law = memory_group(final.motion, search.grid, "law", self.members, is_fixed=True)
         viscous = [group for group in final.groups if group.name == "viscous"]
         self.terms = [*viscous, *(group for group in final.groups if is_beside_law(group))]
         self.groups = [law, *self.terms]
         weight = search.weight * search.fast
         self.equations = Equations(self.groups, final.equations.y, weight)
         self.P = self.equations.penalty(self.groups, final.fitted.penalties)
-        self.beside = self.equations.columns_of(self.terms)
+        self.beside = self.equations.columns_of(self.terms).tolist()
+        self.viscous = self.equations.spans["viscous"].tolist()
+        self.cable = self.equations.spans.get("cable", np.zeros(0, dtype=int)).tolist()
+
+    def fits(self) -> list[Law]:
+        """Return the law of each element, alone without Stribeck speeds."""
+        if not self.pairs:
+            return [self.fit((member,)) for member in self.members]
+        return [self.fit(pair) for pair in self.pairs]
 
     def fit(self, members: Sequence[Element], without: Sequence[int] = ()) -> Law:
         """Return the law of some elements, without some columns of the terms."""
@@ -558,7 +603,15 @@ class Laws:
         at = np.array([*columns, *(j for j in self.beside if j not in without)])
         weights, _ = self.equations.solve_columns(at, self.P)
         x = np.broadcast_to(weights[at], (FOLDS, at.size))
-        return Law(members[0], at, weights, self.equations.fold_errors(at, x))
+        errors = self.equations.fold_errors(at, x)
+        F_C = self.value(weights, columns[:1])
+        sliding = F_C + self.value(weights, self.cable)
+        return Law(members[-1], weights, errors, F_C, self.value(weights, self.viscous), sliding)
+
+    def value(self, weights: np.ndarray, columns: Sequence[int]) -> float:
+        """Return the sum of the weights of some columns in SI units."""
+        at = np.asarray(columns, dtype=int)
+        return float(np.sum(self.equations.unit * weights[at] / self.equations.scale[at]))
 
     def interval(self, law: Law, columns: Sequence[int], similar: Sequence[float]) -> Interval:
         """Return the sum of the weights of some columns; its interval also holds the values of `similar` laws."""
@@ -568,14 +621,9 @@ class Laws:
         covariance = self.equations.covariance(at, self.P, law.weights)
         factors = np.isin(at, columns) * self.equations.unit / self.equations.scale[at]
         error = math.sqrt(float(factors @ covariance @ factors))
-        value = self.value(law, columns)
+        value = self.value(law.weights, columns)
         spread = float(np.max(np.abs(np.asarray(similar) - value)))
         return Interval(value, math.hypot(STUDENT * error, spread) + FLOOR_OF_FRICTION * abs(value))
-
-    def value(self, law: Law, columns: Sequence[int]) -> float:
-        """Return the sum of the weights of some columns in SI units."""
-        at = np.asarray(columns, dtype=int)
-        return float(np.sum(self.equations.unit * law.weights[at] / self.equations.scale[at]))
 
 
 def is_beside_law(group: Group) -> bool:
@@ -589,32 +637,32 @@ def friction_law(final: Refitted) -> Friction:
     flat = list[Element]()
     for is_dahl in (False, True):
         flat += elements(is_dahl=is_dahl, d=grid.narrow[:-1])
-    first = Laws(final, flat)
-    best = min((first.fit([element]) for element in flat), key=lambda law: law.cost)
-    low = best.element.d / NEAR_THRESHOLD
-    near = [element for element in flat if low < element.d < best.element.d * NEAR_THRESHOLD**2]
-    near = [element for element in near if element.d < best.element.d * NEAR_THRESHOLD]
-    pairs = [
-        (element, element._replace(v_S=v_S)) for element in near for v_S in grid.v_S[:5].tolist()
+    fits = Laws(final, flat, ()).fits()
+    d = min(fits, key=lambda law: law.cost).element.d
+    near = [member for member in flat if d / NEAR_THRESHOLD < member.d < d * NEAR_THRESHOLD]
+    fits += Laws(final, near, grid.v_S[:-1].tolist()).fits()
+    for width in REFINEMENTS:
+        best = min(fits, key=lambda law: law.cost).element
+        both = [member for member in flat if member.d == best.d]
+        v_S = min(best.v_S, grid.V)
+        laws = Laws(final, both, (v_S * np.geomspace(1.0 / width, width, TRIALS)).tolist())
+        fits += laws.fits()
+    least = min(fits, key=lambda law: law.cost).element
+    laws = Laws(final, both, [min(least.v_S, grid.V)])
+    best = min(laws.fits(), key=lambda law: law.cost)
+    pair = next(pair for pair in laws.pairs if pair[1] == best.element)
+    fits += [
+        laws.fit(pair, [j for j in laws.cable if j != threshold]) for threshold in laws.cable
     ]
-    laws = Laws(final, [*near, *(falling for _, falling in pairs)])
-    fits = [laws.fit(pair) for pair in pairs]
-    least = int(np.argmin([law.cost for law in fits]))
-    best = fits[least]
-    cable = laws.equations.spans.get("cable", np.zeros(0, dtype=int)).tolist()
-    for threshold in cable:
-        fits.append(laws.fit(pairs[least], [j for j in cable if j != threshold]))
-    similar = [law for law in fits if law.is_like(best)]
+    similar = [law for law in [*fits, best] if are_alike(law.errors, best.errors)]
     factor = mean_level(laws, best)
-    place = best.at[:1].tolist()
-    viscous = laws.equations.spans["viscous"].tolist()
-    coulomb = [laws.value(law, law.at[:1]) for law in similar]
-    sliding = [laws.value(law, [law.at[0], *cable]) for law in similar]
-    slopes = [laws.value(law, viscous) for law in similar]
+    place = [laws.members.index(pair[0])]
+    coulomb = laws.interval(best, place, [law.F_C for law in similar])
+    sliding = laws.interval(best, [*place, *laws.cable], [law.sliding for law in similar])
     return Friction(
-        F_C=laws.interval(best, place, coulomb).times(factor),
-        F_v=laws.interval(best, viscous, slopes),
-        sliding=laws.interval(best, [*place, *cable], sliding).times(factor),
+        F_C=coulomb.times(factor),
+        F_v=laws.interval(best, laws.viscous, [law.F_v for law in similar]),
+        sliding=sliding.times(factor),
     )
 
 

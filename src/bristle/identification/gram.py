@@ -108,20 +108,26 @@ class Equations:
     def weigh(self, weight: np.ndarray) -> None:
         """Set the weights of the rows."""
         self.weight = weight
-        root = np.sqrt(weight)
-        X = self.X * root[:, None]
-        y = self.y / self.unit * root
+        X = self.X * np.sqrt(weight)[:, None]
         parts = [slice(*pair) for pair in pairwise(self.edges)]
         self.grams = folded([X[part].T @ X[part] for part in parts])
-        self.rights = folded([X[part].T @ y[part] for part in parts])
-        self.powers = folded([y[part] @ y[part] for part in parts])
         self.gram = self.grams.sum(axis=0)
-        self.right = self.rights.sum(axis=0)
+        self.retarget(self.y)
 
     def retarget(self, y: np.ndarray) -> None:
         """Set the effort of the rows."""
         self.y = y
-        self.weigh(self.weight)
+        self.rights, self.powers = self.targets()
+        self.right = self.rights.sum(axis=0)
+
+    def targets(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the right sides, shape (fold, column), and the powers of the effort, shape (fold,)."""
+        y = self.y / self.unit
+        weighted = self.weight * y
+        parts = [slice(*pair) for pair in pairwise(self.edges)]
+        rights = folded([self.X[part].T @ weighted[part] for part in parts])
+        powers = folded([weighted[part] @ y[part] for part in parts])
+        return rights, powers
 
     def columns_of(self, chosen: Sequence[Group]) -> np.ndarray:
         """Return the columns of a choice of groups."""
