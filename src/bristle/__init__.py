@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         read_model,
         write_model,
     )
+    from bristle.identification.explain import explain
     from bristle.identification.hysteresis import identify_operator
     from bristle.logs.log import Log
     from bristle.models import controllers, friction, hysteresis, plants, references, sensors
@@ -61,6 +62,7 @@ __all__ = [
     "design",
     "engine",
     "excite",
+    "explain",
     "export",
     "figures",
     "friction",

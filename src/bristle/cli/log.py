@@ -43,7 +43,8 @@ class _OfFormats(Listing):
 COMMAND = _OfFormats
 EXAMPLE = """Example:
   bristle log recording.csv --write axis.toml
-  bristle log recording.csv --axis axis.toml --out inspected"""
+  bristle log recording.csv --axis axis.toml --out inspected
+  bristle log recording.csv --axis axis.toml --explain"""
 MOST_COLUMNS = 100  # in the terminal
 
 
@@ -59,6 +60,13 @@ def log(
             help="Write the recognized columns and units as an axis file.",
         ),
     ] = None,
+    explain: Annotated[
+        bool,
+        typer.Option(
+            "--explain",
+            help="Explain the effort: shares of friction, springs, cables, cogging and load, inertia and delay.",
+        ),
+    ] = False,
     output: Output,
     reader: Readers = None,
 ) -> int:
@@ -69,9 +77,12 @@ def log(
     recognized columns as AXIS.toml. Replace each "?" in AXIS.toml. If AXIS.toml already exists, bristle does not change
     this file, but reads the log with it. The exit code is 1 if the log has problems.
 
+    --explain fits all forces at once and prints the share of each with its evidence. It needs position and effort in known units.
+
     Writes summary.json into DIR, and report.html if the log has no problems and all units are known.
     """
     from bristle.files import axes_in, provenance, read_axis, write_whole
+    from bristle.report.explained import explanation_parts
     from bristle.report.log import inspect_log
 
     output.context.with_resource(own_readers(reader))
@@ -83,7 +94,7 @@ def log(
         joints = axes_in(described)
     if joints:
         refuse(
-            {"--out": output.out, "--json": output.as_json},
+            {"--out": output.out, "--json": output.as_json, "--explain": explain},
             "describes one axis, but AXIS.toml describes several",
             "Omit it",
         )
@@ -93,7 +104,10 @@ def log(
         )
     with output.opened("reading", [file, axis]) as (folder, _):
         inspected = inspect_log(
-            file, read_axis(described) if described else None, size_limit=size_limit()
+            file,
+            read_axis(described) if described else None,
+            size_limit=size_limit(),
+            with_explanation=explain,
         )
         summary = inspected.summary
         if folder:
@@ -120,6 +134,8 @@ def log(
     if output.as_json:
         print_json(summary)
     else:
+        if inspected.explanation is not None:
+            show(*explanation_parts(inspected.explanation))
         show(*_parts(summary))
     for problem in summary["problems"]:
         complain(f"problem: {problem}")

@@ -142,7 +142,9 @@ class Motion:
     taps: np.ndarray
     step: int  # samples per row
     margin: int  # samples of a stretch before its first row, at least
-    unsettled: tuple[int, ...]  # samples of each stretch that depend on the unknown start of its friction
+    unsettled: tuple[
+        int, ...
+    ]  # samples of each stretch that depend on the unknown start of its friction
 
     @cached_property
     def firsts(self) -> tuple[int, ...]:
@@ -160,7 +162,9 @@ class Motion:
     def places(self) -> np.ndarray:
         """Sample of each row, shape (row,)."""
         triples = zip(self.stretches, self.firsts, self.counts, strict=True)
-        parts = [part.start + first + self.step * np.arange(count) for part, first, count in triples]
+        parts = [
+            part.start + first + self.step * np.arange(count) for part, first, count in triples
+        ]
         return np.concatenate(parts)
 
     @cached_property
@@ -496,7 +500,11 @@ def ripple_group(motion: Motion, frequency: float) -> Group:
 
 
 def level_groups(
-    motion: Motion, grid: Grid, friction: np.ndarray, place: np.ndarray, frequencies: Sequence[float]
+    motion: Motion,
+    grid: Grid,
+    friction: np.ndarray,
+    place: np.ndarray,
+    frequencies: Sequence[float],
 ) -> list[Group]:
     """Return changes of the level, of first order about the friction of an earlier fit, shape (sample,) [N or N*m]."""
     changes = {

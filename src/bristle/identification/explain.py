@@ -64,7 +64,9 @@ FINE = np.arange(-3, 4) * 0.02  # periods of the cut-off: further delays around 
 PASSES = 2  # over the changes of the level, which are relative to the friction of the last fit
 
 NO_MOTION = 2e-3  # of the top speed
-BANDS = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0])  # periods of the cut-off from a row to the nearest reversal
+BANDS = np.array(
+    [0.5, 1.0, 2.0, 4.0, 8.0, 16.0]
+)  # periods of the cut-off from a row to the nearest reversal
 QUIET = 0.25  # of the median power of the residual: its power in a band, at least
 
 CELLS = 16_384  # of the stroke, for the periodogram over the position
@@ -80,15 +82,22 @@ NEAR_WAVES = 0.7  # waves in the stroke: nearer frequencies are the same
 LEAST_GAIN = 0.012  # of the rms of friction, held out: the smallest term
 LEAST_CABLE = 0.006
 LEAST_Z = 2.5  # standard errors of the mean logarithm of the held-out errors
+MOST_RISE = 1.04  # factor of the squared error, above which two fits differ
 APART = 2.0  # standard errors at which two fits differ
 NEAR_THRESHOLD = 5.0  # factor between the threshold of a law and those tried with a Stribeck speed
 REFINEMENTS = (2.0, 1.25, 1.06)  # factor of the Stribeck speed to either side, in three searches
 TRIALS = 7  # Stribeck speeds of a search
 
 FLOOR_OF_M = 0.003  # of the value: error of the treatment
-FLOOR_OF_FRICTION = 0.001
+FLOOR_BESIDE_FRICTION = 0.001  # of the effort: error of the inertial force
+FLOOR_OF_FRICTION = 0.001  # of the value
 FLOOR_OF_DELAY = 0.005  # periods of the cut-off
-MEMORY = ("stop", "fall", "dahl", "fall_dahl")  # groups of elements that saturate within 0.3 % of the stroke
+MEMORY = (
+    "stop",
+    "fall",
+    "dahl",
+    "fall_dahl",
+)  # groups of elements that saturate within 0.3 % of the stroke
 SETTLING = 2.0  # periods of the cut-off after a reversal, in which a row mixes both directions
 LEAST_SETTLED = 0.5  # of the rows at speed
 LEAST_BACKWARD = 0.02  # of the rows at speed in the rarer direction
@@ -187,7 +196,9 @@ def waves_in(motion: Motion, grid: Grid, residual: np.ndarray) -> list[float]:
         sums = np.bincount(cell, left, CELLS)
         spectrum = np.abs(np.fft.rfft(sums, PADDING * CELLS)) ** 2
         best = float(frequencies[able][np.argmax(spectrum[able])])
-        fits = [wave_at(best + shift / grid.stroke, x, left) for shift in np.linspace(-0.3, 0.3, 13)]
+        fits = [
+            wave_at(best + shift / grid.stroke, x, left) for shift in np.linspace(-0.3, 0.3, 13)
+        ]
         frequency, power, wave = max(fits, key=lambda fit: fit[1])
         if power < least * total:
             break
@@ -196,7 +207,9 @@ def waves_in(motion: Motion, grid: Grid, residual: np.ndarray) -> list[float]:
     return waves
 
 
-def wave_at(frequency: float, x: np.ndarray, residual: np.ndarray) -> tuple[float, float, np.ndarray]:
+def wave_at(
+    frequency: float, x: np.ndarray, residual: np.ndarray
+) -> tuple[float, float, np.ndarray]:
     """Return a frequency, and power and values of its wave in a residual."""
     phase = 2.0 * np.pi * frequency * x
     W = np.stack([np.cos(phase), np.sin(phase)], axis=1)
@@ -222,7 +235,9 @@ class Search:
         self.every = self.base
         self.equations = Equations(self.base, motion.row(motion.u), self.weight)
         self.delay = 0.0
-        self.similar = list[tuple[float, float]]()  # delays like the best one [s], with their inertia
+        self.similar = list[
+            tuple[float, float]
+        ]()  # delays like the best one [s], with their inertia
         self.is_at_edge = False
         self.friction = np.zeros(motion.x.size)
         self.fitted = self.equations.fit(self.base)
@@ -314,7 +329,6 @@ class Search:
             return float(delays[best])
         vertex = min(max(0.5 * (before - after) / bend, -1.0), 1.0)
         return float(delays[best] + (delays[1] - delays[0]) * vertex)
-
 
     def similar_delays(
         self, chosen: Sequence[Group], delays: np.ndarray
@@ -449,9 +463,7 @@ class Selection:
 
     def weakest(self, evidence: Mapping[str, Evidence]) -> str | None:
         """Return the term that the log shows least; None if it shows all of them."""
-        weak = {
-            name: entry for name, entry in evidence.items() if not self.is_needed(entry, name)
-        }
+        weak = {name: entry for name, entry in evidence.items() if not self.is_needed(entry, name)}
         if weak:
             return min(weak, key=lambda name: weak[name].gain * max(weak[name].z, 0.0))
         both = [name for name in ("level", "load") if name in evidence]
@@ -522,13 +534,13 @@ def refitted(choice: Choice) -> Refitted:
     support[place] = False
     again = equations.fit(others, fitted.penalties, support)
     masses = np.array([mass for _, mass in search.similar])
-    half_width = math.hypot(STUDENT * error, float(np.ptp(masses))) + FLOOR_OF_M * M
+    acceleration = max(rms(inertia.columns[:, 0]), np.finfo(float).tiny)
+    floor = FLOOR_OF_M * M + FLOOR_BESIDE_FRICTION * rms(equations.y) / acceleration
+    half_width = math.hypot(STUDENT * error, float(np.ptp(masses))) + floor
     return Refitted(choice, others, again, Interval(M, half_width), delay)
 
 
-def delay_interval(
-    search: Search, at: np.ndarray, P: np.ndarray, weights: np.ndarray
-) -> Interval:
+def delay_interval(search: Search, at: np.ndarray, P: np.ndarray, weights: np.ndarray) -> Interval:
     """Return the delay with its interval, from the slope of the effort over the delay beside the columns in use."""
     equations = search.equations
     motion = search.motion
@@ -569,13 +581,16 @@ def are_alike(errors: np.ndarray, best: np.ndarray) -> bool:
     """Whether the errors of the folds do not tell a fit from the best one."""
     ratios = np.log(errors / best)
     error = float(ratios.std(ddof=1)) / math.sqrt(ratios.size)
-    return float(ratios.mean()) < APART * error + 1e-12
+    is_close = float(errors.sum()) < MOST_RISE * float(best.sum())
+    return is_close and float(ratios.mean()) < APART * error + 1e-12
 
 
 class Laws:
     """Elements with a constant limit, each with the same element that falls with the speed, and viscous friction."""
 
-    def __init__(self, final: Refitted, members: Sequence[Element], speeds: Sequence[float]) -> None:
+    def __init__(
+        self, final: Refitted, members: Sequence[Element], speeds: Sequence[float]
+    ) -> None:
         search = final.choice.search
         self.pairs = [(member, member._replace(v_S=v_S)) for member in members for v_S in speeds]
         self.final = final
@@ -651,9 +666,7 @@ def friction_law(final: Refitted) -> Friction:
     laws = Laws(final, both, [min(least.v_S, grid.V)])
     best = min(laws.fits(), key=lambda law: law.cost)
     pair = next(pair for pair in laws.pairs if pair[1] == best.element)
-    fits += [
-        laws.fit(pair, [j for j in laws.cable if j != threshold]) for threshold in laws.cable
-    ]
+    fits += [laws.fit(pair, [j for j in laws.cable if j != threshold]) for threshold in laws.cable]
     similar = [law for law in [*fits, best] if are_alike(law.errors, best.errors)]
     factor = mean_level(laws, best)
     place = [laws.members.index(pair[0])]
@@ -808,9 +821,7 @@ def steady_friction(weights: Mapping[str, np.ndarray], grid: Grid, v: np.ndarray
     return total
 
 
-def after_reversal(
-    weights: Mapping[str, np.ndarray], grid: Grid, travel: np.ndarray
-) -> np.ndarray:
+def after_reversal(weights: Mapping[str, np.ndarray], grid: Grid, travel: np.ndarray) -> np.ndarray:
     """Return friction after a slow reversal, over the travel [N or N*m]."""
     total = np.zeros(travel.size)
     for name, members in memory_of(grid).items():

@@ -24,7 +24,9 @@ WORK_RATE = 10.0  # cut-offs: sampling frequency of the motion
 ROWS_A_PERIOD = 2.4  # of the cut-off
 MOST_ROWS = 30_000
 FEWEST_ROWS = 240
-SMOOTHING = np.exp(-0.5 * (np.arange(-4, 5) / 1.1) ** 2)  # of the position, over the samples beside each
+SMOOTHING = np.exp(
+    -0.5 * (np.arange(-4, 5) / 1.1) ** 2
+)  # of the position, over the samples beside each
 MEDIAN_OVER_DEVIATION = 0.67  # of normal noise
 STEP_NOISE = 0.3  # of the step of the encoder: its noise, at least
 LONGEST_DELAY = 0.9  # periods of the cut-off: samples that the search for the delay needs

@@ -1,17 +1,28 @@
 """The report of a log: verdict, its experiments and its problems; also its facts for other reports."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bristle.core import SIZE_LIMIT, Axis, Diagnostic, Kind, Readable, number, unit_of, with_unit
+from bristle.core import (
+    SIZE_LIMIT,
+    Axis,
+    Diagnostic,
+    InputError,
+    Kind,
+    Readable,
+    number,
+    unit_of,
+    with_unit,
+)
 from bristle.files import SUMMARY, Inspection, Results, as_json
-from bristle.identification import Fit, Identification
+from bristle.identification import Explanation, Fit, Identification, explain
 from bristle.logs import Log, Passage
 from bristle.report.cards import Card, Step
+from bristle.report.explained import tables_of
 from bristle.report.messages import advice_of, as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.results import write_report
@@ -44,8 +55,11 @@ KINDS = {
 }
 
 
+@dataclass(frozen=True)
 class Inspected(Inspection):
-    """The contents of a log, and its report."""
+    """The contents of a log, the explanation of its effort if asked for, and its report."""
+
+    explanation: Explanation | None = None
 
     def write(self, folder: Results, command: str) -> None:
         """Write the numbers, and the report of a usable log, into a folder of results."""
@@ -59,14 +73,19 @@ class Inspected(Inspection):
             command=command,
             provenance=self.summary["provenance"],
             diagnostics=self.summary["diagnostics"],
+            explanation=self.explanation,
         )
         write_report(folder, page, self.summary)
 
 
 def inspect_log(
-    log: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT
+    log: Readable,
+    axis: Axis | None = None,
+    *,
+    size_limit: int = SIZE_LIMIT,
+    with_explanation: bool = False,
 ) -> Inspected:
-    """Return the contents of a log; without an axis also a proposed axis file."""
+    """Return the contents of a log, with the explanation of its effort if asked for; without an axis also a proposed axis file."""
     inspected = Inspected.of(log, axis, size_limit=size_limit)
     data, proposal = inspected.summary, inspected.proposal
     diagnostics = [Diagnostic(**entry, kind=data["kind"]) for entry in data["diagnostics"]]
@@ -88,7 +107,24 @@ def inspect_log(
         if proposal.roles:
             summary["proposal"]["roles"] = [asdict(entry) for entry in proposal.roles]
         summary["notes"] = [*proposal.notes, *summary["notes"]]
-    return replace(inspected, summary=summary)
+    if not with_explanation:
+        return replace(inspected, summary=summary)
+    explanation = explanation_of(inspected)
+    summary["explanation"] = explanation.as_data()
+    return replace(inspected, summary=summary, explanation=explanation)
+
+
+def explanation_of(inspected: Inspected) -> Explanation:
+    """Return the explanation of the effort of a log; refuse a log with problems or unknown units."""
+    if inspected.log is None:
+        problems = inspected.summary["problems"]
+        raise InputError(
+            "cannot be explained",
+            path=inspected.summary["file"],
+            value="; ".join(problems) or "columns in unknown units",
+            mend="Describe its columns in an axis file: --write AXIS.toml proposes one",
+        )
+    return explain(inspected.log, inspected.axis)
 
 
 def log_report(
@@ -97,6 +133,7 @@ def log_report(
     *,
     name: str,
     diagnostics: Sequence[Mapping[str, Any]] = (),
+    explanation: Explanation | None = None,
     **options: Any,
 ) -> str:
     """Return the report of a log as an HTML page; options as of `report_page`."""
@@ -126,7 +163,11 @@ def log_report(
             [Block("facts", log_facts(log), ("Recorded channels",)), Block("items", log.notes)],
         ),
     ]
+    if explanation is not None:
+        parts = [explanation.verdict, *tables_of(explanation), *explanation.notes]
+        sections.insert(1, Section("explanation", "Forces", parts))
     facts = {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")}
+    facts["explanation"] = explanation
     return report_page("log", facts, _front(log, ruling, segments, name), sections, **options)
 
 

@@ -135,6 +135,7 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place("front", "recorded.passages"),
         Place("beside", "recorded.loops"),
         Place("beside", "recorded.velocities"),
+        Place("explanation", "explained.forces"),
     ),
     "design": (
         Place("front", "loop_design.loops"),
