@@ -23,7 +23,7 @@ filter as the effort and is then decimated to rows.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -287,9 +287,14 @@ class Element(NamedTuple):
         return np.minimum(travel / self.d - 1.0, 1.0)
 
 
-def elements(*, is_dahl: bool, d: np.ndarray, v_S: Sequence[float] = (math.inf,), c: float = 0.0):
+def elements(
+    *, is_dahl: bool, d: np.ndarray, v_S: Iterable[float] = (math.inf,), c: float = 0.0
+) -> list[Element]:
     """Return an element for each threshold and Stribeck speed."""
-    return [Element(is_dahl, threshold, speed, c) for speed in v_S for threshold in d]
+    thresholds = d.tolist()
+    return [
+        Element(is_dahl, threshold, float(speed), c) for speed in v_S for threshold in thresholds
+    ]
 
 
 def memory_of(grid: Grid) -> dict[str, list[Element]]:
@@ -334,7 +339,7 @@ def memory_force(
     motion: Motion, grid: Grid, members: Sequence[Element], weights: np.ndarray
 ) -> np.ndarray:
     """Return the sum of weighted elements along a motion, shape (sample,) [N or N*m]."""
-    active = np.flatnonzero(weights)
+    active = np.flatnonzero(weights).tolist()
     total = np.zeros(motion.x.size)
     signals = outputs(motion, grid, [members[i] for i in active])
     for weight, out in zip(weights[active], signals, strict=True):

@@ -41,7 +41,6 @@ from bristle.identification.dictionary import (
     place_groups,
     plant_groups,
     ramps,
-    ripple,
     ripple_group,
 )
 from bristle.identification.explanation import (
@@ -91,6 +90,7 @@ TRIALS = 7  # Stribeck speeds of a search
 FLOOR_OF_M = 0.003  # of the value: error of the treatment
 FLOOR_BESIDE_FRICTION = 0.001  # of the effort: error of the inertial force
 FLOOR_OF_FRICTION = 0.001  # of the value
+FLOOR_OF_SPLIT = 0.05  # of the limit of the cable: error of Coulomb friction beside it
 FLOOR_OF_DELAY = 0.005  # periods of the cut-off
 MEMORY = (
     "stop",
@@ -653,29 +653,45 @@ def friction_law(final: Refitted) -> Friction:
     for is_dahl in (False, True):
         flat += elements(is_dahl=is_dahl, d=grid.narrow[:-1])
     fits = Laws(final, flat, ()).fits()
-    d = min(fits, key=lambda law: law.cost).element.d
+    d = best_of(fits).element.d
     near = [member for member in flat if d / NEAR_THRESHOLD < member.d < d * NEAR_THRESHOLD]
     fits += Laws(final, near, grid.v_S[:-1].tolist()).fits()
     for width in REFINEMENTS:
-        best = min(fits, key=lambda law: law.cost).element
-        both = [member for member in flat if member.d == best.d]
-        v_S = min(best.v_S, grid.V)
-        laws = Laws(final, both, (v_S * np.geomspace(1.0 / width, width, TRIALS)).tolist())
-        fits += laws.fits()
-    least = min(fits, key=lambda law: law.cost).element
-    laws = Laws(final, both, [min(least.v_S, grid.V)])
-    best = min(laws.fits(), key=lambda law: law.cost)
+        fits += laws_around(
+            final, flat, fits, width * np.geomspace(1.0 / width**2, 1.0, TRIALS)
+        ).fits()
+    laws = laws_around(final, flat, fits, np.ones(1))
+    best = best_of(laws.fits())
     pair = next(pair for pair in laws.pairs if pair[1] == best.element)
     fits += [laws.fit(pair, [j for j in laws.cable if j != threshold]) for threshold in laws.cable]
     similar = [law for law in [*fits, best] if are_alike(law.errors, best.errors)]
     factor = mean_level(laws, best)
     place = [laws.members.index(pair[0])]
     coulomb = laws.interval(best, place, [law.F_C for law in similar])
+    # Slip of the cable and of the contact share rows.
+    split = FLOOR_OF_SPLIT * laws.value(best.weights, laws.cable)
+    coulomb = coulomb._replace(half_width=coulomb.half_width + split)
     sliding = laws.interval(best, [*place, *laws.cable], [law.sliding for law in similar])
     return Friction(
         F_C=coulomb.times(factor),
         F_v=laws.interval(best, laws.viscous, [law.F_v for law in similar]),
         sliding=sliding.times(factor),
+    )
+
+
+def best_of(laws: Sequence[Law]) -> Law:
+    """Return the law with the least error."""
+    return min(laws, key=lambda law: law.cost)
+
+
+def laws_around(
+    final: Refitted, members: Sequence[Element], laws: Sequence[Law], factors: np.ndarray
+) -> Laws:
+    """Return the laws with the threshold of the best one and multiples of its Stribeck speed."""
+    best = best_of(laws).element
+    v_S = min(best.v_S, final.choice.search.grid.V)
+    return Laws(
+        final, [member for member in members if member.d == best.d], (v_S * factors).tolist()
     )
 
 
@@ -740,6 +756,7 @@ def parts_of(final: Refitted, forces: Mapping[str, np.ndarray]) -> list[Part]:
     sizes = {name: rms(force) for name, force in sums.items()}
     whole = max(sum(sizes.values()), np.finfo(float).tiny)
     frequencies = {group.name: group.frequency for group in final.groups}
+    waves = {group.name: final.weights(group).tolist() for group in final.groups if group.frequency}
     parts = [
         Part(
             name=name,
@@ -747,6 +764,7 @@ def parts_of(final: Refitted, forces: Mapping[str, np.ndarray]) -> list[Part]:
             share=size / whole,
             evidence=final.choice.evidence.get(name),
             frequency=frequencies.get(name, 0.0),
+            wave=tuple(waves.get(name, ())),
         )
         for name, size in sizes.items()
         if size > 0.0
@@ -791,11 +809,7 @@ def curves_of(final: Refitted) -> dict[str, Curve]:
     time = np.linspace(0.0, search.motion.span, POINTS)
     warm = np.ones(time.size)
     for group in final.groups:
-        if group.frequency and group.role == "place":
-            place += weights[group.name] @ ripple(x, group.frequency)
-        elif group.frequency:
-            level += weights[group.name] @ ripple(x, group.frequency)
-        elif group.role == "place":
+        if group.role == "place" and not group.frequency:
             place += weights[group.name] @ SHAPES[group.name](x, grid)
         elif group.name == "level":
             level += weights["level"] @ along_axis(x, grid)

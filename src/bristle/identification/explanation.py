@@ -39,6 +39,13 @@ DOUBTS = {
     "moves, or correct the time of the effort.",
 }
 """Reason for unknown numbers -> sentence."""
+UNKNOWN = {
+    "not_saturated": ("M", "F_C", "sliding", "F_v", "delay"),
+    "reverses_fast": ("M", "F_C", "sliding", "F_v", "delay"),
+    "one_direction": ("F_C", "sliding"),
+    "delay_at_edge": ("M", "delay"),
+}
+"""Reason for unknown numbers -> these numbers."""
 
 
 class Evidence(NamedTuple):
@@ -83,7 +90,7 @@ class Friction:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the effort without inertia.
+    r"""A part of the effort without inertia.
 
     Parameters
     ----------
@@ -97,6 +104,9 @@ class Part:
         Evidence of a term; None for friction and the constant force, which are always fitted.
     frequency : float
         Waves per length of a ripple [1/m or 1/rad]; 0 for other parts.
+    wave : tuple of float
+        Factors of the cosine and the sine of :math:`2 \pi` `frequency` `x` of a ripple [N or N*m], relative to friction for
+        a ripple of friction; empty for other parts.
     """
 
     name: str
@@ -104,6 +114,7 @@ class Part:
     share: float
     evidence: Evidence | None
     frequency: float
+    wave: tuple[float, ...] = ()
 
     def label(self, kind: Kind) -> str:
         """Return the words for this part."""
@@ -163,7 +174,7 @@ class Explanation:
     rejected : mapping of str to Evidence
         Terms that the log does not show.
     M : Interval or None
-        Inertia [kg or kg*m^2]; None if no row shows saturated friction. So are `F_C`, `sliding` and `F_v`.
+        Inertia [kg or kg*m^2]; None, like the numbers below, if a doubt leaves it unknown.
     F_C : Interval or None
         Coulomb friction [N or N*m].
     sliding : Interval or None
@@ -181,7 +192,7 @@ class Explanation:
     floor : float
         Rms error of held-out parts of the log [N or N*m].
     curves : mapping of str to Curve
-        ``"position"``: force; ``"level"``: relative level of friction along the axis; ``"time"``: relative level over time;
+        ``"position"``: force without ripples; ``"level"``: relative level of friction along the axis; ``"time"``: relative level over time;
         ``"speed"``: steady friction; ``"travel"``: friction after a slow reversal.
     doubts : tuple of str
         Reasons for unknown numbers: ``"not_saturated"``, ``"reverses_fast"``, ``"delay_at_edge"``, ``"one_direction"``.
@@ -276,13 +287,11 @@ def explanation_of(
     """Return the result; with a doubt, the numbers of the rows at speed are unknown."""
     found = tuple(parts)
     facts |= {"kind": kind, "parts": found, "rejected": rejected, "doubts": doubts}
-    if doubts == ("one_direction",):
-        return Explanation(M=M, F_C=None, sliding=None, F_v=friction.F_v, delay=delay, **facts)
-    if doubts:
-        return Explanation(M=None, F_C=None, sliding=None, F_v=None, delay=None, **facts)
-    return Explanation(
-        M=M, F_C=friction.F_C, sliding=friction.sliding, F_v=friction.F_v, delay=delay, **facts
-    )
+    numbers: dict[str, Interval | None] = {"M": M, "delay": delay}
+    numbers |= {"F_C": friction.F_C, "sliding": friction.sliding, "F_v": friction.F_v}
+    for doubt in doubts:
+        numbers |= dict.fromkeys(UNKNOWN[doubt])
+    return Explanation(**numbers, **facts)
 
 
 def percent(share: float) -> str:
@@ -295,11 +304,11 @@ def percent(share: float) -> str:
 def part_data(part: Part, kind: Kind) -> dict[str, Any]:
     """Return a part as plain data."""
     data: dict[str, Any] = {"name": part.name, "label": part.label(kind), "rms": part.rms}
-    data |= {"share": part.share, "gain": None, "z": None, "wavelength": None}
+    data |= {"share": part.share, "gain": None, "z": None, "wavelength": None, "wave": None}
     if part.evidence is not None:
         data |= part.evidence._asdict()
     if part.frequency:
-        data["wavelength"] = 1.0 / part.frequency
+        data |= {"wavelength": 1.0 / part.frequency, "wave": list(part.wave)}
     return data
 
 

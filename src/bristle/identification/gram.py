@@ -166,14 +166,12 @@ class Equations:
         right: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return weights and support of a choice of columns."""
-        if support is None:
-            support = np.zeros(self.right.size, dtype=bool)
-        if right is None:
-            right = self.right
+        first = np.zeros(self.right.size, dtype=bool) if support is None else support
+        b = self.right if right is None else right
         A = (self.gram + P)[np.ix_(at, at)]
         weights = np.zeros(self.right.size)
         active = np.zeros(self.right.size, dtype=bool)
-        weights[at], active[at] = non_negative(A, right[at], self.is_free[at], support[at])
+        weights[at], active[at] = non_negative(A, b[at], self.is_free[at], first[at])
         return weights, active
 
     def likeliest(
@@ -219,7 +217,7 @@ class Equations:
         for group in chosen:
             if group.penalty is not None:
                 active = support[self.spans[group.name]]
-                shapes[group.name] = group.penalty[np.ix_(active, active)]
+                shapes[group.name] = group.penalty[active][:, active]
         return shapes
 
     def fit(

@@ -64,7 +64,7 @@ def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
         raise InputError(
             "the position hardly changes",
             path="log.position",
-            value=f"a range of {with_unit(float(np.ptp(motion.x)), unit_of('length', log.kind))}",
+            value=f"a range of {with_unit(float(np.ptp(motion.x)), unit_of('length', pairs[0][0].kind))}",
             mend="Record a motion in both directions, at the working speeds of the axis",
         )
     motion = replace(motion, unsettled=unsettled(motion))
