@@ -13,6 +13,7 @@ import pytest
 from tests.apps.study.fleet.conftest import write_log
 from tests.attack.yard import build
 from tests.cli.conftest import written_in
+from tests.identification.test_explain import simulated as columns_of, spring
 from tests.logs.exports import EXPORTS, motion
 
 import bristle as br
@@ -328,3 +329,38 @@ def test_terminal_messages_name_the_full_path(folder, capsys):
         == 0
     )
     assert f"--axis {folder}/out/axis.toml" in capsys.readouterr().out.replace("\n", "")
+
+
+@pytest.fixture(scope="module")
+def sprung(tmp_path_factory):
+    """A log of an axis with a spring, as a file."""
+    columns = columns_of(12.0, further=spring)
+    file = tmp_path_factory.mktemp("sprung") / "sprung.csv"
+    table = np.column_stack([columns[name] for name in ("time", "position", "effort")])
+    head = "time [s],position [m],effort [N]"
+    np.savetxt(file, table, delimiter=",", header=head, comments="", fmt="%.9g")
+    return file
+
+
+def test_explain_prints_the_shares_first_and_the_numbers(bristle, sprung):
+    result = bristle("log", str(sprung), "--explain", code=0)
+    first = result.out.splitlines()[0]
+    assert first.startswith("Effort: ")
+    assert "% Coulomb" in first
+    assert "% spring" in first
+    assert "Coulomb friction, mean over the motion" in result.out
+
+
+def test_explain_adds_its_keys_to_the_json_and_a_section_to_the_report(bristle, sprung, place):
+    result = bristle("log", str(sprung), "--explain", "--json", "--out", "explained", code=0)
+    explanation = result.data["explanation"]
+    names = {part["name"] for part in explanation["parts"] if part["gain"] is not None}
+    assert names == {"spring"}
+    assert explanation["numbers"]["F_C"]["value"] == pytest.approx(22.0, rel=0.02)
+    assert json.loads(Path("explained/summary.json").read_text())["explanation"] == explanation
+    assert 'id="explanation"' in Path("explained/report.html").read_text()
+
+
+def test_explain_needs_known_units_and_an_effort(bristle, place):
+    Path("silent.csv").write_text("t [s],q [m]\n" + "\n".join(f"{k / 1e3},0.1" for k in range(99)))
+    bristle("log", "silent.csv", "--explain", code=2, said="effort")

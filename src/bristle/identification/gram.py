@@ -36,6 +36,8 @@ MOST_PENALTY = 1e3  # of the rows
 MOST_CHANGE = 30.0  # factor of a penalty from one iteration to the next
 ITERATIONS = 12  # of the penalties
 SETTLED = 0.05  # change of the logarithm of the penalties that ends the iteration
+MOST_RISE = 1.04  # factor of the squared error, above which two fits differ
+APART = 2.0  # standard errors at which two fits differ
 
 
 def non_negative(
@@ -273,3 +275,16 @@ def folded(parts: Sequence[Any]) -> np.ndarray:
     """Return the sums over the stretches of each fold."""
     stacked = np.stack(parts)
     return stacked.reshape(STRETCHES, FOLDS, *stacked.shape[1:]).sum(axis=0)
+
+
+def are_alike(errors: np.ndarray, best: np.ndarray) -> bool:
+    """Whether the errors of the folds do not tell a fit from the best one."""
+    ratios = np.log(errors / best)
+    error = float(ratios.std(ddof=1)) / math.sqrt(ratios.size)
+    is_close = float(errors.sum()) < MOST_RISE * float(best.sum())
+    return is_close and float(ratios.mean()) < APART * error + 1e-12
+
+
+def rms(values: np.ndarray) -> float:
+    """Return the root mean square."""
+    return math.sqrt(float(np.mean(np.square(values))))

@@ -1,0 +1,368 @@
+"""Search for the terms of a log: delay, ripples, and the terms that lower the error of held-out folds."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.identification.dictionary import (
+    Grid,
+    Group,
+    Motion,
+    filter_group,
+    friction_groups,
+    grid_of,
+    level_groups,
+    place_groups,
+    plant_groups,
+    ripple_group,
+)
+from bristle.identification.explanation import Evidence
+from bristle.identification.gram import FOLDS, Equations, are_alike, rms
+
+SLOW = 0.05  # of the top speed: rows below it have no weight in the delay and the inertia
+RISE = 0.1  # of the top speed, over which the weight of a row rises to 1
+LEAST_WEIGHT = 1e-3
+COARSE = np.arange(-4, 14) * 0.05  # periods of the cut-off: first delays of the search
+FINE = np.arange(-3, 4) * 0.02  # periods of the cut-off: further delays around the best one
+PASSES = 2  # over the changes of the level, which are relative to the friction of the last fit
+
+NO_MOTION = 2e-3  # of the top speed
+# Periods of the cut-off from a row to the nearest reversal.
+BANDS = np.array([0.5, 1.0, 2.0, 4.0, 8.0, 16.0])
+QUIET = 0.25  # of the median power of the residual: its power in a band, at least
+
+CELLS = 16_384  # of the stroke, for the periodogram over the position
+PADDING = 4  # lengths of the padded periodogram
+SLOWEST_WAVE = 2.5  # waves in the stroke
+FASTEST_WAVE = 2000.0  # waves in the stroke
+WAVES_A_SEARCH = 4
+MOST_WAVES = 6
+LEAST_WAVE = 0.004  # of the power of the residual
+FALSE_WAVE = 0.01  # chance that white noise shows a wave
+NEAR_WAVES = 0.7  # waves in the stroke: nearer frequencies are the same
+
+LEAST_GAIN = 0.012  # of the rms of friction, held out: the smallest term
+LEAST_CABLE = 0.006
+LEAST_Z = 2.5  # standard errors of the mean logarithm of the held-out errors
+
+
+# ---------------------------------------------------------------- weights of rows, ripples
+def time_to_reversal(motion: Motion) -> np.ndarray:
+    """Return the time from each row to the nearest reversal or rest, in periods of the cut-off, shape (row,)."""
+    speed = np.abs(motion.v)
+    side = np.sign(np.where(speed > NO_MOTION * speed.max(), motion.v, 0.0))
+    turns = np.flatnonzero(np.diff(side) != 0.0)
+    ends = np.concatenate([[-np.inf], turns, [np.inf]])
+    after = np.searchsorted(turns, motion.places) + 1
+    gap = np.minimum(ends[after] - motion.places, motion.places - ends[after - 1])
+    return gap * motion.dt * motion.cutoff
+
+
+def reversal_weights(motion: Motion, residual: np.ndarray) -> np.ndarray:
+    """Return the weight of each row, by the residual in bands of the time to the nearest reversal."""
+    band = np.searchsorted(BANDS, time_to_reversal(motion))
+    power = np.full(BANDS.size + 1, np.nan)
+    for number in np.unique(band):
+        power[number] = np.mean(residual[band == number] ** 2)
+    power = np.maximum(power, QUIET * np.nanmedian(power))
+    weight = 1.0 / power[band]
+    return weight / weight.mean()
+
+
+def waves_in(motion: Motion, grid: Grid, residual: np.ndarray) -> list[float]:
+    """Return the frequencies of waves in the residual over the position [1/m or 1/rad], the strongest first."""
+    x = motion.x[motion.places]
+    left = residual.copy()
+    cell = np.minimum(((x - grid.low) / grid.stroke * CELLS).astype(int), CELLS - 1)
+    frequencies = np.fft.rfftfreq(PADDING * CELLS, grid.stroke / CELLS)
+    # Shorter waves are the noise of the position.
+    fastest = min(FASTEST_WAVE / grid.stroke, 0.25 / max(grid.narrow[0], 1e-300))
+    able = (frequencies > SLOWEST_WAVE / grid.stroke) & (frequencies < fastest)
+    trials = max(np.count_nonzero(able) / PADDING, 2.0)
+    least = max(LEAST_WAVE, 2.0 * math.log(trials / FALSE_WAVE) / x.size)
+    waves = list[float]()
+    total = float(left @ left)
+    for _ in range(WAVES_A_SEARCH):
+        sums = np.bincount(cell, left, CELLS)
+        spectrum = np.abs(np.fft.rfft(sums, PADDING * CELLS)) ** 2
+        best = float(frequencies[able][np.argmax(spectrum[able])])
+        fits = [
+            wave_at(best + shift / grid.stroke, x, left) for shift in np.linspace(-0.3, 0.3, 13)
+        ]
+        frequency, power, wave = max(fits, key=lambda fit: fit[1])
+        if power < least * total:
+            break
+        waves.append(frequency)
+        left = left - wave
+    return waves
+
+
+def wave_at(
+    frequency: float, x: np.ndarray, residual: np.ndarray
+) -> tuple[float, float, np.ndarray]:
+    """Return a frequency, and power and values of its wave in a residual."""
+    phase = 2.0 * np.pi * frequency * x
+    W = np.stack([np.cos(phase), np.sin(phase)], axis=1)
+    right = W.T @ residual
+    weights = np.linalg.solve(W.T @ W, right)
+    return frequency, float(weights @ right), W @ weights
+
+
+# ---------------------------------------------------------------- all columns at once
+class Search:
+    """The fit of all columns: delay, ripples, and the friction to which changes of the level are relative."""
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion = motion
+        self.grid = grid_of(motion)
+        self.plant = plant_groups(motion)
+        self.places = place_groups(motion, self.grid)
+        self.base = [*self.plant, *friction_groups(motion, self.grid), self.places["curve"]]
+        speed = np.abs(motion.v[motion.places]) / self.grid.V
+        self.fast = np.clip((speed - SLOW) / RISE, LEAST_WEIGHT, 1.0)
+        self.weight = np.ones(motion.places.size)
+        self.frequencies = list[float]()
+        self.every = self.base
+        self.equations = Equations(self.base, motion.row(motion.u), self.weight)
+        self.delay = 0.0
+        self.similar = list[
+            tuple[float, float]
+        ]()  # delays like the best one [s], with their inertia
+        self.is_at_edge = False
+        self.friction = np.zeros(motion.x.size)
+        self.fitted = self.equations.fit(self.base)
+
+    def fit(self) -> None:
+        """Find the delay, the ripples, and the fit of all columns."""
+        equations = self.equations
+        self.find_delay(self.base)
+        self.fitted = equations.fit(self.base, None, self.fitted.support)
+        residual = self.residual
+        self.weight = reversal_weights(self.motion, residual)
+        self.frequencies = waves_in(self.motion, self.grid, residual)
+        for turn in range(PASSES):
+            self.refit()
+            if turn < PASSES - 1:
+                residual = self.residual
+                self.find_delay(self.every)
+                self.add_waves(waves_in(self.motion, self.grid, residual))
+
+    @property
+    def residual(self) -> np.ndarray:
+        """Effort of the rows that the fit leaves unexplained [N or N*m], shape (row,)."""
+        equations = self.equations
+        return equations.y - equations.unit * (equations.X @ self.fitted.weights)
+
+    def force(self, *roles: str) -> np.ndarray:
+        """Return the force of the groups of some roles along the motion, shape (sample,) [N or N*m]."""
+        total = np.zeros(self.motion.x.size)
+        for group in self.every:
+            if group.role in roles:
+                total += group.force(self.equations.physical(group, self.fitted.weights))
+        return total
+
+    def refit(self) -> None:
+        """Fit all columns, with changes of the level relative to the friction of the last fit."""
+        self.friction = self.force("friction")
+        place = self.force("place", "offset")
+        effort = self.force("inertia") + self.friction + place
+        y = self.equations.y
+        waves = [ripple_group(self.motion, frequency) for frequency in self.frequencies]
+        levels = level_groups(self.motion, self.grid, self.friction, place, self.frequencies)
+        self.every = [*self.base, *waves, *levels, filter_group(self.motion, effort)]
+        shapes = [group for name, group in self.places.items() if name != "curve"]
+        names = {group.name for group in self.base}
+        start = {name: value for name, value in self.fitted.penalties.items() if name in names}
+        self.equations = Equations([*self.every, *shapes], y, self.weight)
+        self.fitted = self.equations.fit(self.every, start)
+        self.weight = reversal_weights(self.motion, self.residual)
+        self.equations.weigh(self.weight)
+        penalties = self.fitted.penalties
+        self.fitted = self.equations.fit(self.every, penalties, self.fitted.support, rounds=1)
+
+    def add_waves(self, frequencies: Sequence[float]) -> None:
+        """Add the frequencies that differ from the known frequencies."""
+        for frequency in frequencies:
+            distances = [abs(frequency - known) * self.grid.stroke for known in self.frequencies]
+            if min(distances, default=math.inf) > NEAR_WAVES and len(distances) < MOST_WAVES:
+                self.frequencies.append(frequency)
+
+    def find_delay(self, chosen: Sequence[Group]) -> None:
+        """Find the delay from the rows at speed: near reversals, memory and delay are alike."""
+        period = 1.0 / self.motion.cutoff
+        self.equations.weigh(self.fast)
+        self.delay = self.best_delay(chosen, COARSE * period)
+        for _ in range(2):
+            self.delay = self.best_delay(chosen, self.delay + FINE * period)
+        ends = COARSE[[1, -2]] * period
+        self.is_at_edge = not ends[0] < self.delay < ends[1]
+        self.similar = self.similar_delays(chosen, np.array([self.delay, *(COARSE * period)]))
+        self.equations.y = self.motion.row(self.motion.u, self.delay)
+        self.equations.weigh(self.weight)
+
+    def best_delay(self, chosen: Sequence[Group], delays: np.ndarray) -> float:
+        """Return the delay with the least penalised error: vertex of a parabola through three delays [s]."""
+        equations = self.equations
+        efforts = [self.motion.row(self.motion.u, delay) for delay in delays]
+        Y = np.stack(efforts, axis=1) / equations.unit
+        rights = equations.X.T @ (Y * equations.weight[:, None])
+        powers = equations.weight @ Y**2
+        support = self.fitted.support
+        errors = np.empty(delays.size)
+        for number, right in enumerate(rights.T):
+            weights, support = equations.solve(chosen, self.fitted.penalties, support, right)
+            errors[number] = powers[number] - weights @ right
+        best = int(np.clip(np.argmin(errors), 1, delays.size - 2))
+        before, at, after = errors[best - 1 : best + 2].tolist()
+        bend = before - 2.0 * at + after
+        if bend <= 0.0:
+            return float(delays[best])
+        vertex = min(max(0.5 * (before - after) / bend, -1.0), 1.0)
+        return float(delays[best] + (delays[1] - delays[0]) * vertex)
+
+    def similar_delays(
+        self, chosen: Sequence[Group], delays: np.ndarray
+    ) -> list[tuple[float, float]]:
+        """Return the delays that the folds do not tell from the first one [s], each with its inertia."""
+        equations = self.equations
+        similar = list[tuple[float, float]]()
+        best = np.ones(FOLDS)
+        for delay in delays.tolist():
+            equations.y = self.motion.row(self.motion.u, delay)
+            rights, powers = equations.targets()
+            weights, active = equations.solve(
+                chosen, self.fitted.penalties, self.fitted.support, rights.sum(axis=0)
+            )
+            at = np.flatnonzero(active)
+            x = weights[at]
+            bent = np.einsum("i,kij,j->k", x, equations.grams[:, at][:, :, at], x)
+            errors = powers - 2.0 * rights[:, at] @ x + bent
+            if not similar:
+                best = errors
+            if are_alike(errors, best):
+                mass = float(equations.physical(self.plant[0], weights)[0])
+                similar.append((delay, mass))
+        return similar
+
+
+# ---------------------------------------------------------------- choice of terms
+@dataclass
+class Choice:
+    """The terms that a log shows, and the fit with them."""
+
+    search: Search
+    groups: list[Group]
+    shape: str  # of the force over the position, empty without
+    evidence: dict[str, Evidence]
+    rejected: dict[str, Evidence]
+    support: np.ndarray
+
+
+def chosen_terms(search: Search) -> Choice:
+    """Return the shape of the force over the position, and the other terms by backward elimination."""
+    selection = Selection(search)
+    optional = [group for group in search.every if group.is_judged]
+    kept = [group for group in search.every if group.role != "place" and not group.is_judged]
+    cable = [group for group in optional if group.name == "cable"]
+    others = [group for group in optional if group.name != "cable"]
+    shape = ""
+    evidence = dict[str, Evidence]()
+    for turn in range(2):
+        # Long thresholds imitate a spring, so the shape is first chosen without them.
+        shape, of_shape = selection.shape_beside(kept + others)
+        if turn == 0:
+            others = others + cable
+        if shape in ("", "curve"):
+            # Beside a free curve, the load would be a free level.
+            others = [group for group in others if group.name != "load"]
+            others += [group for group in optional if group.name in selection.rivals]
+            selection.rivals.clear()
+        fixed = kept + [group for name, group in search.places.items() if name == shape]
+        others, of_terms = selection.eliminated(fixed, others)
+        evidence = of_shape | of_terms
+    fixed = kept + [group for name, group in search.places.items() if name == shape]
+    return Choice(search, fixed + others, shape, evidence, selection.rejected, selection.support)
+
+
+class Selection:
+    """Errors of held-out folds with and without terms."""
+
+    def __init__(self, search: Search) -> None:
+        self.search = search
+        self.equations = search.equations
+        self.penalties = dict(search.fitted.penalties)
+        self.support = search.fitted.support
+        self.level = rms(search.motion.row(search.force("friction")))
+        self.rejected = dict[str, Evidence]()
+        self.rivals = set[str]()  # terms that gave way to others like them
+
+    def errors(self, chosen: Sequence[Group]) -> np.ndarray:
+        """Return the held-out errors of a choice of groups."""
+        errors, _ = self.equations.held_out(chosen, self.penalties, self.support)
+        return errors
+
+    def evidence(self, without: np.ndarray, present: np.ndarray) -> Evidence:
+        """Return the rise of the held-out error without a term, and its score over the folds."""
+        # The best fold is left out of the gain; the mean of logarithms does not hang on few folds.
+        rises = np.sort(without - present)[:-1]
+        ratios = np.log(without / present)
+        power = max(float(rises.mean()) * without.size, 0.0) / self.equations.count
+        error = float(ratios.std(ddof=1)) / math.sqrt(ratios.size)
+        gain = self.equations.unit * math.sqrt(power) / self.level
+        return Evidence(gain, float(ratios.mean()) / max(error, np.finfo(float).tiny))
+
+    def is_needed(self, evidence: Evidence, name: str = "") -> bool:
+        """Whether a term lowers the held-out error by enough."""
+        least = LEAST_GAIN
+        if name == "cable":
+            least = LEAST_CABLE
+        return evidence.gain > least and evidence.z > LEAST_Z
+
+    def shape_beside(self, chosen: Sequence[Group]) -> tuple[str, dict[str, Evidence]]:
+        """Return the simplest force over the position that no other shape beats, with its evidence."""
+        errors = {"": self.errors(chosen)}
+        for name, group in self.search.places.items():
+            errors[name] = self.errors([*chosen, group])
+        best = min(errors.values(), key=np.sum)
+        shape = ""
+        for name, of_shape in errors.items():
+            shape = name
+            if not self.is_needed(self.evidence(of_shape, best)):
+                break
+        if not shape:
+            return shape, {}
+        return shape, {shape: self.evidence(errors[""], errors[shape])}
+
+    def eliminated(
+        self, fixed: Sequence[Group], others: Sequence[Group]
+    ) -> tuple[list[Group], dict[str, Evidence]]:
+        """Remove the weakest term until the log shows all others; return these and their evidence."""
+        remaining = list(others)
+        while True:
+            chosen = [*fixed, *remaining]
+            present, self.support = self.equations.held_out(chosen, self.penalties, self.support)
+            evidence = dict[str, Evidence]()
+            for group in remaining:
+                without = self.errors([entry for entry in chosen if entry is not group])
+                evidence[group.name] = self.evidence(without, present)
+            weakest = self.weakest(evidence)
+            if weakest is None:
+                return remaining, evidence
+            self.rejected[weakest] = evidence[weakest]
+            remaining = [group for group in remaining if group.name != weakest]
+
+    def weakest(self, evidence: Mapping[str, Evidence]) -> str | None:
+        """Return the term that the log shows least; None if it shows all of them."""
+        weak = {name: entry for name, entry in evidence.items() if not self.is_needed(entry, name)}
+        if weak:
+            return min(weak, key=lambda name: weak[name].gain * max(weak[name].z, 0.0))
+        both = [name for name in ("level", "load") if name in evidence]
+        if len(both) < 2:
+            return None
+        # Level and load are not told apart together: the worse of both gives way.
+        worse = min(both, key=lambda name: evidence[name].gain)
+        if worse == "level":
+            self.rivals.add(worse)
+        return worse
