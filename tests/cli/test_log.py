@@ -362,5 +362,13 @@ def test_explain_adds_its_keys_to_the_json_and_a_section_to_the_report(bristle, 
 
 
 def test_explain_needs_known_units_and_an_effort(bristle, place):
-    Path("silent.csv").write_text("t [s],q [m]\n" + "\n".join(f"{k / 1e3},0.1" for k in range(99)))
-    bristle("log", "silent.csv", "--explain", code=2, said="effort")
+    rows = "\n".join(f"{k / 1e3},{0.1 * np.sin(k / 1e2):.6f}" for k in range(999))
+    Path("silent.csv").write_text(f"time [s],position [m]\n{rows}\n")
+    bristle("log", "silent.csv", "--explain", code=2, said="has no effort")
+    Path("unknown.csv").write_text(f"time [s],position [Skt]\n{rows}\n")
+    bristle("log", "unknown.csv", "--explain", code=2, said="--write AXIS.toml")
+
+
+def test_explain_reports_the_problems_of_a_log_that_it_cannot_explain(bristle, place):
+    Path("short.csv").write_text("time [s],position [m],effort [N]\n0,0,1\n0.001,nan,1\n")
+    bristle("log", "short.csv", "--explain", code=1, said="problem: ")

@@ -52,6 +52,7 @@ KEPT = 0.65  # share of a Dahl limit that does not fall with the speed
 RAMPS = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.6, 1.0])  # of the top speed: ends of the ramps
 HATS = 10  # nodes of a free curve over the position
 TOP = 0.995  # quantile of the speed that counts as the top speed
+LEAST_TOP = 0.05  # of the largest speed: the top speed of an axis that mostly rests
 AT_REST = 0.02  # of the top speed
 BEGINNING = 0.05  # [s] at the start of a stretch, in which an axis at rest does not move
 SETTLED = 4.0  # longest narrow thresholds: range after which no element remembers its start
@@ -236,7 +237,8 @@ def grid_of(motion: Motion) -> Grid:
     wide = np.zeros(0)
     if 2.0 * most < WIDEST * stroke:
         wide = np.geomspace(1.8 * most, WIDEST * stroke, WIDE_COUNT)
-    V = float(np.quantile(np.abs(motion.v), TOP))
+    speed = np.abs(motion.v)
+    V = max(float(np.quantile(speed, TOP)), LEAST_TOP * float(speed.max()))
     grid = Grid(low, high, np.geomspace(least, most, count), wide, V, ())
     starts = tuple(start_of(motion, grid, part) for part in motion.stretches)
     return Grid(low, high, grid.narrow, wide, V, starts)

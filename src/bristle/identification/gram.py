@@ -36,6 +36,7 @@ MOST_PENALTY = 1e3  # of the rows
 MOST_CHANGE = 30.0  # factor of a penalty from one iteration to the next
 ITERATIONS = 12  # of the penalties
 SETTLED = 0.05  # change of the logarithm of the penalties that ends the iteration
+LEAST_ERROR = 1e-12  # of the power of a fold: smaller errors are rounding
 MOST_RISE = 1.04  # factor of the squared error, above which two fits differ
 APART = 2.0  # standard errors at which two fits differ
 
@@ -254,7 +255,8 @@ class Equations:
         """Return the squared error of each fold with its weights of some columns, shape (fold, column)."""
         G = self.grams[:, at][:, :, at]
         bent = np.einsum("ki,kij,kj->k", x, G, x)
-        return self.powers - 2.0 * np.sum(x * self.rights[:, at], axis=1) + bent
+        errors = self.powers - 2.0 * np.sum(x * self.rights[:, at], axis=1) + bent
+        return np.maximum(errors, LEAST_ERROR * self.powers.mean())
 
     def covariance(self, at: np.ndarray, P: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Return the covariance of the weights of some columns: sandwich over stretches of time."""

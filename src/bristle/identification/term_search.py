@@ -19,7 +19,7 @@ from bristle.identification.dictionary import (
     ripple_group,
 )
 from bristle.identification.explanation import Evidence
-from bristle.identification.gram import FOLDS, Equations, are_alike, rms
+from bristle.identification.gram import FOLDS, LEAST_ERROR, Equations, are_alike, rms
 
 SLOW = 0.05  # of the top speed: rows below it have no weight in the delay and the inertia
 RISE = 0.1  # of the top speed, over which the weight of a row rises to 1
@@ -239,6 +239,7 @@ class Search:
             x = weights[at]
             bent = np.einsum("i,kij,j->k", x, equations.grams[:, at][:, :, at], x)
             errors = powers - 2.0 * rights[:, at] @ x + bent
+            errors = np.maximum(errors, LEAST_ERROR * powers.mean())
             if not similar:
                 best = errors
             if are_alike(errors, best):

@@ -67,6 +67,13 @@ def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
             value=f"a range of {with_unit(float(np.ptp(motion.x)), unit_of('length', pairs[0][0].kind))}",
             mend="Record a motion in both directions, at the working speeds of the axis",
         )
+    if not np.ptp(motion.u):
+        raise InputError(
+            "the effort does not change",
+            path="log.effort",
+            value=with_unit(float(motion.u[0]), unit_of("force", pairs[0][0].kind)),
+            mend="Look for the right column and unit of the effort in the axis file",
+        )
     motion = replace(motion, unsettled=unsettled(motion))
     refuse_short(motion)
     return motion

@@ -109,19 +109,19 @@ def inspect_log(
         summary["notes"] = [*proposal.notes, *summary["notes"]]
     if not with_explanation:
         return replace(inspected, summary=summary)
+    if inspected.log is None and summary["problems"]:
+        return replace(inspected, summary=summary)
     explanation = explanation_of(inspected)
     summary["explanation"] = explanation.as_data()
     return replace(inspected, summary=summary, explanation=explanation)
 
 
 def explanation_of(inspected: Inspected) -> Explanation:
-    """Return the explanation of the effort of a log; refuse a log with problems or unknown units."""
+    """Return the explanation of the effort of a log; refuse a log in unknown units."""
     if inspected.log is None:
-        problems = inspected.summary["problems"]
         raise InputError(
-            "cannot be explained",
+            "cannot be explained, because units of its columns are unknown",
             path=inspected.summary["file"],
-            value="; ".join(problems) or "columns in unknown units",
             mend="Describe its columns in an axis file: --write AXIS.toml proposes one",
         )
     return explain(inspected.log, inspected.axis)
