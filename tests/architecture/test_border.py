@@ -12,7 +12,7 @@ import bristle
 
 ROOT = Path(bristle.__file__).parent
 PROJECT = Path(__file__).parents[2]
-MOST_NAMES = 293
+MOST_NAMES = 295
 # Lazy loading, colours and families, former names, for every package.
 OPEN = ("bristle.core.loading", "bristle.core.palette", "bristle.core.former", "bristle.models")
 

@@ -7,15 +7,7 @@ from bristle.core.loading import loaded_from
 if TYPE_CHECKING:
     from bristle.identification.estimate import OPEN, Estimate, half_width
     from bristle.identification.explain import explain
-    from bristle.identification.explanation import (
-        Curve,
-        Evidence,
-        Explanation,
-        Interval,
-        Part,
-        interval_words,
-        percent,
-    )
+    from bristle.identification.explanation import Explanation
     from bristle.identification.identify import identify
     from bristle.identification.known_truth import Determined
     from bristle.identification.request import models_of, prior_knowledge_of, refuse_options

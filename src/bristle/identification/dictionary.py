@@ -48,7 +48,7 @@ WIDEST = 0.1  # of the stroke: a stop with a longer threshold is nearly a spring
 WIDE_COUNT = 5  # thresholds of the cable
 NOISES = 3.0  # standard deviations of the noise of the position: the least threshold
 STRIBECK = (0.004, 0.5, 6)  # of the top speed: least and largest Stribeck speed, and their number
-KEPT = 0.65  # share of a Dahl limit that does not fall with the speed
+LASTING = 0.65  # share of a Dahl limit that does not fall with the speed
 RAMPS = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.6, 1.0])  # of the top speed: ends of the ramps
 HATS = 10  # nodes of a free curve over the position
 TOP = 0.995  # quantile of the speed that counts as the top speed
@@ -62,13 +62,13 @@ RIDGE_OF_RAMPS = 1e-2
 
 
 # ---------------------------------------------------------------- compiled loops
-@kernel
+@kernel(portable=False)
 def stop(s, dx, d, limit):
     """Return the next state of a stop."""
     return min(max(s + dx / d, -limit), limit)
 
 
-@kernel
+@kernel(portable=False)
 def dahl(z, dx, d, limit):
     """Return the next state of a Dahl element."""
     end = limit if dx > 0.0 else -limit
@@ -303,7 +303,7 @@ def memory_of(grid: Grid) -> dict[str, list[Element]]:
     """Return all elements by group."""
     inner = grid.v_S[1:5]
     fall_dahl = elements(is_dahl=True, d=grid.coarse, v_S=inner)
-    part_dahl = elements(is_dahl=True, d=grid.coarse, v_S=inner, c=KEPT)
+    part_dahl = elements(is_dahl=True, d=grid.coarse, v_S=inner, c=LASTING)
     return {
         "stop": elements(is_dahl=False, d=grid.narrow),
         "fall": elements(is_dahl=False, d=grid.coarse, v_S=grid.v_S),
@@ -448,10 +448,10 @@ def of_signals(motion: Motion, name: str, role: str, signals: np.ndarray, **opti
 
 def plant_groups(motion: Motion) -> list[Group]:
     """Return the inertia and the constant force."""
-    ones = np.ones((1, motion.x.size))
+    constant = np.ones((1, motion.x.size))
     return [
         of_signals(motion, "inertia", "inertia", motion.a[None], is_positive=True),
-        of_signals(motion, "offset", "offset", ones),
+        of_signals(motion, "offset", "offset", constant),
     ]
 
 

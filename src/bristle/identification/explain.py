@@ -138,14 +138,14 @@ def parts_of(final: Refitted, forces: Mapping[str, np.ndarray]) -> list[Part]:
         for name, force in named_forces(final, group, forces[group.name]).items():
             sums[name] = sums.get(name, 0.0) + force
     sizes = {name: rms(force) for name, force in sums.items()}
-    whole = max(sum(sizes.values()), np.finfo(float).tiny)
+    total = max(sum(sizes.values()), np.finfo(float).tiny)
     frequencies = {group.name: group.frequency for group in final.groups}
     waves = {group.name: final.weights(group).tolist() for group in final.groups if group.frequency}
     parts = [
         Part(
             name=name,
             rms=size,
-            share=size / whole,
+            share=size / total,
             evidence=final.choice.evidence.get(name),
             frequency=frequencies.get(name, 0.0),
             wave=tuple(waves.get(name, ())),

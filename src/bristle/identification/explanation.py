@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import Kind, unit_of
 
-SHOWN = 0.005  # smallest share of a part in the verdict
+LEAST_SHARE = 0.005  # smallest share of a part in the verdict
 WHOLE_ORDER = 0.02  # waves a turn: distance of an order from a whole number
 
 LABELS = {
@@ -63,6 +63,13 @@ class Interval(NamedTuple):
 
     value: float
     half_width: float
+
+    def text(self, unit: str) -> str:
+        """Return the value with its half-width in a readable unit."""
+        scale = scale_of(unit, self.value)
+        value = number(self.value * scale.factor, self.half_width * scale.factor)
+        half_width = number(self.half_width * scale.factor, digits=2)
+        return f"{value} ± {half_width} {scale.unit}"
 
     def times(self, factor: float) -> Interval:
         """Return the interval of a multiple."""
@@ -227,8 +234,8 @@ class Explanation:
             label = part.label(self.kind)
             shares[label] = shares.get(label, 0.0) + part.share
         ranked = sorted(shares.items(), key=lambda entry: -entry[1])
-        shown = [(label, share) for label, share in ranked if share >= SHOWN]
-        return ", ".join(f"{percent(share)} % {label}" for label, share in shown)
+        visible = [(label, share) for label, share in ranked if share >= LEAST_SHARE]
+        return ", ".join(f"{percent(share)} % {label}" for label, share in visible)
 
     @property
     def notes(self) -> list[str]:
@@ -285,8 +292,7 @@ def explanation_of(
     **facts: Any,
 ) -> Explanation:
     """Return the result; with a doubt, the numbers of the rows at speed are unknown."""
-    found = tuple(parts)
-    facts |= {"kind": kind, "parts": found, "rejected": rejected, "doubts": doubts}
+    facts |= {"kind": kind, "parts": tuple(parts), "rejected": rejected, "doubts": doubts}
     numbers: dict[str, Interval | None] = {"M": M, "delay": delay}
     numbers |= {"F_C": friction.F_C, "sliding": friction.sliding, "F_v": friction.F_v}
     for doubt in doubts:
@@ -334,14 +340,3 @@ def curve_data(curve: Curve, kind: Kind) -> dict[str, Any]:
         "values": curve.values.tolist(),
         "unit": unit_of(curve.of, kind),
     }
-
-
-def interval_words(interval: Interval | None, unit: str) -> str:
-    """Return a number with its interval in a readable unit."""
-    if interval is None:
-        return "unknown"
-    scale = scale_of(unit, interval.value)
-    value = interval.value * scale.factor
-    half_width = interval.half_width * scale.factor
-    text = number(value, half_width)
-    return f"{text} ± {number(half_width, digits=2)} {scale.unit}"

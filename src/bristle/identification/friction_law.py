@@ -71,15 +71,15 @@ def refitted(choice: Choice) -> Refitted:
     delay = delay_interval(search, at, P, fitted.weights)
     equations.weigh(search.weight)
     equations.retarget(equations.y - M * inertia.columns[:, 0])
-    others = choice.groups[1:]
+    further = choice.groups[1:]
     support = choice.support.copy()
     support[place] = False
-    again = equations.fit(others, fitted.penalties, support)
+    again = equations.fit(further, fitted.penalties, support)
     masses = np.array([mass for _, mass in search.similar])
     acceleration = max(rms(inertia.columns[:, 0]), np.finfo(float).tiny)
     floor = FLOOR_OF_M * M + FLOOR_BESIDE_FRICTION * rms(equations.y) / acceleration
     half_width = math.hypot(STUDENT * error, float(np.ptp(masses))) + floor
-    return Refitted(choice, others, again, Interval(M, half_width), delay)
+    return Refitted(choice, further, again, Interval(M, half_width), delay)
 
 
 def delay_interval(search: Search, at: np.ndarray, P: np.ndarray, weights: np.ndarray) -> Interval:

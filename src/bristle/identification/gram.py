@@ -60,9 +60,9 @@ def non_negative(
             # Along the line to the new point, up to the first weight that reaches zero.
             reach = x[at[bad]] / (x[at[bad]] - z[bad] + np.finfo(float).tiny)
             x[at] += reach.min() * (z - x[at])
-            gone = at[~is_free[at] & (x[at] <= 1e-12 * (1.0 + np.abs(z)))]
-            x[gone] = 0.0
-            active[gone] = False
+            zeroed = at[~is_free[at] & (x[at] <= 1e-12 * (1.0 + np.abs(z)))]
+            x[zeroed] = 0.0
+            active[zeroed] = False
             continue
         x[:] = 0.0
         x[at] = z
@@ -200,12 +200,12 @@ class Equations:
             residual = max(power - 2.0 * float(x @ b) + float(x @ G @ x), 1e-12 * power)
             variance = residual / max(self.count - float(np.sum(inverse * G)), 1.0)
             change = 0.0
-            for name, where in active.items():
+            for name, columns in active.items():
                 P = shapes[name]
                 before = penalties[name]
-                trace = float(np.sum(inverse[np.ix_(where, where)] * P))
-                used = max(where.size - before * trace, 1e-9)
-                roughness = max(float(x[where] @ P @ x[where]), np.finfo(float).tiny)
+                trace = float(np.sum(inverse[np.ix_(columns, columns)] * P))
+                used = max(columns.size - before * trace, 1e-9)
+                roughness = max(float(x[columns] @ P @ x[columns]), np.finfo(float).tiny)
                 least = max(before / MOST_CHANGE, LEAST_PENALTY * self.count)
                 most = min(before * MOST_CHANGE, MOST_PENALTY * self.count)
                 penalties[name] = min(max(used * variance / roughness, least), most)

@@ -265,26 +265,26 @@ def chosen_terms(search: Search) -> Choice:
     """Return the shape of the force over the position, and the other terms by backward elimination."""
     selection = Selection(search)
     optional = [group for group in search.every if group.is_judged]
-    kept = [group for group in search.every if group.role != "place" and not group.is_judged]
+    always = [group for group in search.every if group.role != "place" and not group.is_judged]
     cable = [group for group in optional if group.name == "cable"]
-    others = [group for group in optional if group.name != "cable"]
+    terms = [group for group in optional if group.name != "cable"]
     shape = ""
     evidence = dict[str, Evidence]()
     for turn in range(2):
         # Long thresholds imitate a spring, so the shape is first chosen without them.
-        shape, of_shape = selection.shape_beside(kept + others)
+        shape, of_shape = selection.shape_beside(always + terms)
         if turn == 0:
-            others = others + cable
+            terms = terms + cable
         if shape in ("", "curve"):
             # Beside a free curve, the load would be a free level.
-            others = [group for group in others if group.name != "load"]
-            others += [group for group in optional if group.name in selection.rivals]
+            terms = [group for group in terms if group.name != "load"]
+            terms += [group for group in optional if group.name in selection.rivals]
             selection.rivals.clear()
-        fixed = kept + [group for name, group in search.places.items() if name == shape]
-        others, of_terms = selection.eliminated(fixed, others)
+        fixed = always + [group for name, group in search.places.items() if name == shape]
+        terms, of_terms = selection.eliminated(fixed, terms)
         evidence = of_shape | of_terms
-    fixed = kept + [group for name, group in search.places.items() if name == shape]
-    return Choice(search, fixed + others, shape, evidence, selection.rejected, selection.support)
+    fixed = always + [group for name, group in search.places.items() if name == shape]
+    return Choice(search, fixed + terms, shape, evidence, selection.rejected, selection.support)
 
 
 class Selection:
@@ -297,7 +297,7 @@ class Selection:
         self.support = search.fitted.support
         self.level = rms(search.motion.row(search.force("friction")))
         self.rejected = dict[str, Evidence]()
-        self.rivals = set[str]()  # terms that gave way to others like them
+        self.rivals = set[str]()  # terms that gave way to terms like them
 
     def errors(self, chosen: Sequence[Group]) -> np.ndarray:
         """Return the held-out errors of a choice of groups."""
@@ -337,10 +337,10 @@ class Selection:
         return shape, {shape: self.evidence(errors[""], errors[shape])}
 
     def eliminated(
-        self, fixed: Sequence[Group], others: Sequence[Group]
+        self, fixed: Sequence[Group], terms: Sequence[Group]
     ) -> tuple[list[Group], dict[str, Evidence]]:
-        """Remove the weakest term until the log shows all others; return these and their evidence."""
-        remaining = list(others)
+        """Remove the weakest term until the log shows all terms; return these and their evidence."""
+        remaining = list(terms)
         while True:
             chosen = [*fixed, *remaining]
             present, self.support = self.equations.held_out(chosen, self.penalties, self.support)
@@ -359,11 +359,11 @@ class Selection:
         weak = {name: entry for name, entry in evidence.items() if not self.is_needed(entry, name)}
         if weak:
             return min(weak, key=lambda name: weak[name].gain * max(weak[name].z, 0.0))
-        both = [name for name in ("level", "load") if name in evidence]
-        if len(both) < 2:
+        rivals = [name for name in ("level", "load") if name in evidence]
+        if len(rivals) < 2:
             return None
-        # Level and load are not told apart together: the worse of both gives way.
-        worse = min(both, key=lambda name: evidence[name].gain)
+        # Level and load are not told apart together: the worse one gives way.
+        worse = min(rivals, key=lambda name: evidence[name].gain)
         if worse == "level":
             self.rivals.add(worse)
         return worse

@@ -1,7 +1,7 @@
 """The explanation of the effort of a log, in words and tables."""
 
-from bristle.core import unit_of, with_unit
-from bristle.identification import Explanation, Part, interval_words, percent
+from bristle.core import number, unit_of, with_unit
+from bristle.identification import Explanation
 from bristle.report.table import Table
 
 QUANTITIES = {
@@ -22,13 +22,20 @@ def explanation_parts(explanation: Explanation) -> list[str | Table]:
 def tables_of(explanation: Explanation) -> list[Table]:
     """Return the table of the parts and the table of the numbers."""
     heads = ("Force", "Share", "Rms", "Gain", "z")
-    rows = [part_row(part, explanation) for part in explanation.parts]
     unit = unit_of("force", explanation.kind)
-    facts = [
-        (words, interval_words(*explanation.numbers[name]))
-        for name, words in QUANTITIES.items()
-        if name in explanation.numbers
-    ]
+    rows = list[list[str]]()
+    for part in explanation.parts:
+        row = [part.label(explanation.kind), percent(part.share), with_unit(part.rms, unit)]
+        evidence = ["", ""]
+        if part.evidence is not None:
+            evidence = [percent(part.evidence.gain), f"{part.evidence.z:.1f}"]
+        rows.append([*row, *evidence])
+    facts = list[tuple[str, str]]()
+    for name, (value, unit_of_value) in explanation.numbers.items():
+        text = "unknown"
+        if value is not None:
+            text = value.text(unit_of_value)
+        facts.append((QUANTITIES[name], text))
     facts += [
         ("Rms effort", with_unit(explanation.effort, unit)),
         ("Rms inertial force", with_unit(explanation.inertia, unit)),
@@ -41,10 +48,6 @@ def tables_of(explanation: Explanation) -> list[Table]:
     ]
 
 
-def part_row(part: Part, explanation: Explanation) -> list[str]:
-    """Return the row of a part: share, rms force and evidence."""
-    rms = with_unit(part.rms, unit_of("force", explanation.kind))
-    row = [part.label(explanation.kind), f"{percent(part.share)} %", rms]
-    if part.evidence is None:
-        return [*row, "", ""]
-    return [*row, f"{percent(part.evidence.gain)} %", f"{part.evidence.z:.1f}"]
+def percent(share: float) -> str:
+    """Return a share as a percentage."""
+    return f"{number(100.0 * share, digits=2)} %"

@@ -8,7 +8,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from bristle.core import number
 from bristle.core.palette import LIGHT
-from bristle.identification import Curve, Explanation
+from bristle.identification import Explanation
 from bristle.report.figures import style
 from bristle.report.figures.drawing import label
 from bristle.report.figures.report_figure import shown
@@ -73,7 +73,10 @@ def draw_curve(axes: style.Axes, explanation: Explanation, name: str) -> None:
         "speed": ("Velocity", "Friction"),
         "travel": ("Travel after a reversal", "Friction"),
     }
-    for side in sides_of(curve):
+    sides = [np.ones(curve.at.size, dtype=bool)]
+    if name == "speed":
+        sides = [curve.at < 0.0, curve.at > 0.0]
+    for side in sides:
         axes.plot(curve.at[side] * at.factor, curve.values[side] * scale.factor, **style.PREDICTED)
     if name == "travel":
         axes.set_xscale("log")
@@ -82,10 +85,3 @@ def draw_curve(axes: style.Axes, explanation: Explanation, name: str) -> None:
         style.plain_numbers(axes.xaxis)
     across, up = words[name]
     axes.set(xlabel=at.label(across), ylabel=scale.label(up))
-
-
-def sides_of(curve: Curve) -> list[np.ndarray]:
-    """Return the points of each direction of a velocity, else all points."""
-    if curve.over != "length/time":
-        return [np.ones(curve.at.size, dtype=bool)]
-    return [curve.at < 0.0, curve.at > 0.0]
