@@ -55,13 +55,14 @@ def simulated(
     level=None,
     kind="translational",
     stroke=STROKE,
+    v_S=5e-3,
 ):
     """Columns of a log: LuGre friction of the engine, times a level of place and time, and a further force of place."""
     x = moves(seconds, seed, stroke)
     dt = DT / FINE
     v, t = np.gradient(x, dt), dt * np.arange(x.size)
     law = br.friction.lugre(
-        kind=kind, F_C=22.0, F_S=26.0, v_S=5e-3, sigma_0=4e6, sigma_1=200.0, sigma_2=0.0
+        kind=kind, F_C=22.0, F_S=26.0, v_S=v_S, sigma_0=4e6, sigma_1=200.0, sigma_2=0.0
     )
     friction = force_along(law, v, dt, x)
     if level is not None:
@@ -148,6 +149,14 @@ def test_a_cable_beside_a_spring_has_its_own_hysteresis():
     assert explained.sliding.half_width < 0.02 * 27.0
     assert holds(explained.F_C, 22.0)
     assert "F_C_and_cable" in explained.numbers
+
+
+@pytest.mark.slow
+def test_friction_that_falls_up_to_a_fair_speed_leaves_coulomb_friction_known():
+    explained = explain(simulated(seed=4, v_S=0.05))
+    assert not explained.terms
+    assert explained.F_C.value == pytest.approx(22.0, rel=0.01)
+    assert holds(explained.F_C, 22.0)
 
 
 @pytest.mark.fast_cases(1)
