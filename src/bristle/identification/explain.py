@@ -240,6 +240,8 @@ def doubts_of(final: Refitted) -> tuple[str, ...]:
     settled = search.fast[time_to_reversal(final.motion) > SETTLING].sum()
     if settled < LEAST_SETTLED * search.fast.sum():
         doubts.append("reverses_fast")
+    if final.M.half_width > final.M.value:
+        doubts.append("no_inertia")
     if search.is_at_edge:
         doubts.append("delay_at_edge")
     forward = search.fast[final.motion.v[final.motion.places] > 0.0].sum() / search.fast.sum()

@@ -34,6 +34,7 @@ DOUBTS = {
     "Coulomb friction remain unknown. Record longer strokes, or state the mass.",
     "reverses_fast": "The axis reverses so fast that filtered samples mix both directions. Delay, inertia and Coulomb "
     "friction remain unknown. Record longer strokes, or sample faster.",
+    "no_inertia": "The inertial force is too small beside friction, so inertia and delay remain unknown. Record faster moves.",
     "one_direction": "The axis moves in one direction, so Coulomb friction and a constant force look alike. Record both directions.",
     "delay_at_edge": "The delay is at the end of its search range, so delay and inertia remain unknown. Record faster "
     "moves, or correct the time of the effort.",
@@ -42,6 +43,7 @@ DOUBTS = {
 UNKNOWN = {
     "not_saturated": ("M", "F_C", "sliding", "F_v", "delay"),
     "reverses_fast": ("M", "F_C", "sliding", "F_v", "delay"),
+    "no_inertia": ("M", "delay"),
     "one_direction": ("F_C", "sliding"),
     "delay_at_edge": ("M", "delay"),
 }
@@ -202,7 +204,7 @@ class Explanation:
         ``"position"``: force without ripples; ``"level"``: relative level of friction along the axis; ``"time"``: relative level over time;
         ``"speed"``: steady friction; ``"travel"``: friction after a slow reversal.
     doubts : tuple of str
-        Reasons for unknown numbers: ``"not_saturated"``, ``"reverses_fast"``, ``"delay_at_edge"``, ``"one_direction"``.
+        Reasons for unknown numbers: ``"not_saturated"``, ``"reverses_fast"``, ``"no_inertia"``, ``"delay_at_edge"``, ``"one_direction"``.
     """
 
     kind: Kind
