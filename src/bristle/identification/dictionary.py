@@ -403,10 +403,10 @@ def along_axis(x: np.ndarray, grid: Grid) -> np.ndarray:
     return np.stack([z, z**2 - 1.0 / 3.0, z**3 - 0.6 * z, z**4 - 6.0 / 7.0 * z**2 + 3.0 / 35.0])
 
 
-def with_load(place: np.ndarray) -> np.ndarray:
-    """Return the magnitude of the force over the position, with mean 0 and standard deviation 1, shape (1, sample)."""
-    load = np.abs(place)
-    return ((load - load.mean()) / max(float(load.std()), np.finfo(float).tiny))[None]
+def with_load(transmitted: np.ndarray) -> np.ndarray:
+    """Return the magnitude of the transmitted force over its rms, shape (1, sample)."""
+    scale = float(np.sqrt(np.mean(np.square(transmitted))))
+    return (np.abs(transmitted) / max(scale, np.finfo(float).tiny))[None]
 
 
 def over_time(time: np.ndarray, span: float) -> np.ndarray:
@@ -510,13 +510,16 @@ def level_groups(
     motion: Motion,
     grid: Grid,
     friction: np.ndarray,
-    place: np.ndarray,
+    transmitted: np.ndarray,
     frequencies: Sequence[float],
 ) -> list[Group]:
-    """Return changes of the level, of first order about the friction of an earlier fit, shape (sample,) [N or N*m]."""
+    """Return changes of the level, of first order about the friction of an earlier fit, shape (sample,) [N or N*m].
+
+    The load is what friction transmits: the inertial force and the force over the position.
+    """
     changes = {
         "level": (along_axis(motion.x, grid), np.diag([1.0, 4.0, 9.0, 16.0])),
-        "load": (with_load(place), np.eye(1)),
+        "load": (with_load(transmitted), np.eye(1)),
         "warmup": (over_time(motion.time, motion.span), np.eye(3)),
     }
     groups = list[Group]()

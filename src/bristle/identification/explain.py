@@ -23,17 +23,25 @@ from bristle.identification.dictionary import (
     SHAPES,
     Grid,
     Group,
+    Motion,
     along_axis,
     memory_of,
     over_time,
     ramps,
 )
 from bristle.identification.explanation import Curve, Explanation, Part, explanation_of
-from bristle.identification.friction_law import Refitted, friction_law, refitted
+from bristle.identification.friction_law import (
+    Refitted,
+    at_speed,
+    friction_law,
+    least_biased,
+    refitted,
+)
 from bristle.identification.gram import rms
 from bristle.identification.term_search import Choice, Search, chosen_terms, time_to_reversal
-from bristle.identification.work_rate import motion_of
+from bristle.identification.work_rate import FEWEST_ROWS, motion_of, narrowed
 
+NARROWER = (0.4, 0.16)  # of the cut-off: narrower bands for the delay
 # Groups of elements that saturate within 0.3 % of the stroke.
 MEMORY = ("stop", "fall", "dahl", "fall_dahl")
 SETTLING = 2.0  # periods of the cut-off after a reversal, in which a row mixes both directions
@@ -87,34 +95,45 @@ def explain(log: Any, axis: Any = None) -> Explanation:
     pairs = logs_and_axes(log, axis)
     with cores_for_simulations():
         motion = motion_of(pairs)
-        search = Search(motion)
-        search.fit()
-        chosen = chosen_terms(search)
-        return explained(chosen, pairs[0][0].kind)
+        choice = choice_for(motion)
+        widest = at_speed(choice)
+        narrower = [narrowed(motion, share) for share in NARROWER]
+        enough = [narrow for narrow in narrower if sum(narrow.counts) >= FEWEST_ROWS]
+        best = least_biased([widest, *(at_speed(choice_for(narrow)) for narrow in enough)])
+        if best.delay.value != widest.delay.value:
+            choice = choice_for(motion, best.delay.value)
+        return explained(refitted(choice, best), pairs[0][0].kind)
+
+
+def choice_for(motion: Motion, delay: float | None = None) -> Choice:
+    """Return the terms of a motion, with a known delay or with its own."""
+    search = Search(motion, delay)
+    search.fit()
+    return chosen_terms(search)
 
 
 # ---------------------------------------------------------------- result
-def explained(choice: Choice, kind: Kind) -> Explanation:
-    """Return the result of a choice of terms."""
-    final = refitted(choice)
+def explained(final: Refitted, kind: Kind) -> Explanation:
+    """Return the result of a fit."""
+    choice = final.choice
     friction = friction_law(final)
     forces = {group.name: final.rows(group) for group in final.groups}
     inertia = choice.groups[0]
     y = final.equations.y
     residual = y - sum(forces.values(), np.zeros(y.size))
-    total = final.motion.row(final.motion.u, final.delay.value)
+    total = final.motion.row(final.motion.u, final.known.delay.value)
     return explanation_of(
         kind=kind,
         parts=parts_of(final, forces),
-        inertia=rms(final.M.value * inertia.columns[:, 0]),
+        inertia=rms(final.known.M.value * inertia.columns[:, 0]),
         effort=rms(total),
         unexplained=rms(residual),
         floor=floor_of(final),
         filter=choice.evidence.get("filter"),
         rejected=choice.rejected,
-        M=final.M,
+        M=final.known.M,
         friction=friction,
-        delay=final.delay,
+        delay=final.known.delay,
         curves=curves_of(final),
         doubts=doubts_of(final),
     )
@@ -240,9 +259,9 @@ def doubts_of(final: Refitted) -> tuple[str, ...]:
     settled = search.fast[time_to_reversal(final.motion) > SETTLING].sum()
     if settled < LEAST_SETTLED * search.fast.sum():
         doubts.append("reverses_fast")
-    if final.M.half_width > final.M.value:
+    if final.known.M.half_width > final.known.M.value:
         doubts.append("no_inertia")
-    if search.is_at_edge:
+    if final.known.is_at_edge:
         doubts.append("delay_at_edge")
     forward = search.fast[final.motion.v[final.motion.places] > 0.0].sum() / search.fast.sum()
     if min(forward, 1.0 - forward) < LEAST_BACKWARD:

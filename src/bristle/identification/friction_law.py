@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.identification.dictionary import Element, Group, Motion, elements, memory_group
 from bristle.identification.explanation import Friction, Interval
-from bristle.identification.gram import FOLDS, Equations, Fitted, are_alike, rms
+from bristle.identification.gram import FOLDS, Equations, Fitted, Penalties, are_alike, rms
 from bristle.identification.term_search import SLOW, Choice, Search
 
 NEAR_THRESHOLD = 5.0  # factor between the threshold of a law and those tried with a Stribeck speed
@@ -24,14 +24,22 @@ FLOOR_OF_DELAY = 0.005  # periods of the cut-off
 STUDENT = 2.0  # standard errors of a 95 % interval from 60 stretches
 
 
+class AtSpeed(NamedTuple):
+    """Inertia and delay from the rows at speed in one band of frequencies, and the penalties of their fit."""
+
+    M: Interval
+    delay: Interval
+    is_at_edge: bool
+    penalties: Penalties
+
+
 class Refitted(NamedTuple):
     """The fit with the found terms to all rows, with the inertia of the rows at speed."""
 
     choice: Choice
     groups: list[Group]  # without the inertia
     fitted: Fitted
-    M: Interval
-    delay: Interval
+    known: AtSpeed
 
     @property
     def equations(self) -> Equations:
@@ -52,8 +60,8 @@ class Refitted(NamedTuple):
         return group.columns @ self.weights(group)
 
 
-def refitted(choice: Choice) -> Refitted:
-    """Return the inertia from the rows at speed, and the fit of all other forces to all rows."""
+def at_speed(choice: Choice) -> AtSpeed:
+    """Return inertia and delay from the rows at speed, with the found terms."""
     search = choice.search
     equations = search.equations
     inertia = choice.groups[0]
@@ -68,22 +76,59 @@ def refitted(choice: Choice) -> Refitted:
     if place in at:
         variance = float(covariance[at == place, at == place][0])
         error = math.sqrt(variance) * equations.unit / equations.scale[place]
-    delay = delay_interval(search, at, P, fitted.weights)
+    similar = search.similar_delays(choice.groups, fitted.penalties, fitted.support)
+    delays, masses = np.array(similar).T
+    error_of_delay = delay_error(search, at, P, fitted.weights)
+    spread = float(np.max(np.abs(delays - search.delay)))
+    late = math.hypot(STUDENT * error_of_delay, spread) + FLOOR_OF_DELAY / search.motion.cutoff
     equations.weigh(search.weight)
-    equations.retarget(equations.y - M * inertia.columns[:, 0])
-    further = choice.groups[1:]
-    support = choice.support.copy()
-    support[place] = False
-    again = equations.fit(further, fitted.penalties, support)
-    masses = np.array([mass for _, mass in search.similar])
     acceleration = max(rms(inertia.columns[:, 0]), np.finfo(float).tiny)
     floor = FLOOR_OF_M * M + FLOOR_BESIDE_FRICTION * rms(equations.y) / acceleration
     half_width = math.hypot(STUDENT * error, float(np.ptp(masses))) + floor
-    return Refitted(choice, further, again, Interval(M, half_width), delay)
+    delay = Interval(search.delay, late)
+    return AtSpeed(Interval(M, half_width), delay, search.is_at_edge, fitted.penalties)
 
 
-def delay_interval(search: Search, at: np.ndarray, P: np.ndarray, weights: np.ndarray) -> Interval:
-    """Return the delay with its interval, from the slope of the effort over the delay beside the columns in use."""
+def least_biased(bands: Sequence[AtSpeed]) -> AtSpeed:
+    """Return the band with the least error of its delay, from the widest to the narrowest band.
+
+    In a closed loop, noise of the encoder reaches the effort without delay, so wide bands underestimate the delay. The bias
+    of a band is the distance to a narrower one beyond the interval of that [1]_.
+
+    .. [1] A. Goldenshluger, O. Lepski: Bandwidth selection in kernel density estimation. Ann. Statist. 39 (2011).
+       https://doi.org/10.1214/11-AOS883
+    """
+    best = bands[0]
+    least = math.inf
+    for number, band in enumerate(bands):
+        value = band.delay.value
+        beyond = [
+            abs(value - other.delay.value) - other.delay.half_width
+            for other in bands[number + 1 :]
+            if not other.is_at_edge
+        ]
+        half_width = band.delay.half_width + max(beyond, default=0.0)
+        half_width = max(half_width, band.delay.half_width)
+        if half_width < least and not band.is_at_edge:
+            least = half_width
+            best = band._replace(delay=Interval(value, half_width))
+    return best
+
+
+def refitted(choice: Choice, known: AtSpeed) -> Refitted:
+    """Return the fit of all forces but the inertial force to all rows."""
+    equations = choice.search.equations
+    inertia = choice.groups[0]
+    equations.retarget(equations.y - known.M.value * inertia.columns[:, 0])
+    further = choice.groups[1:]
+    support = choice.support.copy()
+    support[equations.spans["inertia"]] = False
+    fitted = equations.fit(further, known.penalties, support)
+    return Refitted(choice, further, fitted, known)
+
+
+def delay_error(search: Search, at: np.ndarray, P: np.ndarray, weights: np.ndarray) -> float:
+    """Return the standard error of the delay [s], from the slope of the effort over the delay beside the columns in use."""
     equations = search.equations
     motion = search.motion
     shift = 0.1 * motion.dt
@@ -96,11 +141,7 @@ def delay_interval(search: Search, at: np.ndarray, P: np.ndarray, weights: np.nd
     apart = slope - X @ np.linalg.solve(A, X.T @ (W * slope))
     residual = equations.y / equations.unit - equations.X @ weights
     scores = [float(np.sum((W * residual * apart)[a:b])) for a, b in pairwise(equations.edges)]
-    error = math.sqrt(float(np.sum(np.square(scores)))) / float(np.sum(W * apart**2))
-    delays = np.array([delay for delay, _ in search.similar])
-    spread = float(np.max(np.abs(delays - search.delay)))
-    half_width = math.hypot(STUDENT * error, spread) + FLOOR_OF_DELAY / motion.cutoff
-    return Interval(search.delay, half_width)
+    return math.sqrt(float(np.sum(np.square(scores)))) / float(np.sum(W * apart**2))
 
 
 class Law(NamedTuple):
@@ -230,14 +271,17 @@ def laws_around(
 
 
 def mean_level(laws: Laws, law: Law) -> float:
-    """Return the mean level of friction in motion over its level without the changes along the axis, with load and time."""
+    """Return the mean level of friction in motion over its level without the changes along the axis and over time.
+
+    Without load, the level is that of the law.
+    """
     search = laws.final.choice.search
     friction = search.friction
     moves = np.abs(search.motion.v) > SLOW * search.grid.V
     moves &= np.abs(friction) > 1e-3 * np.abs(friction).max()
     factor = 1.0
     for group in laws.terms:
-        if group.role == "level":
+        if group.role == "level" and group.name != "load":
             change = group.force(laws.equations.physical(group, law.weights))
             factor += float(np.mean(change[moves] / friction[moves]))
     return factor

@@ -19,12 +19,12 @@ from bristle.identification.dictionary import (
     ripple_group,
 )
 from bristle.identification.explanation import Evidence
-from bristle.identification.gram import FOLDS, LEAST_ERROR, Equations, are_alike, rms
+from bristle.identification.gram import FOLDS, LEAST_ERROR, Equations, Penalties, are_alike, rms
 
 SLOW = 0.05  # of the top speed: rows below it have no weight in the delay and the inertia
 RISE = 0.1  # of the top speed, over which the weight of a row rises to 1
 LEAST_WEIGHT = 1e-3
-COARSE = np.arange(-4, 14) * 0.05  # periods of the cut-off: first delays of the search
+COARSE = np.arange(-13, 14) * 0.05  # periods of the cut-off: first delays of the search
 FINE = np.arange(-3, 4) * 0.02  # periods of the cut-off: further delays around the best one
 PASSES = 2  # over the changes of the level, which are relative to the friction of the last fit
 
@@ -114,8 +114,9 @@ def wave_at(
 class Search:
     """The fit of all columns: delay, ripples, and the friction to which changes of the level are relative."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: Motion, delay: float | None = None) -> None:
         self.motion = motion
+        self.known_delay = delay
         self.grid = grid_of(motion)
         self.plant = plant_groups(motion)
         self.places = place_groups(motion, self.grid)
@@ -127,9 +128,6 @@ class Search:
         self.every = self.base
         self.equations = Equations(self.base, motion.row(motion.u), self.weight)
         self.delay = 0.0
-        self.similar = list[
-            tuple[float, float]
-        ]()  # delays like the best one [s], with their inertia
         self.is_at_edge = False
         self.friction = np.zeros(motion.x.size)
         self.fitted = self.equations.fit(self.base)
@@ -170,7 +168,9 @@ class Search:
         effort = self.force("inertia") + self.friction + place
         y = self.equations.y
         waves = [ripple_group(self.motion, frequency) for frequency in self.frequencies]
-        levels = level_groups(self.motion, self.grid, self.friction, place, self.frequencies)
+        inertia = np.convolve(self.force("inertia"), self.motion.taps, "same")  # without noise
+        transmitted = inertia + place
+        levels = level_groups(self.motion, self.grid, self.friction, transmitted, self.frequencies)
         self.every = [*self.base, *waves, *levels, filter_group(self.motion, effort)]
         shapes = [group for name, group in self.places.items() if name != "curve"]
         names = {group.name for group in self.base}
@@ -191,16 +191,22 @@ class Search:
 
     def find_delay(self, chosen: Sequence[Group]) -> None:
         """Find the delay from the rows at speed: near reversals, memory and delay are alike."""
-        period = 1.0 / self.motion.cutoff
         self.equations.weigh(self.fast)
+        if self.known_delay is None:
+            self.search_delay(chosen)
+        else:
+            self.delay = self.known_delay
+        self.equations.y = self.motion.row(self.motion.u, self.delay)
+        self.equations.weigh(self.weight)
+
+    def search_delay(self, chosen: Sequence[Group]) -> None:
+        """Search the delay over the periods of the cut-off."""
+        period = 1.0 / self.motion.cutoff
         self.delay = self.best_delay(chosen, COARSE * period)
         for _ in range(2):
             self.delay = self.best_delay(chosen, self.delay + FINE * period)
         ends = COARSE[[1, -2]] * period
         self.is_at_edge = not ends[0] < self.delay < ends[1]
-        self.similar = self.similar_delays(chosen, np.array([self.delay, *(COARSE * period)]))
-        self.equations.y = self.motion.row(self.motion.u, self.delay)
-        self.equations.weigh(self.weight)
 
     def best_delay(self, chosen: Sequence[Group], delays: np.ndarray) -> float:
         """Return the delay with the least penalised error: vertex of a parabola through three delays [s]."""
@@ -223,18 +229,17 @@ class Search:
         return float(delays[best] + (delays[1] - delays[0]) * vertex)
 
     def similar_delays(
-        self, chosen: Sequence[Group], delays: np.ndarray
+        self, chosen: Sequence[Group], penalties: Penalties, support: np.ndarray
     ) -> list[tuple[float, float]]:
-        """Return the delays that the folds do not tell from the first one [s], each with its inertia."""
+        """Return the delays that the folds do not tell from the best one [s], each with its inertia."""
         equations = self.equations
+        y = equations.y
         similar = list[tuple[float, float]]()
         best = np.ones(FOLDS)
-        for delay in delays.tolist():
+        for delay in [self.delay, *(COARSE / self.motion.cutoff).tolist()]:
             equations.y = self.motion.row(self.motion.u, delay)
             rights, powers = equations.targets()
-            weights, active = equations.solve(
-                chosen, self.fitted.penalties, self.fitted.support, rights.sum(axis=0)
-            )
+            weights, active = equations.solve(chosen, penalties, support, rights.sum(axis=0))
             at = np.flatnonzero(active)
             x = weights[at]
             bent = np.einsum("i,kij,j->k", x, equations.grams[:, at][:, :, at], x)
@@ -245,6 +250,7 @@ class Search:
             if are_alike(errors, best):
                 mass = float(equations.physical(self.plant[0], weights)[0])
                 similar.append((delay, mass))
+        equations.y = y
         return similar
 
 
@@ -275,7 +281,7 @@ def chosen_terms(search: Search) -> Choice:
         shape, of_shape = selection.shape_beside(always + terms)
         if turn == 0:
             terms = terms + cable
-        if shape in ("", "curve"):
+        if shape == "curve":
             # Beside a free curve, the load would be a free level.
             terms = [group for group in terms if group.name != "load"]
             terms += [group for group in optional if group.name in selection.rivals]

@@ -50,10 +50,10 @@ def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
     decimation = max(int(1.0 / (WORK_RATE * dt * cutoff)), 1)
     work_dt = decimation * dt
     taps = low_pass_taps(cutoff, work_dt)
-    margin = taps.size // 2 + max(int(LONGEST_DELAY / (cutoff * work_dt)), 2)
+    margin = margin_of(taps, cutoff * work_dt)
     parts = list(stretches_of(pairs, decimation, 2 * margin))
     total = sum(part.time.size for part in parts)
-    step = max(int(1.0 / (ROWS_A_PERIOD * cutoff * work_dt)), 1, -(-total // MOST_ROWS))
+    step = max(step_of_rows(cutoff * work_dt), -(-total // MOST_ROWS))
     quantum = max(step_of(log, axis) for log, axis in pairs)
     motion = assembled(parts, work_dt, cutoff, quantum)
     is_rotary = pairs[0][0].kind == "rotational"
@@ -77,6 +77,29 @@ def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
     motion = replace(motion, unsettled=unsettled(motion))
     refuse_short(motion)
     return motion
+
+
+def narrowed(motion: Motion, share: float) -> Motion:
+    """Return a motion with a share of the cut-off of its rows."""
+    cutoff = share * motion.cutoff
+    taps = low_pass_taps(cutoff, motion.dt)
+    return replace(
+        motion,
+        cutoff=cutoff,
+        taps=taps,
+        step=max(step_of_rows(cutoff * motion.dt), motion.step),
+        margin=margin_of(taps, cutoff * motion.dt),
+    )
+
+
+def margin_of(taps: np.ndarray, cutoff: float) -> int:
+    """Return the samples before the first row of a stretch; the cut-off in cycles a sample."""
+    return taps.size // 2 + max(int(LONGEST_DELAY / cutoff), 2)
+
+
+def step_of_rows(cutoff: float) -> int:
+    """Return the samples from row to row; the cut-off in cycles a sample."""
+    return max(int(1.0 / (ROWS_A_PERIOD * cutoff)), 1)
 
 
 def refuse_unfit(log: Log, first: Log) -> None:
