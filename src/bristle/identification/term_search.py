@@ -283,9 +283,9 @@ def chosen_terms(search: Search) -> Choice:
             terms = terms + cable
         if shape == "curve":
             # Beside a free curve, the load would be a free level.
-            terms = [group for group in terms if group.name != "load"]
-            terms += [group for group in optional if group.name in selection.rivals]
-            selection.rivals.clear()
+            alike = ("level", "load")
+            terms = [group for group in terms if group.name not in alike]
+            terms += [group for group in optional if group.name == "level"]
         fixed = always + [group for name, group in search.places.items() if name == shape]
         terms, of_terms = selection.eliminated(fixed, terms)
         evidence = of_shape | of_terms
@@ -303,7 +303,6 @@ class Selection:
         self.support = search.fitted.support
         self.level = rms(search.motion.row(search.force("friction")))
         self.rejected = dict[str, Evidence]()
-        self.rivals = set[str]()  # terms that gave way to terms like them
 
     def errors(self, chosen: Sequence[Group]) -> np.ndarray:
         """Return the held-out errors of a choice of groups."""
@@ -365,11 +364,4 @@ class Selection:
         weak = {name: entry for name, entry in evidence.items() if not self.is_needed(entry, name)}
         if weak:
             return min(weak, key=lambda name: weak[name].gain * max(weak[name].z, 0.0))
-        rivals = [name for name in ("level", "load") if name in evidence]
-        if len(rivals) < 2:
-            return None
-        # Level and load are not told apart together: the worse one gives way.
-        worse = min(rivals, key=lambda name: evidence[name].gain)
-        if worse == "level":
-            self.rivals.add(worse)
-        return worse
+        return None
