@@ -38,7 +38,7 @@ DOCUMENTED = {
     )
 } | {
     "identify": "identify identify_second_pass",
-    "log": "log log_nameless",
+    "log": "log log_nameless log_explained",
     "run": "run_seeds",
     "check": "check_own",
     "models": "models_lugre",

@@ -60,6 +60,7 @@ COMMANDS = {
     "explain": "explain one_direction",
     "excite": "excite axis_of_demo.toml --duration 10s --for break-away --out motion",
     "log": "log log.csv --axis axis.toml",
+    "log_explained": "log log.csv --axis axis.toml --explain",
     "log_without_axis": "log constants.mat",
     "log_nameless": "log nameless.txt",
     "log_pulls": "log pulls.csv --axis pulls.toml",

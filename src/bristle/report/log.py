@@ -101,6 +101,7 @@ def inspect_log(
     summary = data | {
         "diagnostics": as_data(diagnostics),
         "proposal": {"text": None, "missing": []},
+        "explanation": None,
     }
     if proposal is not None:
         summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
