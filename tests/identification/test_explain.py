@@ -19,7 +19,8 @@ from bristle.identification.dictionary import (
     outputs,
     ramps,
 )
-from bristle.identification.explanation import DOUBTS
+from bristle.identification.explanation import DOUBTS, Interval
+from bristle.identification.friction_law import AtSpeed, least_biased
 from bristle.identification.gram import non_negative
 from bristle.identification.work_rate import motion_of
 from bristle.logs.log import Log
@@ -167,6 +168,72 @@ def test_a_delay_is_found(sprung, delay):
     assert explained.delay.value == pytest.approx(delay, abs=1.5e-4)
     assert holds(explained.delay, delay)
     assert explained.M.value == pytest.approx(34.6, rel=3e-3)
+
+
+def looped(seconds=20.0, seed=1):
+    """Columns of a slow speed loop whose effort reacts to the noise of its encoder at once, and acts 4 samples later."""
+    random = np.random.default_rng(seed)
+    time = DT * np.arange(round(seconds / DT))
+    quick = moves(seconds / 3.0, seed)
+    wanted = np.interp(time / 3.0, DT / FINE * np.arange(quick.size), quick)
+    x, v, stop, seen, rate, integral = wanted[0], 0.0, 0.0, wanted[0], 0.0, 0.0
+    queue = [0.0] * 4
+    rows = []
+    for goal, speed in zip(wanted, np.gradient(wanted, DT), strict=True):
+        before, seen = seen, x + random.normal(0.0, 1e-6)
+        rate += 0.6 * ((seen - before) / DT - rate)
+        error = speed + 15.0 * (goal - seen) - rate
+        integral += 15.0 * DT * error
+        queue.append(300.0 * (error + integral))
+        rows.append((seen, queue[-1]))
+        acting = queue.pop(0)
+        for _ in range(20):
+            stop = min(max(stop + v * DT / 20 / 5e-6, -1.0), 1.0)
+            v += DT / 20 * (acting - 8.0 * stop - 40.0 * v) / 8.0
+            x += DT / 20 * v
+    seen, effort = np.array(rows).T
+    return {"time": time, "position": seen, "effort": effort}
+
+
+@pytest.mark.slow
+def test_noise_in_a_loop_does_not_hide_the_delay():
+    explained = explain(looped())
+    assert holds(explained.delay, -4.5e-3)  # with half a sample, because the loop holds its effort
+    assert explained.delay.half_width < 1e-3
+    assert explained.M.value == pytest.approx(8.0, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("delays", "best"),
+    [
+        ([(0.1, 0.1), (0.3, 0.2), (3.5, 1.5)], (3.5, 1.5)),  # wide bands are biased
+        ([(0.1, 0.1), (0.2, 0.2), (0.9, 1.5)], (0.1, 0.1)),  # nothing contradicts the widest band
+        ([(0.1, 0.1), (0.35, 0.2)], (0.1, 0.15)),  # the distance widens the interval
+    ],
+)
+def test_the_band_with_the_least_error_has_the_delay(delays, best):
+    bands = [AtSpeed(Interval(1.0, 0.1), Interval(*delay), False, {}) for delay in delays]
+    assert least_biased(bands).delay == pytest.approx(best)
+    at_edge = AtSpeed(Interval(1.0, 0.1), Interval(9.0, 0.01), True, {})
+    assert least_biased([at_edge, *bands, at_edge]).delay == pytest.approx(best)
+
+
+def test_load_is_the_transmitted_force():
+    x = moves(20.0, 10, 4.0)
+    dt = DT / FINE
+    v = np.gradient(x, dt)
+    transmitted = 20.0 * np.gradient(v, dt) + 15.0 * np.sin(x - 0.3)
+    element = br.friction.maxwell_slip(kind="rotational", k_i=[22.0 / 1e-3], nu_i=[1.0], F_C=22.0)
+    level = 1.0 + 0.3 * np.abs(transmitted) / 22.0
+    friction = force_along(element, v, dt, x) * level
+    columns = (dt * np.arange(x.size), x, transmitted + friction + 4.0 * v)
+    names = ("time", "position", "effort")
+    log = {name: values[::FINE] for name, values in zip(names, columns, strict=True)}
+    explained = explain(log, br.Axis(kind="rotational"))
+    assert named(explained) == {"gravity", "load"}
+    assert explained.doubts == ("loaded",)
+    assert explained.F_C is None
+    assert explained.M.value == pytest.approx(20.0, rel=3e-3)
 
 
 def test_a_level_beside_gravity_is_no_load():

@@ -404,9 +404,9 @@ def along_axis(x: np.ndarray, grid: Grid) -> np.ndarray:
 
 
 def with_load(transmitted: np.ndarray) -> np.ndarray:
-    """Return the magnitude of the transmitted force over its rms, shape (1, sample)."""
-    scale = float(np.sqrt(np.mean(np.square(transmitted))))
-    return (np.abs(transmitted) / max(scale, np.finfo(float).tiny))[None]
+    """Return the magnitude of the transmitted force, with mean 0 and standard deviation 1, shape (1, sample)."""
+    load = np.abs(transmitted)
+    return ((load - load.mean()) / max(float(load.std()), np.finfo(float).tiny))[None]
 
 
 def over_time(time: np.ndarray, span: float) -> np.ndarray:

@@ -266,4 +266,6 @@ def doubts_of(final: Refitted) -> tuple[str, ...]:
     forward = search.fast[final.motion.v[final.motion.places] > 0.0].sum() / search.fast.sum()
     if min(forward, 1.0 - forward) < LEAST_BACKWARD:
         doubts.append("one_direction")
+    if "load" in limits:
+        doubts.append("loaded")
     return tuple(doubts)

@@ -38,6 +38,8 @@ DOUBTS = {
     "one_direction": "The axis moves in one direction, so Coulomb friction and a constant force look alike. Record both directions.",
     "delay_at_edge": "The delay is at the end of its search range, so delay and inertia remain unknown. Record faster "
     "moves, or correct the time of the effort.",
+    "loaded": "Friction rises with the force that it transmits, so this stage does not tell Coulomb and viscous friction from "
+    "the load. Identify a model with it, such as lugre+transmitted.",
 }
 """Reason for unknown numbers -> sentence."""
 UNKNOWN = {
@@ -46,6 +48,7 @@ UNKNOWN = {
     "no_inertia": ("M", "delay"),
     "one_direction": ("F_C", "sliding"),
     "delay_at_edge": ("M", "delay"),
+    "loaded": ("F_C", "sliding", "F_v"),
 }
 """Reason for unknown numbers -> these numbers."""
 
@@ -204,7 +207,8 @@ class Explanation:
         ``"position"``: force without ripples; ``"level"``: relative level of friction along the axis; ``"time"``: relative level over time;
         ``"speed"``: steady friction; ``"travel"``: friction after a slow reversal.
     doubts : tuple of str
-        Reasons for unknown numbers: ``"not_saturated"``, ``"reverses_fast"``, ``"no_inertia"``, ``"delay_at_edge"``, ``"one_direction"``.
+        Reasons for unknown numbers: ``"not_saturated"``, ``"reverses_fast"``, ``"no_inertia"``, ``"delay_at_edge"``, ``"one_direction"``,
+        ``"loaded"``.
     """
 
     kind: Kind

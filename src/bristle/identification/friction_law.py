@@ -271,17 +271,14 @@ def laws_around(
 
 
 def mean_level(laws: Laws, law: Law) -> float:
-    """Return the mean level of friction in motion over its level without the changes along the axis and over time.
-
-    Without load, the level is that of the law.
-    """
+    """Return the mean level of friction in motion over its level without the changes along the axis, with load and time."""
     search = laws.final.choice.search
     friction = search.friction
     moves = np.abs(search.motion.v) > SLOW * search.grid.V
     moves &= np.abs(friction) > 1e-3 * np.abs(friction).max()
     factor = 1.0
     for group in laws.terms:
-        if group.role == "level" and group.name != "load":
+        if group.role == "level":
             change = group.force(laws.equations.physical(group, law.weights))
             factor += float(np.mean(change[moves] / friction[moves]))
     return factor
