@@ -53,7 +53,7 @@ def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
     margin = margin_of(taps, cutoff * work_dt)
     parts = list(stretches_of(pairs, decimation, 2 * margin))
     total = sum(part.time.size for part in parts)
-    step = max(step_of_rows(cutoff * work_dt), -(-total // MOST_ROWS))
+    step = max(int(1.0 / (ROWS_A_PERIOD * cutoff * work_dt)), 1, -(-total // MOST_ROWS))
     quantum = max(step_of(log, axis) for log, axis in pairs)
     motion = assembled(parts, work_dt, cutoff, quantum)
     is_rotary = pairs[0][0].kind == "rotational"
@@ -80,14 +80,14 @@ def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
 
 
 def narrowed(motion: Motion, share: float) -> Motion:
-    """Return a motion with a share of the cut-off of its rows."""
+    """Return a motion with a share of the cut-off of its rows, and of their number."""
     cutoff = share * motion.cutoff
     taps = low_pass_taps(cutoff, motion.dt)
     return replace(
         motion,
         cutoff=cutoff,
         taps=taps,
-        step=max(step_of_rows(cutoff * motion.dt), motion.step),
+        step=int(motion.step / share),
         margin=margin_of(taps, cutoff * motion.dt),
     )
 
@@ -95,11 +95,6 @@ def narrowed(motion: Motion, share: float) -> Motion:
 def margin_of(taps: np.ndarray, cutoff: float) -> int:
     """Return the samples before the first row of a stretch; the cut-off in cycles a sample."""
     return taps.size // 2 + max(int(LONGEST_DELAY / cutoff), 2)
-
-
-def step_of_rows(cutoff: float) -> int:
-    """Return the samples from row to row; the cut-off in cycles a sample."""
-    return max(int(1.0 / (ROWS_A_PERIOD * cutoff)), 1)
 
 
 def refuse_unfit(log: Log, first: Log) -> None:
