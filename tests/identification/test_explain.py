@@ -152,6 +152,17 @@ def test_a_cable_beside_a_spring_has_its_own_hysteresis():
     assert "F_C_and_cable" in explained.numbers
 
 
+def test_a_force_too_small_to_be_named_widens_the_interval():
+    def weak(x, v, dt):
+        element = br.friction.maxwell_slip(k_i=[0.3 / 6e-3], nu_i=[1.0], F_C=0.3)
+        return force_along(element, v, dt, x)
+
+    explained = explain(simulated(seed=3, further=weak))
+    assert not explained.terms
+    assert holds(explained.F_C, 22.0)
+    assert explained.F_C.half_width < 0.03 * 22.0
+
+
 @pytest.mark.slow
 def test_friction_that_falls_up_to_a_fair_speed_leaves_coulomb_friction_known():
     explained = explain(simulated(seed=4, v_S=0.05))

@@ -21,6 +21,7 @@ FLOOR_BESIDE_FRICTION = 0.001  # of the effort: error of the inertial force
 FLOOR_OF_FRICTION = 0.001  # of the value
 FLOOR_OF_SPLIT = 0.05  # of the limit of the cable: error of Coulomb friction beside it
 FLOOR_OF_DELAY = 0.005  # periods of the cut-off
+LEAST_DOUBT = 1.0  # standard errors: from here on, a rejected term may be there
 STUDENT = 2.0  # standard errors of a 95 % interval from 60 stretches
 
 
@@ -164,7 +165,11 @@ class Laws:
     """Elements with a constant limit, each with the same element that falls with the speed, and viscous friction."""
 
     def __init__(
-        self, final: Refitted, members: Sequence[Element], speeds: Sequence[float]
+        self,
+        final: Refitted,
+        members: Sequence[Element],
+        speeds: Sequence[float],
+        further: Sequence[Group] = (),
     ) -> None:
         search = final.choice.search
         self.pairs = [(member, member._replace(v_S=v_S)) for member in members for v_S in speeds]
@@ -172,7 +177,8 @@ class Laws:
         self.members = [*members, *(falling for _, falling in self.pairs)]
         law = memory_group(final.motion, search.grid, "law", self.members, is_fixed=True)
         viscous = [group for group in final.groups if group.name == "viscous"]
-        self.terms = [*viscous, *(group for group in final.groups if is_beside_law(group))]
+        beside = [group for group in final.groups if is_beside_law(group)]
+        self.terms = [*viscous, *beside, *further]
         self.groups = [law, *self.terms]
         weight = search.weight * search.fast
         self.equations = Equations(self.groups, final.equations.y, weight)
@@ -247,11 +253,34 @@ def friction_law(final: Refitted) -> Friction:
     split = FLOOR_OF_SPLIT * laws.value(best.weights, laws.cable)
     coulomb = coulomb._replace(half_width=coulomb.half_width + split)
     sliding = laws.interval(best, [*place, *laws.cable], [law.sliding for law in similar])
-    return Friction(
+    found = Friction(
         F_C=coulomb.times(factor),
         F_v=laws.interval(best, laws.viscous, [law.F_v for law in similar]),
         sliding=sliding.times(factor),
     )
+    return with_open_terms(found, final, pair)
+
+
+def with_open_terms(found: Friction, final: Refitted, pair: tuple[Element, Element]) -> Friction:
+    """Return friction with intervals widened by the terms that the log neither shows nor excludes: each moves the numbers."""
+    choice = final.choice
+    is_open = {name: entry.z > LEAST_DOUBT for name, entry in choice.rejected.items()}
+    moved = {"F_C": 0.0, "F_v": 0.0, "sliding": 0.0}
+    for group in choice.search.every:
+        if is_open.get(group.name, False):
+            laws = Laws(final, pair[:1], [pair[1].v_S], [group])
+            law = best_of(laws.fits())
+            level = mean_level(laws, law)
+            values = {"F_C": law.F_C * level, "F_v": law.F_v, "sliding": law.sliding * level}
+            for name, value in values.items():
+                moved[name] = max(moved[name], abs(value - getattr(found, name).value))
+    widened = {name: widen(getattr(found, name), far) for name, far in moved.items()}
+    return Friction(**widened)
+
+
+def widen(interval: Interval, far: float) -> Interval:
+    """Return an interval that also covers a possible shift of the value, taken as its standard error."""
+    return interval._replace(half_width=math.hypot(interval.half_width, STUDENT * far))
 
 
 def best_of(laws: Sequence[Law]) -> Law:
