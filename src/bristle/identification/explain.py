@@ -121,19 +121,19 @@ def explained(final: Refitted, kind: Kind) -> Explanation:
     inertia = choice.groups[0]
     y = final.equations.y
     residual = y - sum(forces.values(), np.zeros(y.size))
-    total = final.motion.row(final.motion.u, final.known.delay.value)
+    total = final.motion.row(final.motion.u, final.band.delay.value)
     return explanation_of(
         kind=kind,
         parts=parts_of(final, forces),
-        inertia=rms(final.known.M.value * inertia.columns[:, 0]),
+        inertia=rms(final.band.M.value * inertia.columns[:, 0]),
         effort=rms(total),
         unexplained=rms(residual),
         floor=floor_of(final),
         filter=choice.evidence.get("filter"),
         rejected=choice.rejected,
-        M=final.known.M,
+        M=final.band.M,
         friction=friction,
-        delay=final.known.delay,
+        delay=final.band.delay,
         curves=curves_of(final),
         doubts=doubts_of(final),
     )
@@ -259,9 +259,9 @@ def doubts_of(final: Refitted) -> tuple[str, ...]:
     settled = search.fast[time_to_reversal(final.motion) > SETTLING].sum()
     if settled < LEAST_SETTLED * search.fast.sum():
         doubts.append("reverses_fast")
-    if final.known.M.half_width > final.known.M.value:
+    if final.band.M.half_width > final.band.M.value:
         doubts.append("no_inertia")
-    if final.known.is_at_edge:
+    if final.band.is_at_edge:
         doubts.append("delay_at_edge")
     forward = search.fast[final.motion.v[final.motion.places] > 0.0].sum() / search.fast.sum()
     if min(forward, 1.0 - forward) < LEAST_BACKWARD:

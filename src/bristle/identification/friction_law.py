@@ -40,7 +40,7 @@ class Refitted(NamedTuple):
     choice: Choice
     groups: list[Group]  # without the inertia
     fitted: Fitted
-    known: AtSpeed
+    band: AtSpeed
 
     @property
     def equations(self) -> Equations:
@@ -104,9 +104,9 @@ def least_biased(bands: Sequence[AtSpeed]) -> AtSpeed:
     for number, band in enumerate(bands):
         value = band.delay.value
         beyond = [
-            abs(value - other.delay.value) - other.delay.half_width
-            for other in bands[number + 1 :]
-            if not other.is_at_edge
+            abs(value - narrower.delay.value) - narrower.delay.half_width
+            for narrower in bands[number + 1 :]
+            if not narrower.is_at_edge
         ]
         half_width = band.delay.half_width + max(beyond, default=0.0)
         half_width = max(half_width, band.delay.half_width)
@@ -116,16 +116,16 @@ def least_biased(bands: Sequence[AtSpeed]) -> AtSpeed:
     return best
 
 
-def refitted(choice: Choice, known: AtSpeed) -> Refitted:
+def refitted(choice: Choice, band: AtSpeed) -> Refitted:
     """Return the fit of all forces but the inertial force to all rows."""
     equations = choice.search.equations
     inertia = choice.groups[0]
-    equations.retarget(equations.y - known.M.value * inertia.columns[:, 0])
+    equations.retarget(equations.y - band.M.value * inertia.columns[:, 0])
     further = choice.groups[1:]
     support = choice.support.copy()
     support[equations.spans["inertia"]] = False
-    fitted = equations.fit(further, known.penalties, support)
-    return Refitted(choice, further, fitted, known)
+    fitted = equations.fit(further, band.penalties, support)
+    return Refitted(choice, further, fitted, band)
 
 
 def delay_error(search: Search, at: np.ndarray, P: np.ndarray, weights: np.ndarray) -> float:
@@ -253,29 +253,29 @@ def friction_law(final: Refitted) -> Friction:
     split = FLOOR_OF_SPLIT * laws.value(best.weights, laws.cable)
     coulomb = coulomb._replace(half_width=coulomb.half_width + split)
     sliding = laws.interval(best, [*place, *laws.cable], [law.sliding for law in similar])
-    found = Friction(
+    friction = Friction(
         F_C=coulomb.times(factor),
         F_v=laws.interval(best, laws.viscous, [law.F_v for law in similar]),
         sliding=sliding.times(factor),
     )
-    return with_open_terms(found, final, pair)
+    return with_open_terms(friction, final, pair)
 
 
-def with_open_terms(found: Friction, final: Refitted, pair: tuple[Element, Element]) -> Friction:
+def with_open_terms(friction: Friction, final: Refitted, pair: tuple[Element, Element]) -> Friction:
     """Return friction with intervals widened by the terms that the log neither shows nor excludes: each moves the numbers."""
     choice = final.choice
     is_open = {name: entry.z > LEAST_DOUBT for name, entry in choice.rejected.items()}
-    moved = {"F_C": 0.0, "F_v": 0.0, "sliding": 0.0}
+    numbers = (friction.F_C, friction.F_v, friction.sliding)
+    moved = np.zeros(len(numbers))
     for group in choice.search.every:
         if is_open.get(group.name, False):
             laws = Laws(final, pair[:1], [pair[1].v_S], [group])
             law = best_of(laws.fits())
             level = mean_level(laws, law)
-            values = {"F_C": law.F_C * level, "F_v": law.F_v, "sliding": law.sliding * level}
-            for name, value in values.items():
-                moved[name] = max(moved[name], abs(value - getattr(found, name).value))
-    widened = {name: widen(getattr(found, name), far) for name, far in moved.items()}
-    return Friction(**widened)
+            values = np.array([law.F_C * level, law.F_v, law.sliding * level])
+            moved = np.maximum(moved, np.abs(values - [number.value for number in numbers]))
+    F_C, F_v, sliding = map(widen, numbers, moved.tolist())
+    return Friction(F_C, F_v, sliding)
 
 
 def widen(interval: Interval, far: float) -> Interval:
