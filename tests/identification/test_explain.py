@@ -1,6 +1,7 @@
 """Explanation of the effort of a log: terms, numbers and refusals, on axes simulated by the engine along prescribed motions."""
 
 import json
+import sys
 import time
 
 import numpy as np
@@ -19,9 +20,10 @@ from bristle.identification.dictionary import (
     outputs,
     ramps,
 )
-from bristle.identification.explanation import DOUBTS, Interval
+from bristle.identification.explanation import DOUBTS, Evidence, Interval
 from bristle.identification.friction_law import AtSpeed, least_biased
 from bristle.identification.gram import non_negative
+from bristle.identification.term_search import Search, Selection, chosen_terms
 from bristle.identification.work_rate import motion_of
 from bristle.logs.log import Log
 
@@ -172,12 +174,13 @@ def test_friction_that_falls_up_to_a_fair_speed_leaves_coulomb_friction_known():
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("delay", [0.7e-3, 2.3e-3])
+@pytest.mark.parametrize("delay", [-3.5e-3, 0.7e-3, 2.3e-3])
 def test_a_delay_is_found(sprung, delay):
     late = simulated(further=spring, delay=delay)
     explained = explain(late)
     assert explained.delay.value == pytest.approx(delay, abs=1.5e-4)
     assert holds(explained.delay, delay)
+    assert explained.delay.half_width < 1e-4
     assert explained.M.value == pytest.approx(34.6, rel=3e-3)
 
 
@@ -227,6 +230,41 @@ def test_the_band_with_the_least_error_has_the_delay(delays, best):
     assert least_biased(bands).delay == pytest.approx(best)
     at_edge = AtSpeed(Interval(1.0, 0.1), Interval(9.0, 0.01), True, {})
     assert least_biased([at_edge, *bands, at_edge]).delay == pytest.approx(best)
+
+
+def test_the_forces_are_those_at_the_delay_of_the_best_band(sprung, explained, monkeypatch):
+    stage = sys.modules["bristle.identification.explain"]
+    monkeypatch.setattr(
+        stage, "least_biased", lambda bands: bands[0]._replace(delay=Interval(4e-3, 1e-4))
+    )
+    late = explain(sprung)
+    assert late.delay.value == 4e-3
+    assert late.unexplained > 5.0 * explained.unexplained
+
+
+def test_a_log_too_short_for_narrow_bands_is_explained_in_the_widest(sprung):
+    short = explain({name: values[:2000] for name, values in sprung.items()})
+    assert abs(short.delay.value) < 2e-3
+
+
+def test_a_term_that_is_kept_at_last_is_not_among_the_rejected(sprung, monkeypatch):
+    search = Search(motion_of([(Log.from_columns(sprung), None)]))
+    search.fit()
+    shapes = iter(["", "curve"])
+    weak = Evidence(0.0, 0.0)
+
+    def eliminated(self, fixed, terms):
+        if not self.rejected:
+            self.rejected.update({group.name: weak for group in terms})
+            return [], {}
+        return list(terms), {group.name: Evidence(1.0, 9.0) for group in terms}
+
+    monkeypatch.setattr(Selection, "shape_beside", lambda self, chosen: (next(shapes), {}))
+    monkeypatch.setattr(Selection, "eliminated", eliminated)
+    choice = chosen_terms(search)
+    assert "level" in choice.evidence
+    assert not set(choice.evidence) & set(choice.rejected)
+    assert "warmup" in choice.rejected
 
 
 def test_load_is_the_transmitted_force():

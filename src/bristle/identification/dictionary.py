@@ -190,6 +190,13 @@ class Motion:
         """Return the rows of several signals, shape (row, signal), from the shape (signal, sample)."""
         return np.stack([self.row(signal) for signal in signals], axis=1)
 
+    def smooth(self, signal: np.ndarray) -> np.ndarray:
+        """Return a signal after the filter of the rows, along each stretch, shape (sample,)."""
+        from scipy.ndimage import convolve1d  # only when needed
+
+        parts = [convolve1d(signal[part], self.taps, mode="nearest") for part in self.stretches]
+        return np.concatenate(parts)
+
     def rate(self, signal: np.ndarray) -> np.ndarray:
         """Return the derivative of a signal along each stretch, shape (sample,)."""
         return np.concatenate([np.gradient(signal[part], self.dt) for part in self.stretches])

@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.identification.dictionary import Element, Group, Motion, elements, memory_group
 from bristle.identification.explanation import Friction, Interval
-from bristle.identification.gram import FOLDS, Equations, Fitted, Penalties, are_alike, rms
+from bristle.identification.gram import Equations, Fitted, Penalties, are_alike, rms
 from bristle.identification.term_search import SLOW, Choice, Search
 
 NEAR_THRESHOLD = 5.0  # factor between the threshold of a law and those tried with a Stribeck speed
@@ -108,8 +108,7 @@ def least_biased(bands: Sequence[AtSpeed]) -> AtSpeed:
             for narrower in bands[number + 1 :]
             if not narrower.is_at_edge
         ]
-        half_width = band.delay.half_width + max(beyond, default=0.0)
-        half_width = max(half_width, band.delay.half_width)
+        half_width = band.delay.half_width + max([0.0, *beyond])
         if half_width < least and not band.is_at_edge:
             least = half_width
             best = band._replace(delay=Interval(value, half_width))
@@ -198,8 +197,7 @@ class Laws:
         columns = [self.members.index(member) for member in members]
         at = np.array([*columns, *(j for j in self.beside if j not in without)])
         weights, _ = self.equations.solve_columns(at, self.P)
-        x = np.broadcast_to(weights[at], (FOLDS, at.size))
-        errors = self.equations.fold_errors(at, x)
+        errors = self.equations.errors_of(weights, at)
         F_C = self.value(weights, columns[:1])
         sliding = F_C + self.value(weights, self.cable)
         return Law(members[-1], weights, errors, F_C, self.value(weights, self.viscous), sliding)

@@ -251,6 +251,10 @@ class Equations:
         x = np.linalg.solve(G.sum(axis=0) - G + P, (b.sum(axis=0) - b)[..., None])[..., 0]
         return self.fold_errors(at, x), active
 
+    def errors_of(self, weights: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """Return the squared error of each fold with the same weights of some columns."""
+        return self.fold_errors(at, np.broadcast_to(weights[at], (FOLDS, at.size)))
+
     def fold_errors(self, at: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Return the squared error of each fold with its weights of some columns, shape (fold, column)."""
         G = self.grams[:, at][:, :, at]

@@ -19,7 +19,7 @@ from bristle.identification.dictionary import (
     ripple_group,
 )
 from bristle.identification.explanation import Evidence
-from bristle.identification.gram import FOLDS, LEAST_ERROR, Equations, Penalties, are_alike, rms
+from bristle.identification.gram import FOLDS, Equations, Penalties, are_alike, rms
 
 SLOW = 0.05  # of the top speed: rows below it have no weight in the delay and the inertia
 RISE = 0.1  # of the top speed, over which the weight of a row rises to 1
@@ -165,11 +165,11 @@ class Search:
         """Fit all columns, with changes of the level relative to the friction of the last fit."""
         self.friction = self.force("friction")
         place = self.force("place", "offset")
-        effort = self.force("inertia") + self.friction + place
+        inertia = self.force("inertia")
+        effort = inertia + self.friction + place
         y = self.equations.y
         waves = [ripple_group(self.motion, frequency) for frequency in self.frequencies]
-        inertia = np.convolve(self.force("inertia"), self.motion.taps, "same")  # without noise
-        transmitted = inertia + place
+        transmitted = self.motion.smooth(inertia) + place
         levels = level_groups(self.motion, self.grid, self.friction, transmitted, self.frequencies)
         self.every = [*self.base, *waves, *levels, filter_group(self.motion, effort)]
         shapes = [group for name, group in self.places.items() if name != "curve"]
@@ -237,20 +237,15 @@ class Search:
         similar = list[tuple[float, float]]()
         best = np.ones(FOLDS)
         for delay in [self.delay, *(COARSE / self.motion.cutoff).tolist()]:
-            equations.y = self.motion.row(self.motion.u, delay)
-            rights, powers = equations.targets()
-            weights, active = equations.solve(chosen, penalties, support, rights.sum(axis=0))
-            at = np.flatnonzero(active)
-            x = weights[at]
-            bent = np.einsum("i,kij,j->k", x, equations.grams[:, at][:, :, at], x)
-            errors = powers - 2.0 * rights[:, at] @ x + bent
-            errors = np.maximum(errors, LEAST_ERROR * powers.mean())
+            equations.retarget(self.motion.row(self.motion.u, delay))
+            weights, active = equations.solve(chosen, penalties, support)
+            errors = equations.errors_of(weights, np.flatnonzero(active))
             if not similar:
                 best = errors
             if are_alike(errors, best):
                 mass = float(equations.physical(self.plant[0], weights)[0])
                 similar.append((delay, mass))
-        equations.y = y
+        equations.retarget(y)
         return similar
 
 
@@ -290,7 +285,8 @@ def chosen_terms(search: Search) -> Choice:
         terms, of_terms = selection.eliminated(fixed, terms)
         evidence = of_shape | of_terms
     fixed = always + [group for name, group in search.places.items() if name == shape]
-    return Choice(search, fixed + terms, shape, evidence, selection.rejected, selection.support)
+    rejected = {name: entry for name, entry in selection.rejected.items() if name not in evidence}
+    return Choice(search, fixed + terms, shape, evidence, rejected, selection.support)
 
 
 class Selection:
