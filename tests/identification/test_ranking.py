@@ -245,7 +245,11 @@ def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
     strange = np.where(last, effort + 4.0 * np.sign(motion.velocity), effort)
     held_out, plain = (
         identify(
-            log_of(motion, item), "coulomb_viscous", axis=STATED, draws=0
+            log_of(motion, item),
+            "coulomb_viscous",
+            axis=STATED,
+            draws=0,
+            settings={"lines_gain": 1.0},
         ).best.held_out.block_errors_percent
         for item in (strange, effort)
     )

@@ -397,6 +397,7 @@ def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
         DEFAULT,
         Work(least_squares.silent),
         None,
+        None,
         100.0,
         4,
     )

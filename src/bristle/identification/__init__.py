@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from bristle.core.loading import loaded_from
 
 if TYPE_CHECKING:
+    from bristle.identification.axis_lines import axis_with, proposed_lines
     from bristle.identification.estimate import OPEN, Estimate, half_width
     from bristle.identification.explain import explain
     from bristle.identification.explanation import Explanation
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
         ProposedLine,
         SecondPass,
     )
-    from bristle.identification.second_pass import axis_with, proposed_lines
     from bristle.identification.settings import Settings
     from bristle.identification.work import Work
 

@@ -23,8 +23,8 @@ filter as the effort and is then decimated to rows.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -146,6 +146,10 @@ class Motion:
     unsettled: tuple[
         int, ...
     ]  # samples of each stretch that depend on the unknown start of its friction
+    # Columns of the log that a coefficient turns into an effort, shape (column, sample).
+    known: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    # Recorded quantities on which friction may depend.
+    channels: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @cached_property
     def firsts(self) -> tuple[int, ...]:
@@ -412,8 +416,12 @@ def along_axis(x: np.ndarray, grid: Grid) -> np.ndarray:
 
 def with_load(transmitted: np.ndarray) -> np.ndarray:
     """Return the magnitude of the transmitted force, with mean 0 and standard deviation 1, shape (1, sample)."""
-    load = np.abs(transmitted)
-    return ((load - load.mean()) / max(float(load.std()), np.finfo(float).tiny))[None]
+    return with_channel(np.abs(transmitted))
+
+
+def with_channel(signal: np.ndarray) -> np.ndarray:
+    """Return a recorded channel with mean 0 and standard deviation 1, shape (1, sample)."""
+    return ((signal - signal.mean()) / max(float(signal.std()), np.finfo(float).tiny))[None]
 
 
 def over_time(time: np.ndarray, span: float) -> np.ndarray:
@@ -454,12 +462,15 @@ def of_signals(motion: Motion, name: str, role: str, signals: np.ndarray, **opti
 
 
 def plant_groups(motion: Motion) -> list[Group]:
-    """Return the inertia and the constant force."""
+    """Return the inertia, the constant force, and the forces of known columns."""
     constant = np.ones((1, motion.x.size))
-    return [
+    groups = [
         of_signals(motion, "inertia", "inertia", motion.a[None], is_positive=True),
         of_signals(motion, "offset", "offset", constant),
     ]
+    if len(motion.known):
+        groups.append(of_signals(motion, "known", "offset", motion.known))
+    return groups
 
 
 def friction_groups(motion: Motion, grid: Grid) -> list[Group]:
@@ -529,6 +540,8 @@ def level_groups(
         "load": (with_load(transmitted), np.eye(1)),
         "warmup": (over_time(motion.time, motion.span), np.eye(3)),
     }
+    for name, signal in motion.channels.items():
+        changes[f"channel {name}"] = (with_channel(signal), np.eye(1))
     groups = list[Group]()
     for frequency in frequencies:
         signals = friction * ripple(motion.x, frequency)

@@ -20,6 +20,7 @@ from bristle.core.variable import unit_of
 from bristle.identification.dataset import Dataset
 from bristle.identification.elasticity import Elastic
 from bristle.identification.excitation import Excitation
+from bristle.identification.found_terms import Beside
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import (
     EVALUATIONS,
@@ -32,7 +33,6 @@ from bristle.identification.least_squares import (
 from bristle.identification.missing_force import Missing
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import (
-    PROPOSED,
     Fixed,
     ParameterSet,
     PriorKnowledge,
@@ -64,8 +64,16 @@ class Context:
     settings: Settings = DEFAULT
     estimator: Estimator | None = None  # replaces `along_the_motion`
     coupling: Elastic | None = None
+    beside: Beside | None = None  # the terms beside friction, out of the effort or in a slot
     # Of simpler models: starts of richer models.
     optima: dict[FrictionModel, dict[str, float]] = field(default_factory=dict)
+
+    def of(self, component: FrictionModel) -> Context:
+        """Return the context for a model: rows without the terms that are no part of it, and the pitch of a screw if it needs one."""
+        context = self
+        if self.beside is not None:
+            context = replace(self, dataset=self.beside.dataset_for(component, self.dataset))
+        return with_pitch(context, component)
 
     def parameters(self, component: FrictionModel) -> ParameterSet:
         """Return the free and fixed parameters of a model."""
@@ -172,11 +180,7 @@ def _with_offset(
     """Return the same fit with a free offset and levels by direction, if a model without levels by direction fits better."""
     # Unlike levels by direction, a weight shifts the reversal of friction: only a model with memory shows the difference.
     parameters, values = problem.parameters, problem.parameters.complete(solution.values)
-    held = {
-        name: entry
-        for name, entry in parameters.fixed.items()
-        if "levels" in entry.numbers and entry.reason != PROPOSED
-    }
+    held = {name: entry for name, entry in parameters.fixed.items() if "levels" in entry.numbers}
 
     def with_fixed(offsets: Mapping[str, Fixed]) -> InverseDynamics:
         fixed = {

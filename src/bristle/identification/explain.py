@@ -11,11 +11,12 @@ The columns of the `dictionary` are rows of one least-squares problem. Everythin
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.cores import cores_for_simulations
 from bristle.core.variable import Kind
 from bristle.files.arguments import logs_and_axes
@@ -40,6 +41,7 @@ from bristle.identification.friction_law import (
 from bristle.identification.gram import rms
 from bristle.identification.term_search import Choice, Search, chosen_terms, time_to_reversal
 from bristle.identification.work_rate import FEWEST_ROWS, motion_of, narrowed
+from bristle.logs.log import Log
 
 NARROWER = (0.4, 0.16)  # of the cut-off: narrower bands for the delay
 # Groups of elements that saturate within 0.3 % of the stroke.
@@ -94,15 +96,29 @@ def explain(log: Any, axis: Any = None) -> Explanation:
     """
     pairs = logs_and_axes(log, axis)
     with cores_for_simulations():
-        motion = motion_of(pairs)
-        choice = choice_for(motion)
-        widest = at_speed(choice)
-        narrower = [narrowed(motion, share) for share in NARROWER]
-        enough = [narrow for narrow in narrower if sum(narrow.counts) >= FEWEST_ROWS]
-        best = least_biased([widest, *(at_speed(choice_for(narrow)) for narrow in enough)])
-        if best.delay.value != widest.delay.value:
-            choice = choice_for(motion, best.delay.value)
-        return explained(refitted(choice, best), pairs[0][0].kind)
+        return explained(fitted_terms(motion_of(pairs), delay_of(pairs)), pairs[0][0].kind)
+
+
+def delay_of(pairs: Sequence[tuple[Log, Axis | None]]) -> float | None:
+    """Return the delay of the effort that is left in logs [s]; None if their axes do not state it."""
+    axes = [axis for _, axis in pairs if axis is not None]
+    if all(axis.seeks_delay and not axis.delay for axis in axes):
+        return None
+    return 0.0
+
+
+def fitted_terms(motion: Motion, delay: float | None = None) -> Refitted:
+    """Return the fit of a motion with the terms that it shows, with a known delay or with its own."""
+    choice = choice_for(motion, delay)
+    widest = at_speed(choice)
+    if delay is not None:
+        return refitted(choice, widest)
+    narrower = [narrowed(motion, share) for share in NARROWER]
+    enough = [narrow for narrow in narrower if sum(narrow.counts) >= FEWEST_ROWS]
+    best = least_biased([widest, *(at_speed(choice_for(narrow)) for narrow in enough)])
+    if best.delay.value != widest.delay.value:
+        choice = choice_for(motion, best.delay.value)
+    return refitted(choice, best)
 
 
 def choice_for(motion: Motion, delay: float | None = None) -> Choice:
@@ -128,7 +144,7 @@ def explained(final: Refitted, kind: Kind) -> Explanation:
         inertia=rms(final.band.M.value * inertia.columns[:, 0]),
         effort=rms(total),
         unexplained=rms(residual),
-        floor=floor_of(final),
+        floor=floor_of(final, final.groups),
         filter=choice.evidence.get("filter"),
         rejected=choice.rejected,
         M=final.band.M,
@@ -139,11 +155,11 @@ def explained(final: Refitted, kind: Kind) -> Explanation:
     )
 
 
-def floor_of(final: Refitted) -> float:
-    """Return the rms error of held-out folds, each row with the same weight [N or N*m]."""
+def floor_of(final: Refitted, groups: Sequence[Group]) -> float:
+    """Return the rms error of held-out folds with some groups, each row with the same weight [N or N*m]."""
     equations = final.equations
     equations.weigh(np.ones(equations.count))
-    errors, _ = equations.held_out(final.groups, final.fitted.penalties, final.fitted.support)
+    errors, _ = equations.held_out(groups, final.fitted.penalties, final.fitted.support)
     equations.weigh(final.choice.search.weight)
     return equations.unit * math.sqrt(max(float(errors.sum()), 0.0) / equations.count)
 

@@ -13,6 +13,7 @@ from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import Kind, unit_of
 
 LEAST_SHARE = 0.005  # smallest share of a part in the verdict
+OF_CHANNEL = "channel "  # before the name of a recorded channel with which the level changes
 WHOLE_ORDER = 0.02  # waves a turn: distance of an order from a whole number
 
 LABELS = {
@@ -20,6 +21,7 @@ LABELS = {
     "stribeck": "falling with speed",
     "viscous": "viscous",
     "offset": "constant",
+    "known": "known columns",
     "cable": "cable",
     "spring": "spring",
     "cubic": "cubic spring",
@@ -130,6 +132,8 @@ class Part:
 
     def label(self, kind: Kind) -> str:
         """Return the words for this part."""
+        if self.name.startswith(OF_CHANNEL):
+            return f"with {self.name.removeprefix(OF_CHANNEL)}"
         if not self.frequency:
             return LABELS[self.name]
         words = "ripple"

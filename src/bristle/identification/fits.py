@@ -1,5 +1,6 @@
 """The fits of several models to one log, as far as the work came."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
@@ -9,6 +10,7 @@ from bristle.core.errors import InputError
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.excitation import spread_between_repeats
 from bristle.identification.fitting import fit
+from bristle.identification.found_terms import Beside
 from bristle.identification.intervals import NUMERIC, message_of
 from bristle.identification.result import Fit
 from bristle.identification.screening import screened
@@ -126,17 +128,37 @@ def _fits(
 
 
 def ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
-    """Return fits with their ranks, best first."""
-    order = in_order(fits, context.settings, spread_between_repeats(context.dataset))
+    """Return fits with their ranks, best first, by their errors with the terms that are no part of the models."""
+    whole = fits
+    if context.beside is not None:
+        whole = [with_terms_beside(fit, context.beside) for fit in fits]
+    by_name = {fit.name: fit for fit in fits}
+    in_rank = in_order(whole, context.settings, spread_between_repeats(context.dataset))
+    order = [by_name[fit.name] for fit in in_rank]
     return [replace(fit, rank=rank) for rank, fit in enumerate(with_information(order), 1)]
+
+
+def with_terms_beside(fit: Fit, beside: Beside) -> Fit:
+    """Return a fit with the error of its model alone: the terms beside it are no part of it."""
+    share = beside.share_for(fit.friction.component)
+    held_out = fit.held_out
+    if held_out is not None:
+        errors = [math.hypot(error, share) for error in held_out.block_errors_percent]
+        mean = math.hypot(held_out.mean_percent, share)
+        held_out = replace(held_out, block_errors_percent=tuple(errors), mean_percent=mean)
+    error = math.hypot(fit.force_error_percent, share)
+    return replace(fit, held_out=held_out, force_error_percent=error)
 
 
 def _with_slots(context: Context, blocks: int, work: Work, collected: Collected) -> None:
     """Fit the best model with the slots suggested by its residual, in several rounds."""
     for _ in range(TURNS):
         best = ranked(collected.fits, context)[0]
+        causes = ()
+        if context.beside is not None:
+            causes = context.beside.terms.causes
         names = next_models(
-            best, collected.estimations[best.name], context.settings, context.coupling
+            best, collected.estimations[best.name], context.settings, context.coupling, causes
         )
         further = [
             find(name)

@@ -18,13 +18,7 @@ from bristle.engine.checks import finite
 from bristle.identification import structure
 from bristle.identification.element_models import estimate_elements
 from bristle.identification.estimate import MATTERS, Estimate
-from bristle.identification.estimation import (
-    Context,
-    Estimation,
-    Estimator,
-    along_the_motion,
-    with_pitch,
-)
+from bristle.identification.estimation import Context, Estimation, Estimator, along_the_motion
 from bristle.identification.excitation import Excitation
 from bristle.identification.fixed_shape import ELEMENT_MODELS, TOTAL, ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -32,7 +26,6 @@ from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import (
     OFFSET,
-    PROPOSED,
     Fixed,
     Role,
     Scales,
@@ -63,7 +56,7 @@ def fit(
 ) -> tuple[Fit, Estimation]:
     """Fit one model, with `blocks` parts of the log held out in turn; return the fit and its estimation."""
     report(0.0)
-    context = with_pitch(context, component)
+    context = context.of(component)
     estimation = _estimate(context, component, between(report, 0.0, ESTIMATED))
     fit, held_out, unfinished = fit_of(estimation, context), None, estimation.solution.unfinished
     if blocks and not unfinished:
@@ -441,9 +434,7 @@ def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     variables, kind = problem.parameters.variables, problem.dataset.kind
     weights, reasons = list[Diagnostic](), list[Diagnostic]()
     for name, entry in problem.parameters.fixed.items():
-        if entry.half_width is None and (
-            entry.reason == GUESSED or (entry.reason == PROPOSED and entry.numbers["levels"])
-        ):
+        if entry.half_width is None and entry.reason == GUESSED:
             weights.append(
                 Diagnostic(
                     "weight_guessed", "", "warning", {"weight": entry.value, **entry.numbers}, kind

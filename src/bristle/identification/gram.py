@@ -29,6 +29,7 @@ from bristle.identification.dictionary import Group
 
 FOLDS = 20
 STRETCHES = 3  # of a fold, far apart in time
+ROUNDING = 1e-9  # of the rows: ridge against rounding
 NO_PENALTY = 1e-7  # of the rows: penalty of a column without a penalty
 FIRST_PENALTY = 1e-2  # of the rows
 LEAST_PENALTY = 1e-6  # of the rows
@@ -261,6 +262,18 @@ class Equations:
         bent = np.einsum("ki,kij,kj->k", x, G, x)
         errors = self.powers - 2.0 * np.sum(x * self.rights[:, at], axis=1) + bent
         return np.maximum(errors, LEAST_ERROR * self.powers.mean())
+
+    def unique_shares(self, group: Group, beside: Sequence[Group]) -> tuple[float, float]:
+        """Return the least and the largest share of a combination of the columns of a group that columns beside it leave."""
+        at = self.columns_of(beside)
+        own = self.spans[group.name]
+        A = self.gram[np.ix_(at, at)] + ROUNDING * self.count * np.eye(at.size)
+        B = self.gram[np.ix_(at, own)]
+        G = self.gram[np.ix_(own, own)]
+        factor = np.linalg.cholesky(G + ROUNDING * self.count * np.eye(own.size))
+        left = np.linalg.solve(factor, G - B.T @ np.linalg.solve(A, B))
+        shares = np.linalg.eigvalsh(np.linalg.solve(factor, left.T)).tolist()
+        return shares[0], shares[-1]
 
     def covariance(self, at: np.ndarray, P: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Return the covariance of the weights of some columns: sandwich over stretches of time."""

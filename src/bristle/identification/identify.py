@@ -17,6 +17,7 @@ from bristle.core.edge import NAMES, Progress, among, between, guarded, instance
 from bristle.core.errors import InputError
 from bristle.files.arguments import logs_and_axes
 from bristle.identification import request
+from bristle.identification.axis_lines import about_lines, with_lines
 from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.identification.estimation import (
@@ -29,19 +30,13 @@ from bristle.identification.estimation import (
 from bristle.identification.excitation import about_logs, checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fits import Collected, all_fits, ranked
+from bristle.identification.found_terms import Beside, Terms, about_terms, terms_of, with_explained
 from bristle.identification.half_cycles import blocks_for
-from bristle.identification.intervals import WITHOUT_DRAWS, durations_of, with_intervals
+from bristle.identification.intervals import WITHOUT_DRAWS, Passed, durations_of, with_intervals
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
-from bristle.identification.parameters import (
-    STATED,
-    PriorKnowledge,
-    Role,
-    names_of,
-    offset_of,
-    stroke_of,
-)
+from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of, stroke_of
 from bristle.identification.position_loop import stiffness_in
 from bristle.identification.preprocessing import (
     CUTOFF_SHARE,
@@ -51,7 +46,6 @@ from bristle.identification.preprocessing import (
     treat_all,
 )
 from bristle.identification.result import Fit, Identification, SecondPass
-from bristle.identification.second_pass import Passed, second_pass
 from bristle.identification.settings import Settings
 from bristle.identification.structure import with_friction_alone, with_spring_named, with_structure
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
@@ -63,8 +57,8 @@ from bristle.models.friction import DEFAULT_MODELS, find
 
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_LOAD = "interrupted: the friction of motor and load is missing"
-AGAIN = "second pass, "  # before a task of the progress
 TELLS_CHANNEL = "lugre"
+HIGHEST = 100.0  # [Hz]: frequencies in which terms are sought, at most
 FEWEST_PERIODS = 40.0  # of the lowest cut-off of an elastic axis in the log
 ALONE = 0.4  # share of the work for one mass of a log with two encoders
 
@@ -188,8 +182,22 @@ def identify(
         return replace(request.prior_knowledge_of(axis, mass, offset, kind), free=shapes)
 
     work = Work(progress or silent)
-    passed = partial(
-        _passed,
+    parts = [(parted(log, axis), axis) for log, axis in pairs]
+    coupling = with_masses(elastic_coupling(*map(list, zip(*parts, strict=True))), parts)
+    terms, second = None, None
+    if chosen.lines_gain < 1.0 and not _simulates(pairs):
+        work.task("explaining the log")(0.0)
+        terms, second = _terms_in(parts, coupling, chosen.lines_gain)
+    if second is not None:
+        pairs = with_lines(pairs, second)
+
+    def tell(best: Passed) -> None:
+        work.after_fits = bool(draws) * sum(durations_of(best, draws, pairs))
+        if answer is not None and len(best.estimations) == 1:
+            answer(_result(best._replace(fits=best.judged(())), first_log, chosen))
+
+    better = _passed(
+        pairs,
         components=components,
         extended=extended,
         blocks=blocks,
@@ -197,24 +205,14 @@ def identify(
         prior_of=prior_of,
         treatment=treated,
         work=work,
+        coupling=coupling,
+        terms=terms,
+        second=second,
+        after_best=tell,
     )
-
-    def tell(best: Passed) -> None:
-        work.after_fits = bool(draws) * sum(durations_of(best, draws, pairs))
-        if answer is not None and len(best.estimations) == 1:
-            answer(_result(best._replace(fits=best.judged(())), first_log, chosen))
-
-    better, second = passed(pairs, after_best=tell), None
-    if chosen.lines_gain < 1.0 and blocks != 0:
-        work.before = AGAIN
-        better, second = second_pass(
-            better, pairs, partial(passed, first=better), chosen.lines_gain
-        )
-    work.before = ""
     unfinished = better.unfinished or WITHOUT_DRAWS * (better.interrupted and bool(draws))
     if draws and not unfinished:
         better, unfinished = with_intervals(better, draws, chosen, pairs, work)
-    coupling = better.context.coupling
     result = _result(better, first_log, chosen, unfinished, second)
     if not of_load:
         return with_masses_of(result, pairs, coupling)
@@ -230,6 +228,24 @@ def identify(
         return with_two_masses(result, of_load, of_side, total, coupling)
     except KeyboardInterrupt:
         return replace(result, unfinished=WITHOUT_LOAD)
+
+
+def _simulates(pairs: Sequence[tuple[Log, Axis | None]]) -> bool:
+    """Return whether the error of a simulation is minimised."""
+    return any(axis is not None and axis.method == "output_error" for _, axis in pairs)
+
+
+def _terms_in(
+    pairs: Sequence[tuple[Log, Axis | None]], coupling: Elastic | None, gain: float
+) -> tuple[Terms | None, SecondPass | None]:
+    """Return the terms that logs show beside friction, and the lines of the axis for them."""
+    highest = HIGHEST if coupling is None else min(HIGHEST, coupling.one_mass)
+    terms = terms_of(pairs, highest)
+    if terms is None or not terms.lines:
+        return terms, None
+    if terms.error_with >= (1.0 - gain) * terms.error_without:
+        return None, None
+    return terms, SecondPass(terms.lines, terms.error_without, terms.error_with, taken=True)
 
 
 def _result(
@@ -280,7 +296,6 @@ def _stiffness_of(logs: Sequence[Log]) -> dict[str, float]:
 
 def _passed(
     pairs: Sequence[tuple[Log, Axis | None]],
-    offset_reason: str = STATED,
     *,
     components: Sequence[FrictionModel],
     extended: bool,  # by slots
@@ -289,24 +304,21 @@ def _passed(
     prior_of: Callable[[Axis | None], PriorKnowledge],
     treatment: tuple[float | None, int | None],  # cut-off and decimation
     work: Work,
-    first: Passed | None = None,
+    coupling: Elastic | None,
+    terms: Terms | None,
+    second: SecondPass | None,
     after_best: Callable[[Passed], None] | None = None,
 ) -> Passed:
-    """Return the fits of all models with these axes, and with the reason of a known offset; the coupling is that of a `first` pass.
+    """Return the fits of all models, with the lines that their axes got.
 
     `after_best` receives each fit that is the best so far of several, not yet judged.
     """
-    prior = replace(prior_of(pairs[0][1]), offset_reason=offset_reason)
+    prior = prior_of(pairs[0][1])
     of_logs, pairs = (
         checks_of(pairs, prior, settings),
         [(parted(log, axis), axis) for log, axis in pairs],
     )
-    coupling = (
-        with_masses(elastic_coupling(*map(list, zip(*pairs, strict=True))), pairs)
-        if first is None
-        else first.context.coupling
-    )
-    context = _context(pairs, prior, settings, work, coupling, *treatment)
+    context = _context(pairs, prior, settings, work, coupling, terms, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short, names = blocks is None and not held_out, [log.source.name for log, _ in pairs]
     collected = Collected([component.name for component in components])
@@ -326,6 +338,12 @@ def _passed(
             context.coupling,
         )
         best = with_spring_named(best, stroke_of(context.dataset))
+        if context.beside is not None:
+            about = about_terms(best, context.beside)
+            best = replace(best, diagnostics=(*best.diagnostics, *about))
+        if second is not None and pairs[0][1] is not None:
+            about = about_lines(second, pairs[0][1])
+            best = replace(best, diagnostics=(*best.diagnostics, about))
         return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
 
     def judged(omitted: Container[str] = ()) -> list[Fit]:
@@ -356,11 +374,15 @@ def _context(
     settings: Settings,
     work: Work,
     coupling: Elastic | None,
+    terms: Terms | None,
     cutoff: float | None,
     decimation: int | None,
 ) -> Context:
     """Return the data that the fits of all models share."""
-    logs, axes = map(list, zip(*pairs, strict=True))
+    recorded, axes = map(list, zip(*pairs, strict=True))
+    logs = recorded
+    if terms is not None:
+        logs = terms.logs_for(find(TELLS_CHANNEL), recorded)
     described = [axis or Axis(kind=log.kind) for log, axis in pairs]
     estimator, treated = None, logs
     if "output_error" in map(attrgetter("method"), described):
@@ -387,6 +409,8 @@ def _context(
         alignment = alignment_of(
             logs, axes, settings, sought=sought, coupling=coupling if low else None
         )
+        if terms is not None and low is None:
+            alignment = with_explained(alignment, terms.explanation, settings)
         if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
             # Fewer rows, so that position noise does not hide friction.
             rows, noise = calmed(aligned(treated_dataset, alignment))
@@ -413,6 +437,14 @@ def _context(
     context = _of_channel(
         context, treated_dataset, work.task("looking for the channel that was filtered")
     )
+    if terms is not None:
+        decimation = treated_dataset.decimation
+        beside = Beside(
+            terms,
+            recorded,
+            partial(treat_all, axes=axes, cutoff=low or cutoff, decimation=decimation),
+        )
+        context = replace(context, beside=beside)
     return replace(context, coupling=coupling)
 
 

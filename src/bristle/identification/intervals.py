@@ -1,13 +1,16 @@
 """The intervals of the best model; a model whose intervals fail gives way to the next."""
 
-from dataclasses import replace
+from collections.abc import Callable, Container
 from time import perf_counter
+from typing import NamedTuple
 
 from bristle.core.cores import core_count
 from bristle.core.errors import InputError
+from bristle.identification.axis_lines import Pairs
+from bristle.identification.estimation import Context, Estimation
 from bristle.identification.observed_fit import foreseen
 from bristle.identification.observer import MOST, observable
-from bristle.identification.second_pass import Pairs, Passed
+from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
 from bristle.identification.simulated_bands import with_loops, within_the_log
 from bristle.identification.uncertainty import with_uncertainty
@@ -19,6 +22,19 @@ WITHOUT_OBSERVER = "interrupted: the parameters are those of inverse dynamics"
 EVALUATIONS, REFITS, CLIMBING = (8.5, 104, 3000.0)
 NUMERIC = (ArithmeticError, ValueError)
 """Errors of a computation with numbers, such as those of a model that diverges or of a singular matrix."""
+
+
+class Passed(NamedTuple):
+    """The fits of all models to logs with their axes, the best first, without intervals."""
+
+    fits: list[Fit]
+    estimations: dict[str, Estimation]
+    left_out: dict[str, str]
+    unfinished: str
+    interrupted: bool
+    context: Context
+    pairs: Pairs
+    judged: Callable[[Container[str]], list[Fit]]  # the same fits, without some models
 
 
 def durations_of(passed: Passed, draws: int, pairs: Pairs) -> tuple[float, float]:
@@ -65,9 +81,11 @@ def with_intervals(
             if is_observed(passed, pairs):
                 report = work.task(f"predicting the log with {best.name}", work.ahead)
                 work.ahead = 0.0
-                best = foreseen(
-                    best, estimation, passed.context, [log for log, _ in passed.pairs], report
-                )
+                component = estimation.inverse.parameters.component
+                logs = [log for log, _ in passed.pairs]
+                if passed.context.beside is not None:
+                    logs = passed.context.beside.logs_for(component)
+                best = foreseen(best, estimation, passed.context.of(component), logs, report)
             best = with_loops(within_the_log(best, passed.context.dataset), passed.pairs)
         except KeyboardInterrupt:
             remark = WITHOUT_DRAWS if best.resampling is None else WITHOUT_OBSERVER
@@ -86,8 +104,6 @@ def _without_best(passed: Passed, error: Exception) -> Passed:
         failed.name: f"its intervals from simulated logs failed: {message_of(error)}"
     }
     best, *rest = passed.judged(left_out)
-    noted = (diagnostic for diagnostic in failed.diagnostics if diagnostic.code == "second_pass")
-    best = replace(best, diagnostics=(*best.diagnostics, *noted))
     return passed._replace(fits=[best, *rest], left_out=left_out)
 
 

@@ -33,8 +33,10 @@ ALIKE = 1e-9  # relative difference below which two unit factors are equal
 ONE_WAY = 0.01  # share of the samples below which a direction counts as missing
 SLIDES_FROM = 0.1  # of the largest speed: slower rows do not show a friction level
 SINGULAR = 1e-9
-# Reasons of a fixed value: the user gave it, or a first pass proposed it.
-STATED, PROPOSED = ("held_known", "held_taken")
+# Reason of a fixed value: the user gave it.
+FORCE_OF_SPRING = {"a_1": "spring_1", "a_2": "spring_2"}
+"""Additive force of a slot along the axis -> the same force of a plant with a spring."""
+STATED = "held_known"
 
 
 class Role(Enum):
@@ -284,7 +286,6 @@ class PriorKnowledge:
     plant: Plant = inertia
     pitch: float | None = None
     free: tuple[str, ...] = ()  # shapes
-    offset_reason: str = STATED
     # Before the fit: value and half-width of its 95 % interval.
     measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     has_bodies: bool = False  # whether a known effort is that of the bodies of an arm
@@ -323,7 +324,9 @@ def parameters_of(
     for name, variable in component.variables.items():
         if variable == OFFSET:
             continue
-        if damped and Role.VISCOUS.fits(variable):
+        is_in_plant = damped and Role.VISCOUS.fits(variable)
+        is_in_plant |= FORCE_OF_SPRING.get(name) in prior.plant.variables
+        if is_in_plant:
             held[name] = Fixed(0.0, "held_plant_damping")
         elif (
             name in component.defaults
@@ -374,12 +377,8 @@ def parameters_of(
             if not side or not forces
             else Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
         )
-    numbers = {"levels": tuple(levels)} if prior.offset_reason == PROPOSED else {}
-    offset = (
-        offset
-        if prior.offset is None
-        else Fixed(prior.offset, prior.offset_reason, numbers=numbers)
-    )
+    if prior.offset is not None:
+        offset = Fixed(prior.offset, STATED)
     if offset is not None:
         held |= dict.fromkeys(names_of(OFFSET, component.variables), offset)
     free = tuple(

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 TRADED_IN = ("one_speed", "one_direction", "level_drifts", "never_slides")
 """Codes that name parameters with unreliable intervals."""
-CONSTANT_HELD = ("held_levels", "held_constant", "held_taken")
+CONSTANT_HELD = ("held_levels", "held_constant")
 TWO_MASSES = "the plant with two masses"  # in the parts of a result that are left out
 # Of the level by direction, and standard errors: a constant force above both is reported.
 LARGE_OFFSET, SURE_OFFSET = (0.25, 3.0)
@@ -54,7 +54,7 @@ class ProposedLine(NamedTuple):
 
 
 class SecondPass(NamedTuple):
-    """A second pass with proposed lines, and the held-out errors without and with them [%]; infinite if no model fits."""
+    """Lines that bristle found for the axis, and the held-out errors of the linear stage without and with them [%]."""
 
     lines: tuple[ProposedLine, ...]
     error_without: float
@@ -424,7 +424,7 @@ class Identification:
     settings : Settings
         The thresholds of the diagnostics.
     second_pass : SecondPass or None
-        The pass with lines that the first pass proposed for the axis file; None without such lines.
+        The lines that bristle found for the axis file; None without such lines.
     two_masses : TwoMasses or None
         Motor and load as two masses; None without a second encoder and without an elastic coupling.
     response : Response or None

@@ -98,7 +98,8 @@ class Settings(CheckThresholds):
     )
     lines_gain: float = _set(
         1e-3,
-        "smallest relative fall of the held-out error that keeps a second pass; 1 disables this pass",
+        "smallest relative fall of the held-out error for lines that bristle takes into the axis; 1 disables the search for forces "
+        "beside friction",
         most=1.0,
     )
     doubtful_share: float = _set(

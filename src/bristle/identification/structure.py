@@ -222,12 +222,16 @@ def about_coupling(coupling: Elastic, cutoff: float) -> Diagnostic:
 
 
 def next_models(
-    fit: Fit, estimation: Estimation, settings: Settings, coupling: Elastic | None = None
+    fit: Fit,
+    estimation: Estimation,
+    settings: Settings,
+    coupling: Elastic | None = None,
+    known: Sequence[str] = (),
 ) -> tuple[str, ...]:
-    """Return the models with one more slot to try after a fit, suggested by its residual; empty for models of a user."""
+    """Return the models with one more slot to try after a fit, for `known` causes and by its residual; empty for models of a user."""
     if not goes_by_name(fit.friction.component):
         return ()
-    causes = ["direction"]
+    causes = ["direction", *known]
     for force in missing_in(fit, estimation, settings, coupling)[0]:
         # A ripple that reverses with the motion is a ripple of the level.
         causes.append("level" if force.cause == "ripple" and force.alike is False else force.cause)

@@ -43,6 +43,8 @@ LEAST_WAVE = 0.004  # of the power of the residual
 FALSE_WAVE = 0.01  # chance that white noise shows a wave
 NEAR_WAVES = 0.7  # waves in the stroke: nearer frequencies are the same
 
+SMOOTH_LEVELS = ("level", "load", "warmup")
+LEAST_UNIQUE = 0.003  # of a column: the part that friction and inertia do not explain
 LEAST_GAIN = 0.012  # of the rms of friction, held out: the smallest term
 LEAST_CABLE = 0.006
 LEAST_Z = 2.5  # standard errors of the mean logarithm of the held-out errors
@@ -236,7 +238,10 @@ class Search:
         y = equations.y
         similar = list[tuple[float, float]]()
         best = np.ones(FOLDS)
-        for delay in [self.delay, *(COARSE / self.motion.cutoff).tolist()]:
+        further = (COARSE / self.motion.cutoff).tolist()
+        if self.known_delay is not None:
+            further = []
+        for delay in [self.delay, *further]:
             equations.retarget(self.motion.row(self.motion.u, delay))
             weights, active = equations.solve(chosen, penalties, support)
             errors = equations.errors_of(weights, np.flatnonzero(active))
@@ -265,8 +270,10 @@ class Choice:
 def chosen_terms(search: Search) -> Choice:
     """Return the shape of the force over the position, and the other terms by backward elimination."""
     selection = Selection(search)
-    optional = [group for group in search.every if group.is_judged]
     always = [group for group in search.every if group.role != "place" and not group.is_judged]
+    selection.leave_out_alike(always)
+    optional = [group for group in search.every if group.is_judged]
+    optional = [group for group in optional if group.name not in selection.alike]
     cable = [group for group in optional if group.name == "cable"]
     terms = [group for group in optional if group.name != "cable"]
     shape = ""
@@ -299,6 +306,23 @@ class Selection:
         self.support = search.fitted.support
         self.level = rms(search.motion.row(search.force("friction")))
         self.rejected = dict[str, Evidence]()
+        self.alike = set[str]()
+
+    def leave_out_alike(self, always: Sequence[Group]) -> None:
+        """Leave out the terms that this motion does not tell from friction and inertia, as in repetitions of one sine."""
+        places = self.search.places
+        groups = [group for group in self.search.every if group.name in SMOOTH_LEVELS]
+        for group in [*groups, places["spring"]]:
+            least, _ = self.equations.unique_shares(group, always)
+            if least < LEAST_UNIQUE:
+                self.alike.add(group.name)
+        if "spring" in self.alike:
+            self.alike |= {"cubic", "curve"}
+        if "gravity" in places:
+            # Over a small angle, its cosine is a constant.
+            _, largest = self.equations.unique_shares(places["gravity"], always)
+            if largest < LEAST_UNIQUE:
+                self.alike.add("gravity")
 
     def errors(self, chosen: Sequence[Group]) -> np.ndarray:
         """Return the held-out errors of a choice of groups."""
@@ -326,6 +350,8 @@ class Selection:
         """Return the simplest force over the position that no other shape beats, with its evidence."""
         errors = {"": self.errors(chosen)}
         for name, group in self.search.places.items():
+            if name in self.alike:
+                continue
             errors[name] = self.errors([*chosen, group])
         best = min(errors.values(), key=np.sum)
         shape = ""

@@ -17,6 +17,7 @@ from bristle.identification.dataset import effort_of
 from bristle.identification.dictionary import Motion, filtered, low_pass_taps, unsettled
 from bristle.identification.preprocessing import CREEPS, step_of
 from bristle.logs.log import Log
+from bristle.models.friction.next_model import CHANNELS
 
 CUTOFF = 100.0  # [Hz] of the rows, at most
 CUTOFF_SHARE = 0.1  # of the sampling frequency: cut-off of the rows, at most
@@ -38,24 +39,27 @@ class Stretch(NamedTuple):
     time: np.ndarray  # [s]
     position: np.ndarray  # [m or rad], after a filter against aliases only
     effort: np.ndarray  # [N or N*m]
+    known: np.ndarray  # columns that a coefficient turns into an effort, shape (column, sample)
+    channels: np.ndarray  # channels on which friction may depend, shape (channel, sample)
 
 
-def motion_of(pairs: Sequence[tuple[Log, Axis | None]]) -> Motion:
-    """Return the motion of the logs of an axis at the work rate."""
+def motion_of(pairs: Sequence[tuple[Log, Axis | None]], highest: float = CUTOFF) -> Motion:
+    """Return the motion of the logs of an axis at the work rate, for rows up to a `highest` frequency [Hz]."""
     for log, _ in pairs:
         refuse_unfit(log, pairs[0][0])
     dt = float(pairs[0][0].sample_time)
     stated = [axis.cutoff for _, axis in pairs if axis is not None and axis.cutoff is not None]
-    cutoff = min([*stated, CUTOFF_SHARE / dt, CUTOFF])
+    cutoff = min([*stated, CUTOFF_SHARE / dt, highest])
     decimation = max(int(1.0 / (WORK_RATE * dt * cutoff)), 1)
     work_dt = decimation * dt
     taps = low_pass_taps(cutoff, work_dt)
     margin = margin_of(taps, cutoff * work_dt)
-    parts = list(stretches_of(pairs, decimation, 2 * margin))
+    names = channels_of([log for log, _ in pairs])
+    parts = list(stretches_of(pairs, decimation, 2 * margin, names))
     total = sum(part.time.size for part in parts)
     step = max(int(1.0 / (ROWS_A_PERIOD * cutoff * work_dt)), 1, -(-total // MOST_ROWS))
     quantum = max(step_of(log, axis) for log, axis in pairs)
-    motion = assembled(parts, work_dt, cutoff, quantum)
+    motion = assembled(parts, work_dt, cutoff, quantum, names)
     is_rotary = pairs[0][0].kind == "rotational"
     motion = replace(motion, taps=taps, step=step, margin=margin, is_rotary=is_rotary)
     if not parts:
@@ -147,8 +151,21 @@ def refuse_short(motion: Motion) -> None:
         )
 
 
+def channels_of(logs: Sequence[Log]) -> list[str]:
+    """Return the names of recorded channels on which friction may depend, those that change in all logs."""
+    names = [name for name in logs[0].surroundings if name in CHANNELS]
+    for log in logs:
+        channels = log.surroundings
+        names = [name for name in names if name in channels]
+        names = [name for name in names if np.ptp(channels[name].values) > 0.0]
+    return names
+
+
 def stretches_of(
-    pairs: Sequence[tuple[Log, Axis | None]], decimation: int, shortest: int
+    pairs: Sequence[tuple[Log, Axis | None]],
+    decimation: int,
+    shortest: int,
+    names: Sequence[str] = (),
 ) -> Iterable[Stretch]:
     """Yield the stretches of logs at the work rate that are longer than `shortest` samples."""
     begin = 0.0
@@ -158,12 +175,17 @@ def stretches_of(
         # Logs follow each other in time.
         shifted = time - time[0] + begin
         begin = float(shifted[-1]) + log.sample_time
+        nothing = np.zeros((0, time.size))
+        known = np.vstack([nothing, *(column.values for column in log.regressors)])
+        channels = np.vstack([nothing, *(log.surroundings[name].values for name in names)])
         for part in log.segments:
             load = effort[part]
             if axis is not None and axis.held:
                 # The mean of two consecutive values acts around the sample between them.
                 load = 0.5 * (load + np.append(load[:1], load[:-1]))
-            stretch = Stretch(shifted[part], log.position.values[part], load)
+            stretch = Stretch(
+                shifted[part], log.position.values[part], load, known[:, part], channels[:, part]
+            )
             if stretch.time.size > (shortest + 10) * decimation:
                 yield decimated(stretch, decimation, log.sample_time)
 
@@ -176,16 +198,26 @@ def decimated(stretch: Stretch, decimation: int, dt: float) -> Stretch:
     reach = taps.size // 2
     count = (stretch.time.size - 1) // decimation + 1
     origin = stretch.position[0]
-    position = np.pad(stretch.position - origin, reach, mode="edge")
-    effort = np.pad(stretch.effort, reach, mode="edge")
+
+    def slow(signal: np.ndarray) -> np.ndarray:
+        padded = np.pad(signal, reach, mode="edge")
+        return filtered(padded, taps, reach, decimation, count)
+
+    def all_slow(signals: np.ndarray) -> np.ndarray:
+        return np.vstack([np.zeros((0, count)), *(slow(signal) for signal in signals)])
+
     return Stretch(
         stretch.time[::decimation],
-        filtered(position, taps, reach, decimation, count) + origin,
-        filtered(effort, taps, reach, decimation, count),
+        slow(stretch.position - origin) + origin,
+        slow(stretch.effort),
+        all_slow(stretch.known),
+        all_slow(stretch.channels),
     )
 
 
-def assembled(parts: Sequence[Stretch], dt: float, cutoff: float, quantum: float) -> Motion:
+def assembled(
+    parts: Sequence[Stretch], dt: float, cutoff: float, quantum: float, names: Sequence[str]
+) -> Motion:
     """Return a motion of stretches; derivatives do not cross their ends."""
     x = list[np.ndarray]()
     a = list[np.ndarray]()
@@ -203,6 +235,10 @@ def assembled(parts: Sequence[Stretch], dt: float, cutoff: float, quantum: float
         a.append(second / (12.0 * dt**2))
     ends = np.cumsum([0, *(part.time.size for part in parts)]).tolist()
     joined = np.concatenate
+    channels = [joined([part.channels[number] for part in parts]) for number in range(len(names))]
+    known = np.zeros((0, 0))
+    if parts:
+        known = np.hstack([part.known for part in parts])
     return Motion(
         time=joined([np.zeros(0), *(part.time for part in parts)]),
         x=joined([np.zeros(0), *x]),
@@ -218,4 +254,6 @@ def assembled(parts: Sequence[Stretch], dt: float, cutoff: float, quantum: float
         step=1,
         margin=0,
         unsettled=(0,) * len(parts),
+        known=known,
+        channels=dict(zip(names, channels, strict=True)),
     )

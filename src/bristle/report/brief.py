@@ -15,7 +15,7 @@ from bristle.report.judgement import (
     is_one_sided,
     ruling_of,
 )
-from bristle.report.messages import advice_of, second_pass_of
+from bristle.report.messages import advice_of, terms_in
 from bristle.report.model_tables import WITH_CONSTANT, parameter_table
 from bristle.report.page import Ruling
 from bristle.report.sentences import SENTENCES
@@ -100,7 +100,7 @@ def _model(identification: Identification) -> list[Line]:
                 )
             )
     lines += [Line("", f"best of {further + 1} models (compare them: -v)")] if further else []
-    return lines + ([Line("Axis", second)] if (second := second_pass_of(fit)) else [])
+    return lines + ([Line("Axis", second)] if (second := terms_in(fit)) else [])
 
 
 def _parameters(fit: Fit) -> list[Line]:

@@ -37,7 +37,7 @@ from bristle.report.messages import (
     assumptions_of,
     message,
     notes_of,
-    second_pass_of,
+    terms_in,
     warnings_of,
     why_effective,
 )
@@ -241,7 +241,7 @@ def _sections(
         thresholds,
     ]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
-    quality = f"{'. '.join(map(capital, misfit(fit)))}. {second_pass_of(fit)}"
+    quality = f"{'. '.join(map(capital, misfit(fit)))}. {terms_in(fit)}"
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     return [
         Section(

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from bristle.identification import Estimate, Fit
     from bristle.simulation import Prediction
 
+OF_TERMS = ("second_pass", "terms_beside")
+"""Codes about the forces beside friction."""
 _HEADS = {
     ("parameter", "warning"): "{parameter:parameter} cannot be identified: ",
     ("parameter", "note"): "{parameter:parameter} is held constant at {value:unit}: ",
@@ -85,16 +87,12 @@ def warnings_of(fit: Fit) -> tuple[str, ...]:
     )
 
 
-def second_pass_of(fit: Fit) -> str:
-    """Return the result of the second pass as a sentence; empty without a second pass."""
-    return next(
-        (
-            whole_sentence(diagnostic)
-            for diagnostic in fit.diagnostics
-            if diagnostic.code == "second_pass"
-        ),
-        "",
-    )
+def terms_in(fit: Fit) -> str:
+    """Return sentences about the forces beside friction: lines of the axis, and those out of the effort; empty without them."""
+    found = [
+        whole_sentence(diagnostic) for diagnostic in fit.diagnostics if diagnostic.code in OF_TERMS
+    ]
+    return " ".join(found)
 
 
 def assumptions_of(fit: Fit) -> tuple[str, ...]:
@@ -102,7 +100,7 @@ def assumptions_of(fit: Fit) -> tuple[str, ...]:
     notes = (
         diagnostic
         for diagnostic in fit.diagnostics
-        if diagnostic.severity == "note" and diagnostic.code != "second_pass"
+        if diagnostic.severity == "note" and diagnostic.code not in OF_TERMS
     )
     return tuple(map(message, notes))
 

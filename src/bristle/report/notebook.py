@@ -114,7 +114,7 @@ def _of_identification(identified: Any) -> list[str]:
     from bristle.report.cards import cards_of
     from bristle.report.compensation import gain_of
     from bristle.report.judgement import LEVELS, feedforward_of, ruling_of
-    from bristle.report.messages import second_pass_of, warnings_of
+    from bristle.report.messages import terms_in, warnings_of
     from bristle.report.page import Ruling, macro, worded
 
     fit, outcome, lines = identified.best, getattr(identified, "outcome", None), []
@@ -142,7 +142,7 @@ def _of_identification(identified: Any) -> list[str]:
     verdict = Markup(
         '<p><span class="pill {}">{}</span> <strong>{}</strong> <span class="soft">{}</span></p>'
     )
-    facts = (f"Feedforward: {feedforward_of(identified)}", second_pass_of(fit))
+    facts = (f"Feedforward: {feedforward_of(identified)}", terms_in(fit))
     warned = [Markup("<li>{}</li>").format(warning) for warning in warnings_of(fit)]
     return [
         verdict.format(ruling.level, ruling.words, fit.name, "; ".join(ruling.reasons)),

@@ -38,35 +38,32 @@ _REMOVED = (
 
 
 def _lines(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    """Return the text about proposed lines: taken, rejected, or without a fit."""
-    *names, taken, rejected, unfitted = texts
-    named = " and ".join(
-        name
-        for name, key in zip(names, ("offset", "gravity", "harmonics", "spring"), strict=True)
-        if key in numbers
-    )
-    return (
-        taken if numbers["taken"] else rejected if numbers["percent"] < float("inf") else unfitted
-    ).replace("LINES", named)
+    """Return the text about the lines that bristle took into the axis."""
+    *names, taken = texts
+    pairs = zip(names, ("gravity", "harmonics", "spring"), strict=True)
+    named = " and ".join(name for name, key in pairs if key in numbers)
+    return taken.replace("LINES", named)
 
 
 FITS: dict[str, Sentence] = {
     "second_pass": Sentence(
         (
-            "the offset of {offset:force}",
             "the gravity of a link",
             "cogging (turn {travel:length}, harmonics {harmonics:whole numbers})",
             "a spring or a cable",
             "bristle took LINES into the axis. The held-out error is {percent:3 digits} % instead of {before:3 digits} %. For the next "
             "log, write {lines:list} into the axis file",
-            "bristle tried LINES in a second pass and rejected it. The held-out error would be {percent:3 digits} % instead of "
-            "{before:3 digits} %",
-            "bristle tried LINES in a second pass and rejected it. No model fits the log with it",
         ),
-        "bristle identified the log a second time, with lines that the first pass proposed for the axis file",
-        "write the lines into the axis file if bristle took them",
+        "bristle found forces beside friction in the log, and took lines for them into the axis",
+        "write the lines into the axis file",
         choose=_lines,
         also=("turner", "taken"),
+    ),
+    "terms_beside": says(
+        "beside friction, the effort holds {terms:list}. This model has no such force, so bristle took it out of the effort before "
+        "the fit",
+        "the effort holds forces that the model does not have; bristle took them out of the effort before the fit",
+        "compare the model with the axis: `bristle log LOG --explain` draws each force",
     ),
     # Pairs of parameters, noise, residual.
     "correlated": says(

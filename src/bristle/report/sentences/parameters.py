@@ -150,18 +150,14 @@ PARAMETERS: dict[str, Sentence] = {
     ),
     # A parameter that is held constant.
     "held_known": held("given as known", "the user gave the value, so bristle did not fit it"),
-    "held_taken": held(
-        "proposed by a first pass of this log",
-        "bristle took the value from a first pass of the log",
-    ),
     "held_default": held(
         "the default value of a shape parameter",
         "bristle fits a shape parameter only on request",
         "identify the parameter with --free",
     ),
     "held_plant_damping": held(
-        "confounded with the damping c of the plant",
-        "the damping of the plant already includes viscous friction",
+        "a force that the plant already has, by its damping or its spring",
+        "the damping or the spring of the plant already includes this force",
     ),
     "held_levels": held(
         "confounded with the difference between {levels[0]} and {levels[1]}",

@@ -1,24 +1,22 @@
-"""Lines that a first pass proposes for the axis file are tried in a second pass, and judged by the held-out error."""
+"""Forces over the position that a log shows become lines of the axis, and the models are fitted with them."""
 
 from dataclasses import dataclass, replace
-from unittest.mock import patch
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
-from tests.identification.rigid import IDENTIFYING, identify
+from tests.identification.rigid import identify
 from tests.identification.test_structure import WEIGHT, swinging, with_scatter
-from tests.identification.watched import watched
 
 import bristle as br
-from bristle.core import Axis, Diagnostic, InputError
+from bristle.core import Axis, Diagnostic
 from bristle.core.axis import KnownColumn
 from bristle.files import axis_text, read_axis
 from bristle.identification import HeldOut, fits, intervals
-from bristle.identification.second_pass import Passed, axis_with, proposed_lines, second_pass
+from bristle.identification.axis_lines import axis_with, proposed_lines
 from bristle.logs import Channel
 from bristle.report.brief import brief
-from bristle.report.messages import message, second_pass_of
+from bristle.report.messages import message, terms_in
 
 AMPLITUDE, TURN = 5.0, 0.01
 AXIS = Axis(seeks_delay=False, offset=0.0, resolution=1e-7)
@@ -33,19 +31,8 @@ def cogged():
 
 
 @pytest.fixture(scope="module")
-def passes(cogged):
-    """The calls of an identification that takes a second pass, the search for an elastic load, and its result."""
-    with (
-        patch.object(IDENTIFYING, "elastic_coupling", return_value=None) as sought,
-        watched((IDENTIFYING, "_passed")) as calls,
-    ):
-        result = br.identify(cogged, "coulomb_viscous", axis=AXIS, draws=0)
-    return calls["_passed"], sought, result
-
-
-@pytest.fixture(scope="module")
-def taken(passes):
-    return passes[2]
+def taken(cogged):
+    return br.identify(cogged, "coulomb_viscous", axis=AXIS, draws=0)
 
 
 @pytest.fixture
@@ -60,40 +47,22 @@ def fitted(monkeypatch):
     return names
 
 
-@pytest.fixture
-def once_more(passes, cogged, monkeypatch):
-    """Identify with both passes as they were, where a test changes what follows them."""
-    first, second = (call.returned for call in passes[0])
-    # The first fit is the best.
-    ranked = first._replace(fits=[first.fits[0], replace(first.fits[0], held_out=None)])
-    monkeypatch.setattr(
-        IDENTIFYING, "_passed", lambda pairs, *_, **__: second if pairs[0][1].cogging else ranked
-    )
-    return lambda **options: identify(
-        cogged, "coulomb_viscous", axis=AXIS, draws=0, by=br.identify, **options
-    )
-
-
-def test_cogging_is_taken_with_its_amplitude_and_the_held_out_error_falls(taken, once_more):
-    single = once_more(settings={"lines_gain": 1.0})
+def test_cogging_is_taken_with_its_amplitude_and_the_held_out_error_falls(taken, cogged):
+    single = identify(
+        cogged, "coulomb_viscous", axis=AXIS, draws=0, settings={"lines_gain": 1.0}
+    ).best
+    assert taken.best.held_out.mean_percent < 0.6 * single.held_out.mean_percent
     second = taken.second_pass
     assert second.taken
-    assert second.error_without == single.best.held_out.mean_percent
-    assert second.error_with == taken.best.held_out.mean_percent < 0.6 * second.error_without
+    assert second.error_with < 0.6 * second.error_without
     wave = np.hypot(*(taken.parameters[name].value for name in ("motor_1_cos", "motor_1_sin")))
     assert wave == pytest.approx(AMPLITUDE, rel=0.1)
     assert taken.axis.cogging[0].turn == pytest.approx(TURN, rel=2e-3)
     assert not any(diagnostic.code == "missing_ripple" for diagnostic in taken.best.diagnostics)
 
 
-def test_an_elastic_coupling_is_sought_in_the_first_pass_only(passes):
-    calls, sought, _ = passes
-    assert len(calls) == 2
-    sought.assert_called_once()
-
-
 def test_result_and_summary_state_both_errors_and_the_lines(taken):
-    second, text = taken.second_pass, second_pass_of(taken.best)
+    second, text = taken.second_pass, terms_in(taken.best)
     assert text.startswith(("bristle took cogging (turn 10", "bristle took cogging (turn 9.99"))
     assert f"{second.error_with:.3g} % instead of {second.error_without:.3g} %" in text
     assert '`turn = "motor"` and `harmonics = [1]` under `[[cogging]]`' in text
@@ -110,7 +79,7 @@ def test_result_and_summary_state_both_errors_and_the_lines(taken):
         )
 
 
-def test_the_written_axis_file_has_the_lines_and_needs_no_second_pass(taken, cogged, fitted):
+def test_the_written_axis_file_has_the_lines_and_has_nothing_to_add(taken, cogged, fitted):
     again = identify(
         cogged, "coulomb_viscous", axis=read_axis(axis_text(taken.axis, cogged)), draws=0
     )
@@ -120,14 +89,16 @@ def test_the_written_axis_file_has_the_lines_and_needs_no_second_pass(taken, cog
     )
 
 
-@pytest.mark.parametrize(
-    "options",
-    [{"settings": {"lines_gain": 1.0}}, {"blocks": 0}],
-    ids=["no gain is enough", "no held-out stretches"],
-)
-def test_there_is_a_single_pass_if_no_error_could_judge_a_second(cogged, fitted, options):
-    result = identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, **options)
+@pytest.mark.parametrize("gain", [0.99, 1.0])
+def test_lines_whose_gain_is_not_enough_are_not_taken(cogged, fitted, gain):
+    settings = {"lines_gain": gain}
+    result = identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, settings=settings)
     assert (result.second_pass, fitted) == (None, ["coulomb_viscous"])
+
+
+def test_lines_are_taken_without_held_out_blocks(cogged):
+    result = identify(cogged, "coulomb_viscous", axis=AXIS, draws=0, blocks=0)
+    assert result.second_pass.taken
 
 
 def test_a_log_without_a_missing_force_is_fitted_once(fitted):
@@ -141,41 +112,6 @@ def test_a_log_without_a_missing_force_is_fitted_once(fitted):
     assert fitted == ["coulomb_viscous"]
 
 
-def test_rejected_lines_leave_the_first_pass_and_state_both_errors(taken, once_more):
-    rejected = once_more(settings={"lines_gain": 0.99})
-    assert rejected.second_pass == taken.second_pass._replace(taken=False)
-    assert (rejected.axis.cogging, rejected.best.held_out.mean_percent) == (
-        (),
-        taken.second_pass.error_without,
-    )
-    text = second_pass_of(rejected.best)
-    assert "rejected it. The held-out error would be" in text
-    assert "into the axis file" not in text
-    (ripple,) = (
-        diagnostic for diagnostic in rejected.diagnostics if diagnostic.code == "missing_ripple"
-    )
-    assert "[[cogging]]" not in ripple.message
-    entries = [
-        entry for entry in rejected.outcome.summary["proposals"] if entry["section"] == "cogging"
-    ]
-    assert [entry["taken"] for entry in entries] == [False, False, False]
-    assert entries[0]["error_with"] == taken.second_pass.error_with
-
-
-def test_lines_with_which_no_model_fits_are_rejected(passes, once_more, monkeypatch):
-    as_before = IDENTIFYING._passed
-
-    def refused(pairs, *reason, **given):
-        if pairs[0][1].cogging:
-            raise InputError("has too few rows", path="log")
-        return as_before(pairs, *reason, **given)
-
-    monkeypatch.setattr(IDENTIFYING, "_passed", refused)
-    result = once_more()
-    assert (result.second_pass.taken, result.second_pass.error_with) == (False, np.inf)
-    assert "No model fits" in second_pass_of(result.best)
-
-
 @pytest.mark.slow
 def test_intervals_are_computed_once_for_the_returned_result(cogged, monkeypatch):
     seen, original = [], intervals.with_uncertainty
@@ -184,32 +120,19 @@ def test_intervals_are_computed_once_for_the_returned_result(cogged, monkeypatch
         "with_uncertainty",
         lambda fit, *rest: seen.append(fit.plant.values) or original(fit, *rest),
     )
-    axis, shares = replace(AXIS, method="inverse_dynamics"), []
+    axis = replace(AXIS, method="inverse_dynamics")
+    shares = list[float]()
     result = identify(
         cogged,
         "coulomb_viscous",
         axis=axis,
         draws=20,
-        progress=lambda share, task: shares.append((share, task)),
+        progress=lambda share, _: shares.append(share),
     )
     assert [list(values) for values in seen] == [list(result.best.plant.values)]
     assert "motor_1_sin" in seen[0]
     assert "motor_1_sin" in result.best.resampling.bands.draws
-    assert {share for share, task in shares if task.startswith("second pass, ")} == {0.0}
-    assert shares[-1][0] == 1.0
-
-
-def test_an_interrupted_second_pass_keeps_the_first(passes, once_more, monkeypatch):
-    as_before = IDENTIFYING._passed
-    part = passes[0][1].returned._replace(unfinished="interrupted: a part")
-    monkeypatch.setattr(
-        IDENTIFYING,
-        "_passed",
-        lambda pairs, *_, **given: part if pairs[0][1].cogging else as_before(pairs, **given),
-    )
-    result = once_more()
-    assert result.unfinished == "interrupted: the second pass with the proposed lines is incomplete"
-    assert (result.second_pass, result.best.resampling) == (None, None)
+    assert shares[-1] == 1.0
 
 
 @pytest.mark.slow
@@ -231,7 +154,7 @@ def test_gravity_of_a_link_is_taken():
     assert np.hypot(
         result.parameters["g_sin"].value, result.parameters["g_cos"].value
     ) == pytest.approx(WEIGHT, rel=0.04)
-    assert "the gravity of a link" in second_pass_of(result.best)
+    assert "the gravity of a link" in terms_in(result.best)
 
 
 def test_a_joint_with_the_bodies_of_an_arm_has_no_second_gravity():
@@ -303,15 +226,6 @@ def test_friction_like_a_spring_proposes_one_force_over_the_stroke(others, axis,
     ] == keys
 
 
-def test_a_rejected_spring_is_not_advised_again():
-    fit = Fit(
-        HeldOut((1.0,), 1.0, 0.0), (Diagnostic("like_a_spring", numbers={"next": "translational"}),)
-    )
-    passed = Passed([fit], {}, {}, "", False, None, [], None)
-    again, _ = second_pass(passed, [(None, Axis())], lambda pairs, reason: passed, 0.02)
-    assert again.fits[0].diagnostics[0].numbers["next"] == "motion"
-
-
 def test_a_stated_offset_of_zero_is_kept():
     assert proposed_lines(proposing(DOUBTS[1]), Axis(offset=0.0)) == ()
 
@@ -357,35 +271,6 @@ def test_an_axis_file_in_another_notation_is_written_anew():
     written = axis_text(changed)
     assert read_axis(written) == changed
     assert (changed.offset, changed.mass) == (-19.0, 3.0)
-
-
-@pytest.mark.parametrize(
-    ("errors", "kept"),  # with both lines, with the spring alone, with gravity alone
-    [
-        ((4.0, 4.0, 9.0), ["spring"]),
-        ((4.0, 9.0, 4.0), ["gravity"]),
-        ((4.0, 9.0, 9.0), ["gravity", "spring"]),
-        ((9.9, 9.9, 9.9), ["gravity", "spring"]),
-    ],
-)
-def test_a_line_that_the_other_lines_make_superfluous_is_left_out(errors, kept):
-    of_lines = dict(zip([(True, True), (False, True), (True, False)], errors, strict=True))
-
-    def passed(error, *diagnostics):
-        fit = Fit(HeldOut((error,), error, 0.0), diagnostics)
-        return Passed([fit], {}, {}, "", False, None, [], None)
-
-    def again(pairs, reason):
-        ((_, axis),) = pairs
-        return passed(of_lines[axis.gravity, axis.spring is not None])
-
-    doubts = DOUBTS[2], Diagnostic("missing_position", numbers={"alike": 1})
-    _, second = second_pass(
-        passed(10.0, *doubts), [(None, Axis(kind="rotational", offset=1.5))], again, 0.02
-    )
-    assert [line.key for line in second.lines] == kept
-    assert second.error_without == 10.0
-    assert second.taken == (errors[0] < 9.8)
 
 
 @pytest.mark.slow

@@ -1,49 +1,26 @@
-"""Lines that a fit proposes for the axis file: gravity, a spring, offset, cogging; and the second pass with these lines."""
+"""Lines for the axis file: gravity, a spring, offset, cogging."""
 
 import math
 import re
-from collections.abc import Callable, Container, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
 from operator import itemgetter
-from typing import NamedTuple
 
 from bristle.core.axis import Axis, Cogging
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, unit_of
-from bristle.identification.estimation import Context, Estimation
-from bristle.identification.parameters import PROPOSED, STATED
 from bristle.identification.result import Fit, ProposedLine, SecondPass
 from bristle.identification.structure import LIKE_A_SPRING
 from bristle.logs.log import Log
 from bristle.models.plants.inertia import MODEL as inertia
 
-INTERRUPTED = "interrupted: the second pass with the proposed lines is incomplete"
 OVER_PLACE = {"gravity", "spring"}  # keys of forces over the whole stroke
-REJECTED: dict[str, dict[str, Number]] = {
-    "missing_ripple": {"harmonics": ()},
-    LIKE_A_SPRING: {"next": "motion"},
-}
-"""Numbers of diagnostics whose lines a second pass rejected."""
 Pairs = list[tuple[Log, Axis | None]]
 
 
-class Passed(NamedTuple):
-    """The fits of all models to logs with their axes, the best first, without intervals."""
-
-    fits: list[Fit]
-    estimations: dict[str, Estimation]
-    left_out: dict[str, str]
-    unfinished: str
-    interrupted: bool
-    context: Context
-    pairs: Pairs
-    judged: Callable[[Container[str]], list[Fit]]  # the same fits, without some models
-
-
 def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
-    """Return the lines that a second pass tries; a key that the axis states is not proposed."""
+    """Return the lines that the diagnostics of a fit propose; a key that the axis states is not proposed."""
     has_spring = axis.spring is not None or axis.plant != inertia.name
     lines: list[ProposedLine] = []
     for diagnostic in fit.diagnostics:
@@ -113,52 +90,13 @@ def _written(lines: Sequence[ProposedLine], axis: Axis) -> list[tuple[str, str, 
     return [written[line.key](line.value) for line in lines if line.key != "travel" or not has_lead]
 
 
-def second_pass(
-    first: Passed, pairs: Pairs, fitted: Callable[[Pairs, str], Passed], gain: float
-) -> tuple[Passed, SecondPass | None]:
-    """Return a pass, or one with the lines that its best model proposes, each for a reason that lowers the held-out error by this share."""
-    best, axis = first.fits[0], pairs[0][1] or Axis(kind=pairs[0][0].kind)
-    lines, before = proposed_lines(best, axis), _held_out(best)
-    if not lines or before == math.inf or first.unfinished or first.interrupted:
-        return first, None
-
-    def tried(lines: Sequence[ProposedLine]) -> tuple[Passed, float]:
-        # All models are fitted again: with a known force, another model may be the best.
-        reason = PROPOSED if any(line.key == "offset" for line in lines) else STATED
-        try:
-            again = fitted(
-                [(log, axis_with(axis or Axis(kind=log.kind), lines)) for log, axis in pairs],
-                reason,
-            )
-        except InputError:  # no model can be fitted with these lines
-            return first, math.inf
-        if again.unfinished or again.interrupted:
-            raise KeyboardInterrupt
-        return again, _held_out(again.fits[0])
-
-    try:
-        again, after = tried(lines)
-        taken = after < (1.0 - gain) * before
-        for reason in dict.fromkeys(line.reason for line in lines):
-            rest = tuple(line for line in lines if line.reason != reason)
-            if not taken or not rest:
-                break
-            without, error = tried(rest)
-            if after >= (1.0 - gain) * error:
-                lines, again, after = rest, without, error
-    except KeyboardInterrupt:
-        return first._replace(unfinished=INTERRUPTED), None
-    second = SecondPass(lines, before, after, taken)
-    better = again if taken else first
-    return better._replace(fits=[_noted(better.fits[0], second, axis), *better.fits[1:]]), second
+def with_lines(pairs: Pairs, second: SecondPass) -> Pairs:
+    """Return logs with axes that have the found lines."""
+    return [(log, axis_with(axis or Axis(kind=log.kind), second.lines)) for log, axis in pairs]
 
 
-def _held_out(fit: Fit) -> float:
-    return math.inf if fit.held_out is None else fit.held_out.mean_percent
-
-
-def _noted(fit: Fit, second: SecondPass, axis: Axis) -> Fit:
-    """Return a fit with the note about a second pass; rejected lines are no advice."""
+def about_lines(second: SecondPass, axis: Axis) -> Diagnostic:
+    """Return the note about the lines that bristle took into the axis."""
     tables = groupby(_written(second.lines, axis), itemgetter(0))
     texts = (
         f"{' and '.join(f'`{key} = {value}`' for _, key, value in keys)} under `{table}`"
@@ -171,11 +109,4 @@ def _noted(fit: Fit, second: SecondPass, axis: Axis) -> Fit:
         "taken": int(second.taken),
         "lines": tuple(texts),
     }
-    rejected: dict[str, dict[str, Number]] = {} if second.taken else REJECTED
-    about = [
-        replace(item, numbers={**item.numbers, **rejected.get(item.code, {})})
-        for item in fit.diagnostics
-    ]
-    return replace(
-        fit, diagnostics=(*about, Diagnostic("second_pass", "", "note", numbers, axis.kind))
-    )
+    return Diagnostic("second_pass", "", "note", numbers, axis.kind)

@@ -1,0 +1,300 @@
+"""The terms that a log shows, beside which friction models are fitted.
+
+A force over the position that a plant can have becomes lines of the axis: a spring, gravity of a link, cogging. The plant is
+fitted with them from the start, so no slip element can be a spring. All other terms are taken out of the effort, unless a
+slot of the model describes them: the fit of each model is that of friction alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis, Cogging
+from bristle.core.contracts import FrictionModel
+from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.errors import InputError
+from bristle.core.variable import KINDS
+from bristle.identification.dataset import Alignment, Dataset, effort_of
+from bristle.identification.dictionary import Group
+from bristle.identification.explain import delay_of, explained, fitted_terms, floor_of
+from bristle.identification.explanation import OF_CHANNEL, Explanation
+from bristle.identification.friction_law import Refitted
+from bristle.identification.gram import rms
+from bristle.identification.preprocessing import aligned
+from bristle.identification.result import Fit, ProposedLine
+from bristle.identification.settings import Settings
+from bristle.identification.work_rate import CUTOFF, motion_of
+from bristle.logs.log import Log
+from bristle.models.friction.next_model import SLOT_OF
+from bristle.models.plants.inertia import MODEL as inertia
+
+Pairs = Sequence[tuple[Log, Axis | None]]
+
+UNSETTLED = (
+    "not_saturated",
+    "reverses_fast",
+)  # doubts of a log whose terms are not told from pre-sliding
+SPRINGS = {"spring": "linear", "cubic": "cubic"}
+"""Term -> spring of an axis file."""
+CAUSES = {
+    "level": "position",
+    "curve": "position",
+    "load": "transmitted",
+    "ripple": "ripple",
+    "level ripple": "level",
+}
+"""Term -> cause of friction for which there is a slot."""
+NEARLY = 0.1  # allowed deviation from a whole number of waves in a turn
+MOST_ORDER = 400  # waves in a turn
+
+
+class Force(NamedTuple):
+    """A term that is no line of the axis: its force in each log, shape (sample,) [N or N*m], and the slot that describes it."""
+
+    forces: tuple[np.ndarray, ...]
+    slot: str
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """The terms of a log: lines of the axis with the held-out errors without and with them [%], and the other forces."""
+
+    explanation: Explanation
+    lines: tuple[ProposedLine, ...]
+    error_without: float
+    error_with: float
+    forces: Mapping[str, Force]
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Return the causes for which a slot describes a term that is no line of the axis."""
+        causes = [CAUSES.get(kind_of(name), kind_of(name)) for name in self.forces]
+        return tuple(cause for cause in dict.fromkeys(causes) if cause in SLOT_OF)
+
+    def beside(self, component: FrictionModel) -> tuple[str, ...]:
+        """Return the terms that are no part of a model: they are taken out of the effort."""
+        slots = component.name.split("+")
+        return tuple(name for name, force in self.forces.items() if force.slot not in slots)
+
+    def has_slot_for(self, component: FrictionModel) -> bool:
+        """Return whether a slot of a model describes a term."""
+        return len(self.beside(component)) < len(self.forces)
+
+    def logs_for(self, component: FrictionModel, logs: Sequence[Log]) -> list[Log]:
+        """Return logs whose effort lacks the terms that are no part of a model."""
+        names = self.beside(component)
+        if not names:
+            return list(logs)
+        return [
+            with_effort(log, effort_of(log) - sum(self.forces[name].forces[i] for name in names))
+            for i, log in enumerate(logs)
+        ]
+
+    def share_beside(self, component: FrictionModel, logs: Sequence[Log]) -> float:
+        """Return the rms of the terms that are no part of a model, over that of the effort of logs [%]."""
+        whole = np.concatenate([effort_of(log) for log in logs])
+        left = np.concatenate([effort_of(log) for log in self.logs_for(component, logs)])
+        return 100.0 * rms(whole - left) / rms(whole)
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """The rows of logs for each model, without the terms that are no part of it."""
+
+    terms: Terms
+    logs: Sequence[Log]
+    treated: Callable[[Sequence[Log]], Dataset]
+
+    def logs_for(self, component: FrictionModel) -> list[Log]:
+        """Return the logs without the terms that are no part of a model."""
+        return self.terms.logs_for(component, self.logs)
+
+    def dataset_for(self, component: FrictionModel, like: Dataset) -> Dataset:
+        """Return the rows of these logs, aligned like those of other logs."""
+        if not self.terms.has_slot_for(component):
+            return like
+        dataset = self.treated(self.logs_for(component))
+        if like.alignment is None:
+            return dataset
+        return aligned(dataset, like.alignment)
+
+    def share_for(self, component: FrictionModel) -> float:
+        """Return the rms of the terms that are no part of a model, over that of the effort [%]."""
+        return self.terms.share_beside(component, self.logs)
+
+
+def about_terms(fit: Fit, beside: Beside) -> tuple[Diagnostic, ...]:
+    """Return the note about the terms that are no part of a model."""
+    names = beside.terms.beside(fit.friction.component)
+    if not names:
+        return ()
+    friction = rms(fit.traces.predicted - fit.traces.mechanical)
+    parts = {part.name: part for part in beside.terms.explanation.parts}
+    texts = [
+        f"{parts[name].label(fit.friction.kind)} ({100.0 * parts[name].rms / friction:.2g} % of friction)"
+        for name in names
+        if name in parts
+    ]
+    numbers: dict[str, Number] = {"terms": tuple(texts)}
+    return (Diagnostic("terms_beside", "", "note", numbers, fit.friction.kind),)
+
+
+def with_effort(log: Log, effort: np.ndarray) -> Log:
+    """Return a log with another effort [N or N*m]."""
+    assert log.effort is not None
+    return replace(log, effort=replace(log.effort, values=effort))
+
+
+def kind_of(name: str) -> str:
+    """Return the kind of a term without the number of its waves, or the name of its channel."""
+    if name.startswith(OF_CHANNEL):
+        return name.removeprefix(OF_CHANNEL)
+    return name.rstrip("0123456789.e+-").strip()
+
+
+def terms_of(pairs: Pairs, highest: float = CUTOFF) -> Terms | None:
+    """Return the terms that logs show up to a `highest` frequency [Hz]; None if they do not show any, or are too short to tell."""
+    try:
+        final = fitted_terms(motion_of(pairs, highest), delay_of(pairs))
+    except InputError:
+        return None
+    kind = pairs[0][0].kind
+    explanation = explained(final, kind)
+    if not explanation.terms or set(UNSETTLED).intersection(explanation.doubts):
+        return None
+    axis = pairs[0][1] or Axis(kind=kind)
+    lines, in_plant = lines_of(final, axis)
+    forces = {
+        group.name: Force(forces_of(group, final, pairs), slot_of(group.name))
+        for group in final.groups
+        if group.is_judged and group.role != "filter" and group.name not in in_plant
+    }
+    shape = final.choice.shape
+    if shape and shape not in in_plant:
+        group = next(group for group in final.groups if group.name == shape)
+        forces[shape] = Force(forces_of(group, final, pairs), slot_of(shape))
+    whole = rms(final.motion.row(final.motion.u, final.band.delay.value))
+    without = [group for group in final.groups if group.name not in in_plant]
+    return Terms(
+        explanation=explanation,
+        lines=lines,
+        error_without=100.0 * floor_of(final, without) / whole,
+        error_with=100.0 * floor_of(final, final.groups) / whole,
+        forces=forces,
+    )
+
+
+def with_explained(alignment: Alignment, explanation: Explanation, settings: Settings) -> Alignment:
+    """Return an alignment with delay and inertia of the explained log where it knows them better."""
+    delay = explanation.delay
+    if delay is not None and alignment.sought and alignment.delay is None:
+        alignment = replace(alignment, delay=delay.value, delay_half_width=delay.half_width)
+    M = explanation.M
+    if M is not None and M.half_width < (alignment.mass_half_width or math.inf):
+        alignment = replace(alignment, mass=M.value, mass_half_width=M.half_width)
+    return alignment
+
+
+def slot_of(name: str) -> str:
+    """Return the slot of a friction model that describes a term; empty if there is none."""
+    kind = kind_of(name)
+    return SLOT_OF.get(CAUSES.get(kind, kind), "")
+
+
+def forces_of(group: Group, final: Refitted, pairs: Pairs) -> tuple[np.ndarray, ...]:
+    """Return the force of a group in each log, as late as its effort, shape (sample,) [N or N*m]."""
+    force = group.force(final.weights(group))
+    if group.role == "place":
+        force = force - force.mean()
+    forces = list[np.ndarray]()
+    begin = 0.0
+    for log, _ in pairs:
+        time = log.time.values - log.time.values[0] + begin
+        begin = float(time[-1]) + log.sample_time
+        forces.append(np.interp(time - final.band.delay.value, final.motion.time, force))
+    return tuple(forces)
+
+
+# ---------------------------------------------------------------- lines of the axis
+def lines_of(final: Refitted, axis: Axis) -> tuple[tuple[ProposedLine, ...], set[str]]:
+    """Return the lines for the axis file, and the terms that a plant with these lines contains."""
+    lines = list[ProposedLine]()
+    in_plant = set[str]()
+    shape = final.choice.shape
+    if shape in SPRINGS:
+        in_plant.add(shape)
+        if axis.spring is None and axis.plant == inertia.name:
+            lines.append(ProposedLine("plant", "spring", SPRINGS[shape], "missing_position"))
+    if shape == "gravity":
+        in_plant.add(shape)
+        # The gravity of an arm depends on all its joints: its bodies describe it.
+        is_arm = any(known.log for known in axis.regressors)
+        if not axis.gravity and not is_arm:
+            lines.append(ProposedLine("plant", "gravity", "link", "missing_gravity"))
+    waves = {group.name: group.frequency for group in final.groups if is_wave(group)}
+    if axis.cogging:
+        in_plant |= {
+            name for name, frequency in waves.items() if is_stated(frequency, axis.cogging)
+        }
+        return tuple(lines), in_plant
+    turner, travel, orders = cogging_of(list(waves.values()), axis)
+    if orders:
+        values = {
+            "turner": turner,
+            "harmonics": tuple(sorted(set(orders.values()))),
+            "travel": travel,
+        }
+        lines += [
+            ProposedLine("cogging", key, value, "missing_ripple") for key, value in values.items()
+        ]
+        in_plant |= {name for name, frequency in waves.items() if frequency in orders}
+    return tuple(lines), in_plant
+
+
+def is_wave(group: Group) -> bool:
+    """Whether a group is a wave of the force over the position."""
+    return group.role == "place" and group.frequency > 0.0
+
+
+def is_stated(frequency: float, coggings: Sequence[Cogging]) -> bool:
+    """Whether a wave is an order of a turn that the axis file states."""
+    return any(order_of(frequency, cogging.turn) for cogging in coggings)
+
+
+def order_of(frequency: float, turn: float) -> int:
+    """Return the whole number of waves in a turn; 0 if it is none."""
+    waves = frequency * turn
+    order = round(waves)
+    if not 0.5 < waves < MOST_ORDER:
+        return 0
+    if abs(waves - order) > NEARLY:
+        return 0
+    return order
+
+
+def cogging_of(frequencies: Sequence[float], axis: Axis) -> tuple[str, float, dict[float, int]]:
+    """Return what turns, the movement for a turn [m or rad], and the orders of the waves that belong to it."""
+    turn = axis.pitch
+    if turn is None and axis.kind == KINDS[1]:
+        turn = math.tau
+    turner = "screw"
+    orders = dict[float, int]()
+    if turn is not None:
+        orders = orders_in(frequencies, turn)
+    if not orders and frequencies:
+        turner = "motor"
+        # As an axis file states it.
+        turn = float(f"{1.0 / min(frequencies):.5g}")
+        orders = orders_in(frequencies, turn)
+    return turner, turn or 0.0, orders
+
+
+def orders_in(frequencies: Sequence[float], turn: float) -> dict[float, int]:
+    """Return the order of each wave that is one of this turn."""
+    orders = {frequency: order_of(frequency, turn) for frequency in frequencies}
+    return {frequency: order for frequency, order in orders.items() if order}
