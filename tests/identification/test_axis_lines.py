@@ -12,7 +12,7 @@ import bristle as br
 from bristle.core import Axis, Diagnostic
 from bristle.core.axis import KnownColumn
 from bristle.files import axis_text, read_axis
-from bristle.identification import HeldOut, fits, intervals
+from bristle.identification import HeldOut, ProposedLine, fits, intervals
 from bristle.identification.axis_lines import axis_with, proposed_lines
 from bristle.logs import Channel
 from bristle.report.brief import brief
@@ -195,47 +195,32 @@ def proposing(*diagnostics):
     return Fit(diagnostics=diagnostics)
 
 
-RIPPLE = {"pulls": "alike", "harmonics": (1, 2), "turner": "screw", "travel": 0.01}
-DOUBTS = (
-    Diagnostic("missing_ripple", numbers=RIPPLE),
-    Diagnostic("weight_guessed", numbers={"weight": -19.0}),
-    Diagnostic("missing_gravity"),
+COGGING = (
+    ProposedLine("cogging", "turner", "screw", "second_pass"),
+    ProposedLine("cogging", "harmonics", (1, 2), "second_pass"),
+    ProposedLine("cogging", "travel", 0.01, "second_pass"),
 )
+GRAVITY = ProposedLine("plant", "gravity", "link", "second_pass")
+WEIGHT_GUESSED = Diagnostic("weight_guessed", numbers={"weight": -19.0})
 
 
-def test_cogging_offset_and_gravity_are_proposed_and_applied():
-    axis = axis_with(Axis(), proposed_lines(proposing(*DOUBTS), Axis()))
+def test_lines_are_applied():
+    (weight,) = proposed_lines(proposing(WEIGHT_GUESSED), Axis())
+    axis = axis_with(Axis(), (*COGGING, GRAVITY, weight))
     (cogging,) = axis.cogging
     assert (cogging.turner, cogging.turn, cogging.harmonics) == ("screw", 0.01, (1, 2))
     assert (axis.offset, axis.gravity) == (-19.0, True)
-    assert proposed_lines(proposing(*DOUBTS), axis) == ()
+    assert proposed_lines(proposing(WEIGHT_GUESSED), axis) == ()
 
 
-@pytest.mark.parametrize(
-    ("others", "axis", "keys"),
-    [
-        ((), Axis(), ["spring"]),
-        ((DOUBTS[2],), Axis(kind="rotational"), ["gravity"]),
-        ((Diagnostic("missing_position", numbers={"alike": 1}),), Axis(), ["spring"]),
-        ((), Axis(spring="linear"), []),
-    ],
-)
-def test_friction_like_a_spring_proposes_one_force_over_the_stroke(others, axis, keys):
-    assert [
-        line.key for line in proposed_lines(proposing(*others, Diagnostic("like_a_spring")), axis)
-    ] == keys
+@pytest.mark.parametrize(("axis", "keys"), [(Axis(), ["spring"]), (Axis(spring="linear"), [])])
+def test_friction_like_a_spring_proposes_one(axis, keys):
+    fit = proposing(Diagnostic("like_a_spring"))
+    assert [line.key for line in proposed_lines(fit, axis)] == keys
 
 
 def test_a_stated_offset_of_zero_is_kept():
-    assert proposed_lines(proposing(DOUBTS[1]), Axis(offset=0.0)) == ()
-
-
-@pytest.mark.parametrize("changes", [{"pulls": "turning"}, {"harmonics": ()}])
-def test_friction_over_position_and_a_wave_without_harmonics_are_no_cogging(changes):
-    assert (
-        proposed_lines(proposing(Diagnostic("missing_ripple", numbers=RIPPLE | changes)), Axis())
-        == ()
-    )
+    assert proposed_lines(proposing(WEIGHT_GUESSED), Axis(offset=0.0)) == ()
 
 
 PLAIN = """# my axis
@@ -252,10 +237,10 @@ mass = 3.0
 @pytest.mark.parametrize(("turner", "lead"), [("screw", "7 mm"), ("motor", "")])
 def test_lines_enter_the_text_of_an_axis_file_and_keep_its_comments(turner, lead):
     axis = read_axis((PLAIN + (f'[transmission]\nlead = "{lead}"\n' if lead else "")).encode())
-    ripple = Diagnostic(
-        "missing_ripple", numbers=RIPPLE | {"turner": turner, "travel": axis.pitch or 0.007}
-    )
-    changed = axis_with(axis, proposed_lines(proposing(ripple, DOUBTS[1]), axis))
+    weight = proposed_lines(proposing(WEIGHT_GUESSED), axis)
+    of_turner = COGGING[0]._replace(value=turner)
+    travel = COGGING[2]._replace(value=axis.pitch or 0.007)
+    changed = axis_with(axis, (of_turner, COGGING[1], travel, *weight))
     text = axis_text(changed)
     assert read_axis(text) == changed
     assert text.startswith(b"# my axis")
@@ -267,7 +252,7 @@ def test_an_axis_file_in_another_notation_is_written_anew():
         "[columns]", 'plant = { mass = 3.0, offset = "identify" }\n[columns]'
     )
     axis = read_axis(text.encode())
-    changed = axis_with(axis, proposed_lines(proposing(DOUBTS[1]), axis))
+    changed = axis_with(axis, proposed_lines(proposing(WEIGHT_GUESSED), axis))
     written = axis_text(changed)
     assert read_axis(written) == changed
     assert (changed.offset, changed.mass) == (-19.0, 3.0)

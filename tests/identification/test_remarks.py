@@ -161,7 +161,7 @@ def alignment_said(
             coulomb,
             "filter_suspect",
             "warning",
-            FILTER | {"channel": "position"},
+            FILTER | {"channel": "direction"},
         ),
         (
             Alignment(delay=-2e-3, filter_open=True),
@@ -236,23 +236,22 @@ SLIDING = coulomb_viscous(F_C=8.0, F_v=30.0)
 TRACES = SimpleNamespace(
     predicted=np.full(100, 9.0), mechanical=np.full(100, 5.0), residual=np.full(100, 2.0)
 )
-TURNING = coulomb(kind="rotational", F_C=2.0)
 
 
-def lacking(cause, friction=SLIDING, lead=None, compared=(), **facts):
-    return _diagnostic(Missing(cause, 0.4, 2.0, **facts), 8.0, friction, lead, compared)
+def lacking(cause, friction=SLIDING, compared=(), **facts):
+    return _diagnostic(Missing(cause, 0.4, 2.0, **facts), 8.0, friction, compared)
 
 
 def test_a_missing_force_is_reported_as_shares_of_friction_and_residual():
-    remark = lacking("position")
-    assert remark.code == "missing_position"
+    remark = lacking("direction")
+    assert remark.code == "missing_direction"
     assert (
         remark.numbers["force"],
         remark.numbers["percent"],
         remark.numbers["share_percent"],
     ) == (2.0, 25.0, 40.0)
     assert remark.numbers["model"] != ""
-    known = lacking("position", compared=[remark.numbers["model"]])
+    known = lacking("direction", compared=[remark.numbers["model"]])
     assert (known.numbers["model"], known.numbers["compared"]) == ("", remark.numbers["model"])
 
 
@@ -260,47 +259,6 @@ def test_a_cause_has_its_code_and_its_numbers():
     assert lacking("presliding").numbers["model"] == "lugre"
     assert lacking("play", ratio=3.0).numbers["ratio"] == 3.0
     assert "model" not in lacking("play", ratio=3.0).numbers
-    assert lacking("gravity", TURNING, amplitude=5.0).numbers["amplitude"] == 5.0
-    assert lacking("humidity").code == "missing_channel"
-    assert lacking("humidity").numbers["channel"] == "humidity"
-
-
-def ripple(friction=SLIDING, lead=None, **facts):
-    return lacking(
-        "ripple", friction, lead, **{"period": 0.005, "alike": True, "overtones": (1, 2)} | facts
-    ).numbers
-
-
-def test_a_ripple_has_a_period_an_amplitude_and_the_directions_in_which_it_pulls():
-    assert ripple()["period"] == 0.005
-    # Of a sine, over its root mean square.
-    assert ripple()["amplitude"] == pytest.approx(2.0 * 2.0**0.5)
-    assert [ripple(alike=alike)["pulls"] for alike in (True, False, None)] == [
-        "alike",
-        "turning",
-        "",
-    ]
-
-
-@pytest.mark.parametrize(
-    ("facts", "harmonics", "turner", "travel"),
-    [
-        ({"lead": 0.01}, (2, 4), "screw", 0.01),
-        ({}, (1, 2), "motor", 0.005),
-        ({"friction": TURNING, "period": 2.0 * np.pi / 6.03}, (6, 12), "screw", 2.0 * np.pi),
-        ({"lead": 0.0057}, (), "screw", 0.0057),  # 1.14 and 2.28 times in a turn
-        ({"lead": 0.00515}, (1, 2), "screw", 0.00515),
-        ({"lead": 0.0001}, (), "screw", 0.0001),
-        ({"overtones": ()}, (), "motor", 0.005),
-    ],
-)
-def test_a_ripple_has_harmonics_of_a_turn(facts, harmonics, turner, travel):
-    numbers = ripple(**facts)
-    assert (numbers["harmonics"], numbers["turner"], numbers["travel"]) == (
-        harmonics,
-        turner,
-        travel,
-    )
 
 
 @dataclass(frozen=True)
@@ -361,7 +319,7 @@ def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(
     fit = FakeFit(SLIDING, TRACES, (other,), estimates)
     # Of a friction of 4 N; 0.6 % of it may matter.
     for scale, severity in ((1.0, "warning"), (0.0045, "note")):
-        forces = (Missing("position", 0.4, 3.0 * scale), Missing("speed", 0.2, 4.0 * scale))
+        forces = (Missing("direction", 0.4, 3.0 * scale), Missing("speed", 0.2, 4.0 * scale))
         monkeypatch.setattr(
             "bristle.identification.structure.missing_in", lambda *_, forces=forces: (forces, 0.7)
         )
@@ -370,10 +328,10 @@ def test_missing_forces_are_reported_together_then_singly_and_as_notes_if_small(
         assert {name: structure.numbers[name] for name in expected} == pytest.approx(expected)
         assert (structure.numbers["names"], structure.numbers["causes"]) == (
             ("F_C",),
-            ("position", "speed"),
+            ("direction", "speed"),
         )
         assert (structure.numbers["small"], last) == (int(severity == "note"), other)
-        assert [item.code for item in named] == ["missing_position", "missing_speed"]
+        assert [item.code for item in named] == ["missing_direction", "missing_speed"]
         assert {item.severity for item in (structure, *named)} == {severity}
     monkeypatch.setattr("bristle.identification.structure.missing_in", lambda *_: ((), 0.0))
     assert with_structure(fit, None, DEFAULT) is fit
@@ -388,11 +346,11 @@ def test_an_elastic_coupling_is_not_taken_for_a_filter_and_names_no_model(monkey
     )
     monkeypatch.setattr(
         "bristle.identification.structure.missing_in",
-        lambda *_: ((Missing("position", 0.4, 1.0),), 0.7),
+        lambda *_: ((Missing("direction", 0.4, 1.0),), 0.7),
     )
     _, named, *others = with_structure(fit, None, DEFAULT).diagnostics
     assert [named.code, *(item.code for item in others)] == [
-        "missing_position",
+        "missing_direction",
         "filter_suspect",
         "correlated",
     ]
@@ -402,7 +360,7 @@ def test_an_elastic_coupling_is_not_taken_for_a_filter_and_names_no_model(monkey
     assert (coupled.code, coupled.severity) == ("elastic_load", "warning")
     assert (coupled.numbers["antiresonance"], coupled.numbers["one_mass"]) == (43.0, 1)
     assert "model" not in coupled.numbers
-    assert [item.code for item in others] == ["structure", "missing_position", "correlated"]
+    assert [item.code for item in others] == ["structure", "missing_direction", "correlated"]
 
 
 def test_a_changed_estimation_seeks_missing_forces_anew():

@@ -1,6 +1,5 @@
 """A missing force is reported by name with the model to try next; a right structure is not reported."""
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -81,9 +80,9 @@ def fit_of(motion, force, *model, **changes):
 
 
 @pytest.fixture(scope="module")
-def rippling(motion):
-    """The result of a model that lacks a ripple."""
-    return result_of(motion, forces(motion, "ripple"))
+def lacking(motion):
+    """The result of a model that lacks a force."""
+    return result_of(motion, forces(motion, "direction"))
 
 
 def causes_in(fit):
@@ -106,13 +105,7 @@ def about(fit, cause):
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("cause", "following"),
-    [
-        ("speed", "stribeck_free"),
-        ("direction", "coulomb_viscous+asymmetry"),
-        ("ripple", "coulomb_viscous+periodic"),
-        ("position", "coulomb_viscous+position"),
-        ("lag", "gms"),
-    ],
+    [("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("lag", "gms")],
 )
 def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, following):
     fit = fit_of(motion, forces(motion, cause))
@@ -125,12 +118,7 @@ def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, foll
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("cause", "compared"),
-    [
-        ("speed", "stribeck_free"),
-        ("direction", "coulomb_viscous+asymmetry"),
-        ("ripple", "coulomb_viscous+periodic"),
-        ("lag", "gms"),
-    ],
+    [("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("lag", "gms")],
 )
 def test_a_compared_model_is_not_suggested(motion, cause, compared):
     result = result_of(motion, forces(motion, cause), f"coulomb_viscous,{compared}", same_error=1e3)
@@ -149,62 +137,23 @@ def test_a_negligible_force_makes_parameters_effective_without_a_warning(
     motion, least, severity, level
 ):
     fit = fit_of(
-        motion, forces(motion, "position"), **({} if least is None else {"missing_force": least})
+        motion, forces(motion, "direction"), **({} if least is None else {"missing_force": least})
     )
-    assert causes_in(fit) == ("position",)
+    assert causes_in(fit) == ("direction",)
     assert "F_C" in fit.effective
     assert {
         diagnostic.severity
         for diagnostic in fit.diagnostics
-        if diagnostic.code in ("structure", "missing_position")
+        if diagnostic.code in ("structure", "missing_direction")
     } == {severity}
     assert judged(fit, Settings()).level == level
 
 
-def test_a_ripple_has_its_period_and_amplitude(rippling):
-    numbers = about(rippling.best, "ripple").numbers
-    assert numbers["period"] == pytest.approx(0.01, rel=0.01)
-    assert numbers["amplitude"] == pytest.approx(0.1 * LEVEL, rel=0.15)
-
-
-def test_parameters_of_a_model_that_lacks_a_force_are_effective(rippling):
-    assert [fit.name for fit in rippling.fits] == ["coulomb_viscous"]
-    assert set(rippling.best.effective) == {"M", "F_v", "F_C", "offset"}
-    assert {row[-1] for row in parameter_table(rippling.best).rows} == {"effective"}
-    assert "effective" in why_only_similar(rippling.best)
-
-
-def test_a_ripple_that_turns_with_the_motion_is_one_of_friction(motion):
-    side = np.where(motion.velocity < 0.0, -1.0, 1.0)
-    told = about(fit_of(motion, side * forces(motion, "ripple"), share=0.0), "ripple")
-    assert (told.numbers["pulls"], told.numbers["model"]) == ("turning", "coulomb_viscous+ripple")
-    assert "[[cogging]]" not in message(told)
-    assert "`coulomb_viscous+ripple`" in message(told)
-
-
-@pytest.mark.parametrize(
-    ("lead", "line", "of_lead"),
-    [
-        (None, '`turn = "motor"` and `harmonics = [1, 2]`', True),
-        (0.03, '`turn = "screw"` and `harmonics = [3, 6]`', False),
-    ],
-)
-def test_cogging_is_named_as_in_the_axis_file(motion, lead, line, of_lead):
-    overtone = 0.05 * LEVEL * np.cos(4.0 * np.pi * motion.position / 0.01)
-    told = about(
-        fit_of(
-            motion, forces(motion, "ripple") + overtone, share=0.0, axis=replace(STATED, pitch=lead)
-        ),
-        "ripple",
-    )
-    assert (told.numbers["pulls"], told.numbers["model"]) == ("alike", "coulomb_viscous+periodic")
-    assert told.numbers["period"] == pytest.approx(0.01, rel=2e-3)
-    assert line in message(told)
-    assert "[[cogging]]" in message(told)
-    assert (
-        re.search(r'`lead = "(10|9\.9\d+|10\.0\d*) mm"` under `\[transmission\]`', message(told))
-        is not None
-    ) is of_lead
+def test_parameters_of_a_model_that_lacks_a_force_are_effective(lacking):
+    assert [fit.name for fit in lacking.fits] == ["coulomb_viscous"]
+    assert set(lacking.best.effective) == {"M", "F_v", "F_C", "offset"}
+    assert {row[-1] for row in parameter_table(lacking.best).rows} == {"effective"}
+    assert "effective" in why_only_similar(lacking.best)
 
 
 WEIGHT = 30.0  # [N*m], that a link pulls with at most
@@ -212,36 +161,6 @@ WEIGHT = 30.0  # [N*m], that a link pulls with at most
 
 def swinging(duration=20.0):
     return sines(duration, amplitudes=(1.2, 0.4, 0.05), frequencies=(0.31, 0.83, 2.3))
-
-
-def test_gravity_of_a_link_is_preferred_and_named_as_in_the_axis_file():
-    motion = swinging()
-    fit = fit_of(
-        motion, WEIGHT * np.sin(motion.position - 0.4), share=0.0, step=1e-6, kind="rotational"
-    )
-    assert causes_in(fit)[0] == "gravity"
-    assert about(fit, "gravity").numbers["amplitude"] == pytest.approx(WEIGHT, rel=0.02)
-    assert '`gravity = "link"` under `[plant]`' in message(about(fit, "gravity"))
-    assert not {"missing_position", "missing_ripple"}.intersection(
-        diagnostic.code for diagnostic in fit.diagnostics
-    )
-
-
-@pytest.mark.parametrize(
-    ("kind", "force"),
-    [
-        ("rotational", lambda q: WEIGHT * q),
-        ("rotational", lambda q: WEIGHT * q**2),
-        # An axis that moves along a line has no link.
-        ("translational", lambda q: LEVEL * np.sin(q)),
-    ],
-)
-def test_another_force_of_the_position_is_not_taken_for_gravity_of_a_link(kind, force):
-    motion = swinging()
-    causes = causes_in(fit_of(motion, force(motion.position), share=0.0, step=1e-6, kind=kind))
-    assert "position" in causes or kind == "translational"
-    assert causes
-    assert "gravity" not in causes
 
 
 def lagging(motion, lag):
@@ -272,13 +191,6 @@ def jolted(motion):
     return jolt
 
 
-def with_noise_of_slow_motion(motion):
-    slow = np.abs(motion.velocity) < 0.03 * np.max(np.abs(motion.velocity))
-    return 0.3 * forces(motion, "ripple") + np.where(slow, 20.0, 0.0) * np.random.default_rng(
-        5
-    ).standard_normal(slow.size)
-
-
 def around_reversals(motion):
     side = np.where(motion.velocity < 0.0, -1.0, 1.0)
     turned = np.diff(side, prepend=side[0]) != 0.0
@@ -290,24 +202,9 @@ def around_reversals(motion):
 @pytest.mark.parametrize(
     ("force", "changes", "causes"),
     [
-        pytest.param(
-            lambda motion: 0.3 * forces(motion, "ripple"),
-            {"share": 0.06},
-            ("ripple",),
-            id="ripple below scatter of the level",
-        ),
-        pytest.param(
-            with_noise_of_slow_motion, {}, ("ripple",), id="ripple with noise of slow motion"
-        ),
-        pytest.param(
-            lambda motion: 2.0 * forces(motion, "position") + 0.2 * forces(motion, "ripple"),
-            {},
-            ("position", "ripple"),
-            id="small and large",
-        ),
         pytest.param(around_reversals, {}, ("presliding",), id="around reversals"),
         pytest.param(
-            lambda motion: 0.3 * forces(motion, "ripple"),
+            lambda motion: 0.3 * forces(motion, "direction"),
             {"step": 1e-5, "missing_evidence": 0.5},
             (),
             id="slow force below its threshold",
@@ -332,8 +229,8 @@ def around_reversals(motion):
         ),
         pytest.param(jolted, {}, (), id="one jolt is no play"),
         pytest.param(
-            lambda motion: forces(motion, "ripple"),
-            {"model": "coulomb_viscous+periodic"},
+            lambda motion: forces(motion, "direction"),
+            {"model": "coulomb_viscous+asymmetry"},
             (),
             id="the named model has it",
         ),
@@ -360,19 +257,17 @@ def test_a_force_only_in_the_fitted_half_cycles_does_not_count():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("cause", ["ripple", "lag"])
+@pytest.mark.parametrize("cause", ["direction", "lag"])
 def test_thresholds_decide_the_diagnostics(motion, cause):
     assert causes_in(fit_of(motion, forces(motion, cause), missing_evidence=0.5)) == ()
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("refused", [False, True])
-def test_all_models_include_slots_suggested_by_the_residual_that_can_be_fitted(
-    monkeypatch, refused
-):
+def test_all_models_include_slots_for_found_terms_that_can_be_fitted(monkeypatch, refused):
     motion = sines(8.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     request = IDENTIFYING.request
-    fit, suggested = fits.fit, {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
+    fit, suggested = fits.fit, {"coulomb_viscous+asymmetry", "coulomb_viscous+position"}
 
     def refusing(context, component, *rest):
         if refused and "+" in component.name:
@@ -381,12 +276,12 @@ def test_all_models_include_slots_suggested_by_the_residual_that_can_be_fitted(
 
     monkeypatch.setattr(fits, "fit", refusing)
     monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
-    log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
-    result = identify(log, "all", axis=STATED, blocks=2, draws=0, settings={"lines_gain": 1.0})
+    log = log_of(motion, with_scatter(motion, 2.0 * forces(motion, "position")), step=1e-7)
+    result = identify(log, "all", axis=STATED, blocks=2, draws=0)
     expected = {"coulomb_viscous"} if refused else {"coulomb_viscous", *suggested}
-    assert {fit.name for fit in result.fits} - {"coulomb_viscous+periodic+asymmetry"} == expected
+    assert {fit.name for fit in result.fits} - {"coulomb_viscous+position+asymmetry"} == expected
     assert set(result.left_out) == (suggested if refused else set())
-    assert result.best.name == ("coulomb_viscous" if refused else "coulomb_viscous+periodic")
+    assert result.best.name == ("coulomb_viscous" if refused else "coulomb_viscous+position")
 
 
 def test_effects_of_the_parameters_are_not_a_missing_force():
@@ -400,7 +295,7 @@ def test_effects_of_the_parameters_are_not_a_missing_force():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("cause", "size"), [("speed", 0.6), ("ripple", 0.3)])
+@pytest.mark.parametrize(("cause", "size"), [("speed", 0.6), ("direction", 0.3)])
 def test_a_force_hidden_by_noise_of_single_rows_is_reported(motion, cause, size):
     force = size * forces(motion, cause)
     assert causes_in(fit_of(motion, force, step=1e-5)) == (cause,)
@@ -453,9 +348,7 @@ def rows_of(columns, residual, cycles=40, narrow=20.0):
         velocity,
         nothing,
         Groups(turn),
-        {},
         100.0,
-        "translational",
         np.full(count, np.inf),
         narrow,
     )
@@ -541,10 +434,10 @@ def test_only_a_long_element_beside_a_contact_may_be_a_spring(model, share):
 
 @pytest.mark.parametrize(("way", "share"), [(0.5, 0.25), (1e-5, 0.0)])
 def test_the_interval_of_friction_like_a_spring_reaches_down_to_friction_without_it(
-    rippling, way, share
+    lacking, way, share
 ):
-    estimate = rippling.best.parameters["F_C"]
-    fit = replace(rippling.best, friction=elements((0.75, 1e-5), (0.25, way)), diagnostics=())
+    estimate = lacking.best.parameters["F_C"]
+    fit = replace(lacking.best, friction=elements((0.75, 1e-5), (0.25, way)), diagnostics=())
     fit = with_friction_alone(with_spring_named(fit, 0.5), 0.5)
     low, high = estimate.ends
     assert fit.parameters["F_C"].ends == pytest.approx(

@@ -110,7 +110,7 @@ def test_the_three_gravest_warnings_are_named_with_their_codes(identification):
 
 def test_the_first_model_that_the_residual_asks_for_is_proposed(identification):
     found = [
-        Diagnostic("missing_position", "", "warning", {"model": name}, "translational")
+        Diagnostic("missing_direction", "", "warning", {"model": name}, "translational")
         for name in ("a+position", "b", "a+position")
     ]
     lines = module.brief(

@@ -314,8 +314,6 @@ def test_a_parameter_whose_name_is_a_word_is_called_a_parameter(name, head):
 
 SPEEDS = {"slow_samples": 1, "samples": 9, "speed": 2e-3}
 ZONE = {"zone": 1e-5, "samples": 3.0, "filter_samples": 8.0}
-RIPPLE = {"period": 5e-3, "amplitude": 2.0, "percent": 12.0, "compared": "", "model": ""}
-MOTORS = {"pulls": "alike", "harmonics": (1.0, 2.0), "turner": "motor", "travel": 5e-3}
 FORCE = {"force": 2.0, "percent": 12.0, "share_percent": 50.0, "compared": "", "model": ""}
 GROWN = {"percent": 26.0, "stroke": 0.5, "names": ("F_C",)}
 FILTER = {"cutoff": 60.0, "dropped": 5, "decimation": 1}
@@ -593,9 +591,10 @@ CHOSEN = [
         FORCE | {"compared": "lugre", "model": "x"},
         "bristle also compared `lugre`, but its error is no smaller",
     ),
-    ("missing_position", FORCE | {"model": "x", "percent": 318.0}, "318 %"),
-    ("missing_position", FORCE | {"model": "x"}, "Next: try `x`"),
-    ("missing_position", FORCE | {"compared": "x"}, "also compared `x`"),
+    ("missing_direction", FORCE | {"model": "x", "percent": 318.0}, "318 %"),
+    ("missing_direction", FORCE | {"model": "x"}, "Next: try `x`"),
+    ("terms_beside", {"terms": ("cable (3 %)",), "model": "x"}, "before the fit. Next: try `x`"),
+    ("terms_beside", {"terms": ("cable (3 %)",), "model": ""}, "so bristle took it out"),
     (
         "like_a_spring",
         GROWN | {"next": "translational"},
@@ -618,46 +617,6 @@ CHOSEN = [
         "bristle also compared `x`, but its error is no smaller",
     ),
     ("missing_direction", FORCE, "already has separate parameters for each direction"),
-    (
-        "missing_ripple",
-        RIPPLE,
-        "Cogging or a screw is the likely cause. This model already has a ripple of one period",
-    ),
-    (
-        "missing_ripple",
-        RIPPLE | {"model": "x"},
-        "Cogging or a screw is the likely cause. Next: try `x`",
-    ),
-    (
-        "missing_ripple",
-        RIPPLE | {"compared": "x"},
-        "Cogging or a screw is the likely cause. bristle also compared `x`",
-    ),
-    (
-        "missing_ripple",
-        RIPPLE | {"pulls": "turning", "model": "x"},
-        "with the turns of a screw. Next: try `x`",
-    ),
-    (
-        "missing_ripple",
-        RIPPLE | {"pulls": "turning", "compared": "x"},
-        "with the turns of a screw. bristle also compared `x`",
-    ),
-    (
-        "missing_ripple",
-        RIPPLE | MOTORS,
-        'harmonics = [1, 2]` into the axis file, and `lead = "5.000 mm"` under',
-    ),
-    (
-        "missing_ripple",
-        RIPPLE | MOTORS | {"turner": "load", "model": "x"},
-        "into the axis file, or try `x`",
-    ),
-    (
-        "missing_ripple",
-        RIPPLE | MOTORS | {"turner": "load", "compared": "x"},
-        "into the axis file. bristle also compared `x`",
-    ),
 ]
 
 

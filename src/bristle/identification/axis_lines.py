@@ -15,7 +15,6 @@ from bristle.identification.structure import LIKE_A_SPRING
 from bristle.logs.log import Log
 from bristle.models.plants.inertia import MODEL as inertia
 
-OVER_PLACE = {"gravity", "spring"}  # keys of forces over the whole stroke
 Pairs = list[tuple[Log, Axis | None]]
 
 
@@ -25,26 +24,9 @@ def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
     lines: list[ProposedLine] = []
     for diagnostic in fit.diagnostics:
         numbers, code = diagnostic.numbers, diagnostic.code
-        if (
-            code == "missing_ripple"
-            and numbers["pulls"] == "alike"
-            and numbers["harmonics"]
-            and not axis.cogging
-        ):
-            values = {key: numbers[key] for key in ("turner", "harmonics", "travel")}
-            # Without a lead, the travel is an estimated period.
-            if values["turner"] == "motor":
-                values["travel"] = float(f"{values['travel']:.5g}")
-            lines += [ProposedLine("cogging", key, value, code) for key, value in values.items()]
         if code == "weight_guessed" and axis.offset == "identify":
             lines.append(ProposedLine("plant", "offset", float(f"{numbers['weight']:.5g}"), code))
-        if code == "missing_gravity" and not axis.gravity:
-            lines.append(ProposedLine("plant", "gravity", "link", code))
-        is_spring = code == "missing_position" and "alike" in numbers
-        is_spring |= code == LIKE_A_SPRING and not OVER_PLACE.intersection(
-            line.key for line in lines
-        )
-        if is_spring and not has_spring:
+        if code == LIKE_A_SPRING and not has_spring:
             lines.append(ProposedLine("plant", "spring", "cubic", code))
     return tuple(lines)
 

@@ -524,6 +524,14 @@ def ripple_group(motion: Motion, frequency: float) -> Group:
     return of_signals(motion, f"ripple {frequency:.8g}", "place", signals, **options)
 
 
+def scale_group(motion: Motion, frequency: float) -> Group:
+    """Return the inertial force of a wave in the position error of the encoder."""
+    wave = ripple(motion.x, frequency)
+    bends = np.stack([motion.rate(motion.rate(row)) for row in wave])
+    options = {"penalty": np.eye(2), "frequency": frequency}
+    return of_signals(motion, f"scale {frequency:.8g}", "filter", bends, **options)
+
+
 def level_groups(
     motion: Motion,
     grid: Grid,

@@ -8,7 +8,7 @@ slot of the model describes them: the fit of each model is that of friction alon
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -30,7 +30,7 @@ from bristle.identification.result import Fit, ProposedLine
 from bristle.identification.settings import Settings
 from bristle.identification.work_rate import CUTOFF, motion_of
 from bristle.logs.log import Log
-from bristle.models.friction.next_model import SLOT_OF
+from bristle.models.friction.next_model import SLOT_OF, model_with
 from bristle.models.plants.inertia import MODEL as inertia
 
 Pairs = Sequence[tuple[Log, Axis | None]]
@@ -49,6 +49,7 @@ CAUSES = {
     "level ripple": "level",
 }
 """Term -> cause of friction for which there is a slot."""
+FOUND = "second_pass"  # code of the note about found lines
 NEARLY = 0.1  # allowed deviation from a whole number of waves in a turn
 MOST_ORDER = 400  # waves in a turn
 
@@ -69,6 +70,9 @@ class Terms:
     error_without: float
     error_with: float
     forces: Mapping[str, Force]
+    unlike_bodies: float = (
+        0.0  # gravity that the bodies of an arm do not explain, its amplitude [N*m]
+    )
 
     @property
     def causes(self) -> tuple[str, ...]:
@@ -128,20 +132,29 @@ class Beside:
         return self.terms.share_beside(component, self.logs)
 
 
-def about_terms(fit: Fit, beside: Beside) -> tuple[Diagnostic, ...]:
-    """Return the note about the terms that are no part of a model."""
+def about_terms(fit: Fit, beside: Beside, compared: Collection[str]) -> tuple[Diagnostic, ...]:
+    """Return the note about the terms that are no part of a model with the next one to try, and a warning about the bodies of an arm."""
     names = beside.terms.beside(fit.friction.component)
-    if not names:
-        return ()
+    kind = fit.friction.kind
     friction = rms(fit.traces.predicted - fit.traces.mechanical)
     parts = {part.name: part for part in beside.terms.explanation.parts}
+    about = list[Diagnostic]()
+    if beside.terms.unlike_bodies:
+        force = parts["gravity"].rms
+        numbers: dict[str, Number] = {"amplitude": beside.terms.unlike_bodies, "force": force}
+        numbers["percent"] = 100.0 * force / friction
+        about.append(Diagnostic("bodies_differ", "", "warning", numbers, kind))
     texts = [
-        f"{parts[name].label(fit.friction.kind)} ({100.0 * parts[name].rms / friction:.2g} % of friction)"
+        f"{parts[name].label(kind)} ({100.0 * parts[name].rms / friction:.2g} % of friction)"
         for name in names
         if name in parts
     ]
-    numbers: dict[str, Number] = {"terms": tuple(texts)}
-    return (Diagnostic("terms_beside", "", "note", numbers, fit.friction.kind),)
+    if texts:
+        slots = [model_with(cause, fit.friction) for cause in beside.terms.causes]
+        further = [name for name in slots if name and name not in compared]
+        told: dict[str, Number] = {"terms": tuple(texts), "model": next(iter(further), "")}
+        about.append(Diagnostic("terms_beside", "", "note", told, kind))
+    return tuple(about)
 
 
 def with_effort(log: Log, effort: np.ndarray) -> Log:
@@ -178,6 +191,10 @@ def terms_of(pairs: Pairs, highest: float = CUTOFF) -> Terms | None:
     if shape and shape not in in_plant:
         group = next(group for group in final.groups if group.name == shape)
         forces[shape] = Force(forces_of(group, final, pairs), slot_of(shape))
+    unlike_bodies = 0.0
+    if shape == "gravity" and has_bodies(axis):
+        group = next(group for group in final.groups if group.name == shape)
+        unlike_bodies = math.hypot(*final.weights(group).tolist())
     whole = rms(final.motion.row(final.motion.u, final.band.delay.value))
     without = [group for group in final.groups if group.name not in in_plant]
     return Terms(
@@ -186,6 +203,7 @@ def terms_of(pairs: Pairs, highest: float = CUTOFF) -> Terms | None:
         error_without=100.0 * floor_of(final, without) / whole,
         error_with=100.0 * floor_of(final, final.groups) / whole,
         forces=forces,
+        unlike_bodies=unlike_bodies,
     )
 
 
@@ -229,13 +247,11 @@ def lines_of(final: Refitted, axis: Axis) -> tuple[tuple[ProposedLine, ...], set
     if shape in SPRINGS:
         in_plant.add(shape)
         if axis.spring is None and axis.plant == inertia.name:
-            lines.append(ProposedLine("plant", "spring", SPRINGS[shape], "missing_position"))
+            lines.append(ProposedLine("plant", "spring", SPRINGS[shape], FOUND))
     if shape == "gravity":
         in_plant.add(shape)
-        # The gravity of an arm depends on all its joints: its bodies describe it.
-        is_arm = any(known.log for known in axis.regressors)
-        if not axis.gravity and not is_arm:
-            lines.append(ProposedLine("plant", "gravity", "link", "missing_gravity"))
+        if not axis.gravity and not has_bodies(axis):
+            lines.append(ProposedLine("plant", "gravity", "link", FOUND))
     waves = {group.name: group.frequency for group in final.groups if is_wave(group)}
     if axis.cogging:
         in_plant |= {
@@ -249,11 +265,14 @@ def lines_of(final: Refitted, axis: Axis) -> tuple[tuple[ProposedLine, ...], set
             "harmonics": tuple(sorted(set(orders.values()))),
             "travel": travel,
         }
-        lines += [
-            ProposedLine("cogging", key, value, "missing_ripple") for key, value in values.items()
-        ]
+        lines += [ProposedLine("cogging", key, value, FOUND) for key, value in values.items()]
         in_plant |= {name for name, frequency in waves.items() if frequency in orders}
     return tuple(lines), in_plant
+
+
+def has_bodies(axis: Axis) -> bool:
+    """Return whether a known effort of an axis is that of the bodies of an arm; it contains their gravity."""
+    return any(known.log for known in axis.regressors)
 
 
 def is_wave(group: Group) -> bool:

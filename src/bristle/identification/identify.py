@@ -330,16 +330,11 @@ def _passed(
         )
         names_of_rest = [fit.name for fit in rest]
         best = with_structure(
-            best,
-            collected.estimations[best.name],
-            settings,
-            context.prior,
-            names_of_rest,
-            context.coupling,
+            best, collected.estimations[best.name], settings, names_of_rest, context.coupling
         )
         best = with_spring_named(best, stroke_of(context.dataset))
         if context.beside is not None:
-            about = about_terms(best, context.beside)
+            about = about_terms(best, context.beside, names_of_rest)
             best = replace(best, diagnostics=(*best.diagnostics, *about))
         if second is not None and pairs[0][1] is not None:
             about = about_lines(second, pairs[0][1])

@@ -26,7 +26,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import NamedTuple
@@ -34,23 +34,16 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.least_squares import unbounded
-from bristle.core.variable import KINDS
 from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_rows import FEWEST_ROWS, SMALL, SMALLEST, TINY, Rows, Weighed
 from bristle.identification.settings import Settings
-from bristle.logs.waves import frequency_in, refined, waves
 
-AS_GOOD = 1.05  # times the residual of another cause: gravity is preferred to a parabola or a ripple over the angle
-EVEN = 0.9  # of the share of a ripple, for a ripple equal in both directions, or opposite
-OVERTONES = range(2, 7)  # of a ripple
 FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
 # Of the range: build-up length of a force after a reversal.
 WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())
 LAGS = (0.01, 0.04)  # [s]
 LAG_FALLS = (0.003, 0.01, 0.03, 0.1)  # of the largest speed
-LEAST_OF_A_RIPPLE = 0.3  # of the residual: its period is searched, so random signs are no test
-FEWEST_WAVES = 1.5  # over the range: fewer waves are a change along the axis
-MOST_CAUSES, MOST_SEARCHES = 3, 5
+MOST_CAUSES = 3
 FEWEST_UNITS = 24  # half-cycles, or parts of them, with separate signs
 DRAWS = 1999  # of signs
 HALF_POWER = np.log(2.0) ** 0.5 / (2.0 * np.pi)  # of a Gaussian: its width times its cut-off
@@ -62,10 +55,6 @@ class Missing(NamedTuple):
     cause: str
     share: float
     force: float
-    period: float = 0.0
-    amplitude: float = 0.0
-    alike: bool | None = None
-    overtones: tuple[int, ...] = ()
     ratio: float = 0.0
 
     @property
@@ -78,44 +67,22 @@ def missing_forces(
     rows: Rows, settings: Settings, *, static: bool = False
 ) -> tuple[tuple[Missing, ...], float]:
     """Return the forces that a model lacks away from reversals, strongest evidence first, and the remaining residual [N or N*m]."""
-    # Noise dominates the acceleration at high frequencies: only a ripple is also sought there. A `static` model lacks the force
-    # that builds up after reversals.
+    # Noise dominates the acceleration at high frequencies. A `static` model lacks the force that builds up after reversals.
     if not rows.enough:
         return (), 0.0
     columns_of, missing, left = columns_by_cause(rows), list[Missing](), 0.0
     behind = columns_of.pop("presliding")
     if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
-        explained, causes = (
-            rows.explained[rows.far],
-            {name: columns[rows.far] for name, columns in columns_of.items()},
-        )
-        # A ripple may be too fast for the filter: find it with its period in unfiltered rows.
-        fast, left = _Search.of(away, explained, slow=False).causes_in(causes, settings)
-        fast = [force for force in fast if force.cause == "ripple"]
-        explained = np.column_stack([explained, *(_columns(force, away, causes) for force in fast)])
-        slow, of_all = _Search.of(away, explained, slow=True).causes_in(
-            causes, settings, ripple=not fast
-        )
-        missing, left = [*fast, *slow], left if fast else of_all
+        causes = {name: columns[rows.far] for name, columns in columns_of.items()}
+        search = _Search.of(away, rows.explained[rows.far])
+        missing, left = search.causes_in(causes, settings)
     if static:
         # A force that builds up over a way also lags: omit a lag from the explained columns.
-        explained = np.column_stack(
-            [
-                rows.explained,
-                *(_columns(force, rows, columns_of) for force in missing if force.cause != "lag"),
-            ]
-        )
-        around, of_all = _Search.of(rows, explained, slow=True).causes_in(
-            {"presliding": behind}, settings, ripple=False
-        )
+        known = [columns_of[force.cause] for force in missing if force.cause != "lag"]
+        search = _Search.of(rows, np.column_stack([rows.explained, *known]))
+        around, of_all = search.causes_in({"presliding": behind}, settings)
         missing, left = [*missing, *around], left if missing else of_all
     return tuple(sorted(missing, key=attrgetter("evidence"), reverse=True)[:MOST_CAUSES]), left
-
-
-def _columns(force: Missing, rows: Rows, causes: Mapping[str, np.ndarray]) -> np.ndarray:
-    return (
-        waves(rows.position, rows.side, 1.0 / force.period) if force.period else causes[force.cause]
-    )
 
 
 @dataclass
@@ -123,165 +90,64 @@ class _Search:
     """A search for causes in rows, filtered or not; each found cause is added to the explained columns."""
 
     rows: Rows
-    passed: Callable[[np.ndarray], np.ndarray]
-    fastest: float
+    passed: _LowPass
     weighed: Weighed
     explained: np.ndarray
 
     @classmethod
-    def of(cls, rows: Rows, explained: np.ndarray, *, slow: bool) -> _Search:
-        """Return a search in all frequencies of the rows, or only in the `slow` part."""
-        passed, fastest = (_LowPass.of(rows), rows.narrow) if slow else (np.asarray, rows.cutoff)
+    def of(cls, rows: Rows, explained: np.ndarray) -> _Search:
+        """Return a search in the slow part of the rows."""
+        passed = _LowPass.of(rows)
         explained = passed(explained / np.maximum(np.linalg.norm(explained, axis=0), SMALLEST))
         residual = passed(rows.residual)
         residual = residual - explained @ unbounded(explained, residual, rcond=TINY)
-        return cls(
-            rows,
-            passed,
-            fastest,
-            Weighed.of(replace(rows, residual=residual, slope=passed(rows.slope))),
-            explained,
-        )
+        slow = replace(rows, residual=residual, slope=passed(rows.slope))
+        return cls(rows, passed, Weighed.of(slow), explained)
 
     def causes_in(
-        self, candidates: Mapping[str, np.ndarray], settings: Settings, *, ripple: bool = True
+        self, candidates: Mapping[str, np.ndarray], settings: Settings
     ) -> tuple[list[Missing], float]:
-        """Return the significant causes, including a `ripple` if requested, and the remaining residual."""
+        """Return the significant causes, and the remaining residual."""
         least = settings.missing_evidence * float(np.sqrt(np.mean(self.rows.friction**2)))
-        causes, missing = (
-            {name: self.passed(columns) for name, columns in candidates.items()},
-            list[Missing](),
-        )
+        causes = {name: self.passed(columns) for name, columns in candidates.items()}
+        missing = list[Missing]()
         left = self.weighed.left(self.explained)
-        for _ in range(MOST_SEARCHES):
-            waved, period = (
-                ripple_in(self.rows, self.weighed, self.explained, self.fastest)
-                if ripple
-                else (None, 0.0)
-            )
-            tried = causes | ({} if waved is None else {"ripple": self.passed(waved)})
-            level = 1.0 - (1.0 - settings.missing_level) / max(len(tried), 1)
-            forces = {name: self._force(name, columns, left) for name, columns in tried.items()}
+        while causes and len(missing) < MOST_CAUSES:
+            level = 1.0 - (1.0 - settings.missing_level) / len(causes)
+            forces = {name: self._force(name, columns, left) for name, columns in causes.items()}
             forces = {
                 name: force
                 for name, force in forces.items()
                 if force.evidence >= least
-                and (
-                    force.share >= LEAST_OF_A_RIPPLE
-                    if name == "ripple"
-                    else _no_chance(self.weighed, self.explained, tried[name], level)
-                )
+                and _no_chance(self.weighed, self.explained, causes[name], level)
             }
             if not forces:
                 break
-            best = forces[max(forces, key=lambda name: forces[name].share)]
-            if "gravity" in forces and best.cause in ("position", "ripple"):
-                # Prefer gravity to a force over the position or a ripple that, with its symmetric columns, explains no more.
-                alike = self._force(best.cause, tried[best.cause][:, :2], left)
-                best = (
-                    forces["gravity"]
-                    if 1.0 - forces["gravity"].share <= AS_GOOD * (1.0 - alike.share)
-                    else best
-                )
-            columns = tried[best.cause]
-            if best.cause == "ripple":
-                error = self.passed(_encoder_error(self.rows, period))
-                if self._force("ripple", error, left).share > best.share:
-                    # The error of a scale has overtones: other waves over the position are also its error.
-                    self.explained, ripple = (
-                        np.column_stack([self.explained, columns, error]),
-                        False,
-                    )
-                    left = self.weighed.left(self.explained)
-                    continue
-                best, ripple = self._in_detail(best._replace(period=period), least), False
-            if best.cause == "position":
-                best = best._replace(
-                    alike=self._force("position", columns[:, :2], left).share >= EVEN * best.share
-                )
+            best = max(forces.values(), key=attrgetter("share"))
             missing.append(best)
-            causes.pop(best.cause, None)
-            self.explained = np.column_stack([self.explained, columns])
+            self.explained = np.column_stack([self.explained, causes.pop(best.cause)])
             left = self.weighed.left(self.explained)
-            if len(missing) == MOST_CAUSES:
-                break
         return missing, float(np.sqrt(np.mean(left**2)))
 
     def _force(self, cause: str, columns: np.ndarray, left: np.ndarray) -> Missing:
         """Return the force of a cause, fitted with the explained columns; `left` is the residual of these alone."""
-        after, force, coefficients = self.weighed.with_columns(self.explained, columns)
+        after, force = self.weighed.with_columns(self.explained, columns)
         share = 1.0 - float(after @ after) / max(float(left @ left), SMALLEST)
-        amplitude = float(np.hypot(*coefficients)) if cause == "gravity" else 0.0
-        return Missing(
-            cause, max(share, 0.0), float(np.sqrt(np.mean(force**2))), amplitude=amplitude
-        )
-
-    def _in_detail(self, ripple: Missing, least: float) -> Missing:
-        """Return a ripple with its symmetry between directions, and its overtones."""
-        x, side, left = self.rows.position, self.rows.side, self.weighed.left(self.explained)
-        columns = self.passed(waves(x, side, 1.0 / ripple.period))
-        even, odd = (
-            self._force("ripple", part, left).share >= EVEN * ripple.share
-            for part in (columns[:, :2], columns[:, 2:])
-        )
-        if not even or odd:
-            return ripple._replace(alike=False if odd and not even else None)
-        overtones, beside = [1], replace(self, explained=np.column_stack([self.explained, columns]))
-        for times in OVERTONES:
-            pair = self.passed(waves(x, side, times / ripple.period)[:, :2])
-            force = beside._force("ripple", pair, self.weighed.left(beside.explained))
-            if force.evidence >= least:
-                overtones.append(times)
-                beside.explained = np.column_stack([beside.explained, pair])
-        return ripple._replace(alike=True, overtones=tuple(overtones))
-
-
-def ripple_in(
-    rows: Rows, weighed: Weighed, explained: np.ndarray, fastest: float
-) -> tuple[np.ndarray | None, float]:
-    """Return the waves over the position, up to the frequency `fastest` [Hz] at the usual speed, that explain most of the residual."""
-    x, side = rows.position, rows.side
-    most = float(np.ptp(x)) * fastest / float(np.median(np.abs(rows.velocity)))
-    residual = weighed.without(explained)
-    frequency = frequency_in(x, side, residual, most)
-    frequency = None if frequency is None else refined(x, side, residual, frequency)
-    return (
-        (None, 0.0)
-        if frequency is None or frequency * float(np.ptp(x)) < FEWEST_WAVES
-        else (waves(x, side, frequency), 1.0 / frequency)
-    )
-
-
-def _encoder_error(rows: Rows, period: float) -> np.ndarray:
-    """Return the acceleration error by a position error of this period: it grows with the square of the speed."""
-    return (
-        waves(rows.position, None, 1.0 / period)
-        * (rows.velocity**2 / np.mean(rows.velocity**2))[:, None]
-    )
+        return Missing(cause, max(share, 0.0), float(np.sqrt(np.mean(force**2))))
 
 
 def columns_by_cause(rows: Rows) -> dict[str, np.ndarray]:
-    """Return the first-order changes of friction by each cause except a ripple, shape (row, column) each."""
-    x, side, speed = rows.position, rows.side[:, None], np.abs(rows.velocity)
+    """Return the first-order changes of friction by each cause, shape (row, column) each."""
+    side, speed = rows.side[:, None], np.abs(rows.velocity)
     speed = speed / float(np.quantile(speed, 0.99))
     falls = np.exp(-speed[:, None] / np.array(FALLS))
-    middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
-    place = ((x - middle) / reach)[:, None]
-    # [rad], over which the sine of an angle is more than a straight line
-    turns = rows.kind == KINDS[1] and 2.0 * reach > 1.0
-    behind = rows.from_ends(x)[0][:, None] / (2.0 * reach * np.array(WAYS))
+    stroke = float(np.ptp(rows.position))
+    behind = rows.from_ends(rows.position)[0][:, None] / (stroke * np.array(WAYS))
     return {
         "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
         "direction": np.column_stack([np.ones_like(speed), speed, falls]),
         "lag": lagging_columns(rows),
         "presliding": side * np.exp(-behind),
-        "position": np.column_stack([place, place**2, side * place, side * place**2]),
-        "transmitted": side * np.abs(rows.predicted - rows.friction)[:, None],
-        **({"gravity": np.column_stack([np.sin(x), np.cos(x)])} if turns else {}),
-        **{
-            name: (rows.friction * (signal - np.mean(signal)))[:, None]
-            for name, signal in rows.surroundings.items()
-        },
     }
 
 

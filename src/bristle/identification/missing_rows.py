@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -10,11 +9,8 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
-from bristle.core.variable import Kind
 from bristle.identification.dataset import PIECES, Dataset, spread
 from bristle.identification.half_cycles import Groups, independent_rows
-from bristle.identification.parameters import holds
-from bristle.models.friction.next_model import CHANNELS
 
 PARTS = 10  # parts of the half-cycles, each predicted from the others
 FEWEST_CYCLES, FEWEST_ROWS = 5, 200
@@ -43,9 +39,7 @@ class Rows:
     friction: np.ndarray
     slope: np.ndarray
     cycles: Groups
-    surroundings: Mapping[str, np.ndarray]  # recorded quantities by name
     cutoff: float
-    kind: Kind
     turned: np.ndarray  # time to the nearest change of direction [s], trembles included
     narrow: float  # frequency below which noise of the acceleration is negligible [Hz]
 
@@ -60,12 +54,6 @@ class Rows:
         slope: np.ndarray,
     ) -> Rows:
         """Return the rows of a data set."""
-        surroundings = dict[str, np.ndarray]()
-        for name, surrounding in CHANNELS.items():
-            if holds(dataset, surrounding):
-                surroundings[name] = dataset.sampled(
-                    [segment.surroundings[name] for segment in dataset.segments]
-                )
         return cls(
             time=dataset.time,
             position=dataset.position,
@@ -78,9 +66,7 @@ class Rows:
             friction=friction,
             slope=slope,
             cycles=cycles,
-            surroundings=surroundings,
             cutoff=dataset.cutoff,
-            kind=dataset.kind,
             turned=dataset.samples_from_reversal * dataset.sample_time,
             narrow=min(
                 (dataset.alignment and dataset.alignment.slow) or np.inf, NARROW * dataset.cutoff
@@ -94,10 +80,7 @@ class Rows:
             for entry in fields(self)
             if isinstance(signal := getattr(self, entry.name), np.ndarray)
         }
-        surroundings = {name: signal[rows] for name, signal in self.surroundings.items()}
-        return replace(
-            self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings
-        )
+        return replace(self, **arrays, cycles=Groups(self.cycles.of_rows[rows]))
 
     def pieces(self, most: int) -> Rows:
         """Return at most `most` rows: pieces from the whole log."""
@@ -228,14 +211,14 @@ class Weighed:
 
     def with_columns(
         self, explained: np.ndarray, columns: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the same with the columns of a cause, their force beyond the explained columns [N or N*m], and coefficients."""
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the same with the columns of a cause, and their force beyond the explained columns [N or N*m]."""
         together = np.column_stack([explained, columns])
         left, coefficients = self._fitted(self.of_columns(together), explained.shape[1])
         coefficients = coefficients[explained.shape[1] :]
         force = (columns @ coefficients) * self.weight
         own = np.linalg.qr(explained * self.weight[:, None])[0]
-        return left, force - own @ (own.T @ force), coefficients
+        return left, force - own @ (own.T @ force)
 
     def _fitted(self, columns: np.ndarray, certain: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the residual of each part after a fit to the others, and the coefficients of a fit to all."""

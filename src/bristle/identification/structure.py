@@ -1,6 +1,5 @@
 """The structure of a model: missing forces by name, and models that contain them."""
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from operator import attrgetter
@@ -11,7 +10,6 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.least_squares import apart_from
 from bristle.core.normal import NORMAL_95
-from bristle.core.variable import KINDS
 from bristle.identification.dataset import Dataset
 from bristle.identification.elasticity import Elastic
 from bristle.identification.estimate import Estimate
@@ -20,13 +18,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.missing_force import Missing, missing_forces
 from bristle.identification.missing_rows import Rows
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import (
-    PriorKnowledge,
-    Role,
-    acts_in_sliding,
-    name_of,
-    names_of,
-)
+from bristle.identification.parameters import Role, acts_in_sliding, name_of, names_of
 from bristle.identification.play import play_at_flanks
 from bristle.identification.problem import CLUSTERS
 from bristle.identification.result import Fit
@@ -41,21 +33,15 @@ CODES = {
     "lag": "missing_lag",
     "play": "missing_play",
     "presliding": "missing_presliding",
-    "position": "missing_position",
-    "ripple": "missing_ripple",
-    "gravity": "missing_gravity",
-    "transmitted": "missing_transmitted",
 }
-"""The code of each cause; other causes are channels of the log."""
+"""The code of each cause."""
 LIKE_A_SPRING = "like_a_spring"
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
-WITHOUT_MODEL = ("gravity", "play")  # causes without a model to try next
+WITHOUT_MODEL = ("play",)  # causes without a model to try next
 # Causes around reversals, also found with a drive that is not rigid.
 AS_OF_A_DRIVE = ("speed", "lag", "presliding")
 LOOKS_LIKE = "filter_suspect"  # diagnostic that a drive that is not rigid causes
-NEARLY = 0.1  # allowed deviation from a whole number of periods in a turn
 MOST_ROWS = 120_000  # of a log, in the search for missing forces
-AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
 
 
 def missing_in(
@@ -101,7 +87,6 @@ def with_structure(
     fit: Fit,
     estimation: Estimation,
     settings: Settings,
-    prior: PriorKnowledge | None = None,
     compared: Collection[str] = (),
     coupling: Elastic | None = None,
 ) -> Fit:
@@ -152,15 +137,7 @@ def with_structure(
         "causes": tuple(map(attrgetter("cause"), missing)),
         "small": int(lacking < settings.missing_force * level),
     }
-    named = [
-        _diagnostic(force, level, fit.friction, prior and prior.pitch, compared)
-        for force in missing
-    ]
-    if prior is not None and prior.has_bodies:  # the known effort contains their gravity
-        named = [
-            replace(entry, code="bodies_differ") if entry.code == CODES["gravity"] else entry
-            for entry in named
-        ]
+    named = [_diagnostic(force, level, fit.friction, compared) for force in missing]
     structure = (Diagnostic("structure", "", "warning", numbers, kind), *named)
     if numbers["small"]:
         structure = tuple(replace(diagnostic, severity="note") for diagnostic in structure)
@@ -232,9 +209,7 @@ def next_models(
     if not goes_by_name(fit.friction.component):
         return ()
     causes = ["direction", *known]
-    for force in missing_in(fit, estimation, settings, coupling)[0]:
-        # A ripple that reverses with the motion is a ripple of the level.
-        causes.append("level" if force.cause == "ripple" and force.alike is False else force.cause)
+    causes += [force.cause for force in missing_in(fit, estimation, settings, coupling)[0]]
     named = [
         name for cause in causes if cause in SLOT_OF and (name := model_with(cause, fit.friction))
     ]
@@ -252,7 +227,7 @@ def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, N
 
 
 def _diagnostic(
-    missing: Missing, level: float, friction: Model, lead: float | None, compared: Collection[str]
+    missing: Missing, level: float, friction: Model, compared: Collection[str]
 ) -> Diagnostic:
     cause = missing.cause
     numbers: dict[str, Number] = {
@@ -261,35 +236,10 @@ def _diagnostic(
         "share_percent": 100.0 * missing.share,
     }
     if cause not in WITHOUT_MODEL:
-        # A ripple that reverses with the motion is a ripple of the level.
-        numbers |= _next(
-            "level" if cause == "ripple" and missing.alike is False else cause, friction, compared
-        )
-    if cause == "ripple":
-        numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
-        pulls = {True: "alike", False: "turning", None: ""}[missing.alike]
-        turn = lead if lead is not None else 2.0 * math.pi if friction.kind == KINDS[1] else None
-        orders = np.array(missing.overtones) * (turn / missing.period if turn else 1.0)
-        integral = (
-            orders.size > 0
-            and bool(np.all(orders > 0.5))
-            and bool(np.all(np.abs(orders - np.round(orders)) < NEARLY))
-        )
-        harmonics = tuple(int(order) for order in np.round(orders)) if integral else ()
-        turner = "screw" if turn else "motor"
-        numbers |= {
-            "pulls": pulls,
-            "harmonics": harmonics,
-            "turner": turner,
-            "travel": turn or missing.period,
-        }
-    numbers |= {
-        "gravity": {"amplitude": missing.amplitude},
-        "position": {"alike": 1} if missing.alike else {},
-        "play": {"ratio": missing.ratio},
-    }.get(cause, {})
-    numbers |= {} if cause in CODES else {"channel": cause}
-    return Diagnostic(CODES.get(cause, "missing_channel"), "", "warning", numbers, friction.kind)
+        numbers |= _next(cause, friction, compared)
+    if cause == "play":
+        numbers["ratio"] = missing.ratio
+    return Diagnostic(CODES[cause], "", "warning", numbers, friction.kind)
 
 
 FALLS_WITH = 5.0  # the noise of the acceleration grows with this power of the cut-off

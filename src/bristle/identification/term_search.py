@@ -17,6 +17,7 @@ from bristle.identification.dictionary import (
     place_groups,
     plant_groups,
     ripple_group,
+    scale_group,
 )
 from bristle.identification.explanation import Evidence
 from bristle.identification.gram import FOLDS, Equations, Penalties, are_alike, rms
@@ -90,10 +91,10 @@ def waves_in(motion: Motion, grid: Grid, residual: np.ndarray) -> list[float]:
         sums = np.bincount(cell, left, CELLS)
         spectrum = np.abs(np.fft.rfft(sums, PADDING * CELLS)) ** 2
         best = float(frequencies[able][np.argmax(spectrum[able])])
-        fits = [
-            wave_at(best + shift / grid.stroke, x, left) for shift in np.linspace(-0.3, 0.3, 13)
-        ]
-        frequency, power, wave = max(fits, key=lambda fit: fit[1])
+        shifts = np.linspace(-0.3, 0.3, 13) / grid.stroke
+        powers = np.array([wave_at(best + shift, x, left)[0] for shift in shifts.tolist()])
+        frequency = best + peak_of(shifts, powers)
+        power, wave = wave_at(frequency, x, left)
         if power < least * total:
             break
         waves.append(frequency)
@@ -101,15 +102,24 @@ def waves_in(motion: Motion, grid: Grid, residual: np.ndarray) -> list[float]:
     return waves
 
 
-def wave_at(
-    frequency: float, x: np.ndarray, residual: np.ndarray
-) -> tuple[float, float, np.ndarray]:
-    """Return a frequency, and power and values of its wave in a residual."""
+def wave_at(frequency: float, x: np.ndarray, residual: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return power and values of the wave of a frequency in a residual."""
     phase = 2.0 * np.pi * frequency * x
     W = np.stack([np.cos(phase), np.sin(phase)], axis=1)
     right = W.T @ residual
     weights = np.linalg.solve(W.T @ W, right)
-    return frequency, float(weights @ right), W @ weights
+    return float(weights @ right), W @ weights
+
+
+def peak_of(at: np.ndarray, values: np.ndarray) -> float:
+    """Return the place of the largest value on an even grid: vertex of a parabola through three values."""
+    best = int(np.clip(np.argmax(values), 1, at.size - 2))
+    before, here, after = values[best - 1 : best + 2].tolist()
+    bend = before - 2.0 * here + after
+    if bend >= 0.0:
+        return float(at[best])
+    vertex = min(max(0.5 * (before - after) / bend, -1.0), 1.0)
+    return float(at[best] + (at[1] - at[0]) * vertex)
 
 
 # ---------------------------------------------------------------- all columns at once
@@ -127,6 +137,7 @@ class Search:
         self.fast = np.clip((speed - SLOW) / RISE, LEAST_WEIGHT, 1.0)
         self.weight = np.ones(motion.places.size)
         self.frequencies = list[float]()
+        self.scales = dict[float, Group]()  # errors of the encoder with these frequencies
         self.every = self.base
         self.equations = Equations(self.base, motion.row(motion.u), self.weight)
         self.delay = 0.0
@@ -141,13 +152,13 @@ class Search:
         self.fitted = equations.fit(self.base, None, self.fitted.support)
         residual = self.residual
         self.weight = reversal_weights(self.motion, residual)
-        self.frequencies = waves_in(self.motion, self.grid, residual)
+        self.add_waves(residual)
         for turn in range(PASSES):
             self.refit()
             if turn < PASSES - 1:
                 residual = self.residual
                 self.find_delay(self.every)
-                self.add_waves(waves_in(self.motion, self.grid, residual))
+                self.add_waves(residual)
 
     @property
     def residual(self) -> np.ndarray:
@@ -177,15 +188,22 @@ class Search:
         shapes = [group for name, group in self.places.items() if name != "curve"]
         names = {group.name for group in self.base}
         start = {name: value for name, value in self.fitted.penalties.items() if name in names}
-        self.equations = Equations([*self.every, *shapes], y, self.weight)
+        self.scales = {
+            frequency: scale_group(self.motion, frequency) for frequency in self.frequencies
+        }
+        columns = [*self.every, *shapes, *self.scales.values()]
+        self.equations = Equations(columns, y, self.weight)
         self.fitted = self.equations.fit(self.every, start)
         self.weight = reversal_weights(self.motion, self.residual)
         self.equations.weigh(self.weight)
         penalties = self.fitted.penalties
         self.fitted = self.equations.fit(self.every, penalties, self.fitted.support, rounds=1)
 
-    def add_waves(self, frequencies: Sequence[float]) -> None:
-        """Add the frequencies that differ from the known frequencies."""
+    def add_waves(self, residual: np.ndarray) -> None:
+        """Add the waves of a residual over the position, equal in both directions or opposite, that differ from the known waves."""
+        side = np.sign(self.motion.v[self.motion.places])
+        frequencies = waves_in(self.motion, self.grid, residual)
+        frequencies += waves_in(self.motion, self.grid, residual * side)
         for frequency in frequencies:
             distances = [abs(frequency - known) * self.grid.stroke for known in self.frequencies]
             if min(distances, default=math.inf) > NEAR_WAVES and len(distances) < MOST_WAVES:
@@ -222,13 +240,7 @@ class Search:
         for number, right in enumerate(rights.T):
             weights, support = equations.solve(chosen, self.fitted.penalties, support, right)
             errors[number] = powers[number] - weights @ right
-        best = int(np.clip(np.argmin(errors), 1, delays.size - 2))
-        before, at, after = errors[best - 1 : best + 2].tolist()
-        bend = before - 2.0 * at + after
-        if bend <= 0.0:
-            return float(delays[best])
-        vertex = min(max(0.5 * (before - after) / bend, -1.0), 1.0)
-        return float(delays[best] + (delays[1] - delays[0]) * vertex)
+        return peak_of(delays, -errors)
 
     def similar_delays(
         self, chosen: Sequence[Group], penalties: Penalties, support: np.ndarray
@@ -292,6 +304,7 @@ def chosen_terms(search: Search) -> Choice:
         terms, of_terms = selection.eliminated(fixed, terms)
         evidence = of_shape | of_terms
     fixed = always + [group for name, group in search.places.items() if name == shape]
+    terms, evidence = selection.without_scale_errors(fixed, terms, evidence)
     rejected = {name: entry for name, entry in selection.rejected.items() if name not in evidence}
     return Choice(search, fixed + terms, shape, evidence, rejected, selection.support)
 
@@ -380,6 +393,23 @@ class Selection:
                 return remaining, evidence
             self.rejected[weakest] = evidence[weakest]
             remaining = [group for group in remaining if group.name != weakest]
+
+    def without_scale_errors(
+        self, fixed: Sequence[Group], terms: Sequence[Group], evidence: Mapping[str, Evidence]
+    ) -> tuple[list[Group], dict[str, Evidence]]:
+        """Replace each ripple by an error of the encoder of this wavelength, if that explains more."""
+        remaining = list(terms)
+        kept = dict(evidence)
+        for group in terms:
+            if group.role != "place" or not group.frequency:
+                continue
+            scale = self.search.scales[group.frequency]
+            others = [entry for entry in remaining if entry is not group]
+            as_force = self.errors([*fixed, *remaining]).sum()
+            if self.errors([*fixed, *others, scale]).sum() < as_force:
+                remaining = [*others, scale]
+                del kept[group.name]
+        return remaining, kept
 
     def weakest(self, evidence: Mapping[str, Evidence]) -> str | None:
         """Return the term that the log shows least; None if it shows all of them."""

@@ -14,7 +14,7 @@ FIRST_GAIN = 0.25
 
 
 def proposals_of(fit: Fit, axis: Axis, tried: SecondPass | None = None) -> list[dict[str, Any]]:
-    """Return the lines for the axis file: those of a second pass with its held-out errors [%], and those that bristle did not try."""
+    """Return the lines for the axis file: those that bristle took with their held-out errors [%], and those that it only proposes."""
     lines = ()
     errors = {}
     if tried is not None:

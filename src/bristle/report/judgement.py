@@ -53,17 +53,13 @@ DOUBTS = (
 )
 WRITTEN_BY = " Generate it with: "  # between the motion and its command
 
-# The forces that a model lacks, by their cause; other causes are channels of the log.
+# The forces that a model lacks, by their cause.
 LACKING = {
     "speed": "friction over speed",
     "direction": "friction by direction",
     "lag": "friction that lags the speed",
     "play": "play of the drive",
     "presliding": "pre-sliding",
-    "position": "friction over position",
-    "ripple": "a ripple over position",
-    "gravity": "gravity of a link",
-    "transmitted": "friction over the transmitted effort",
 }
 
 # The required motion, and the purposes of `bristle excite --for` that generate it.
@@ -143,11 +139,7 @@ def judged(fit: Fit, settings: Settings, following: Following | None = None) -> 
     doubts = []
     for doubt in (doubted[code] for code in DOUBTS if code in doubted):
         causes = doubt.numbers.get("causes")
-        named = (
-            [LACKING.get(str(cause), f"friction over {cause}") for cause in causes]
-            if isinstance(causes, tuple)
-            else []
-        )
+        named = [LACKING[str(cause)] for cause in causes] if isinstance(causes, tuple) else []
         doubts.append(f"{SENTENCES[doubt.code].means}{': ' * bool(named)}{', '.join(named)}")
     matter = [estimate.name for estimate in unknown if estimate.matters]
     little = [estimate.name for estimate in unknown if not estimate.matters]

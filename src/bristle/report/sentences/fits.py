@@ -45,6 +45,7 @@ def _lines(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     return taken.replace("LINES", named)
 
 
+_BESIDE = "beside friction, the effort holds {terms:list}. This model has no such force, so bristle took it out of the effort before the fit"
 FITS: dict[str, Sentence] = {
     "second_pass": Sentence(
         (
@@ -59,11 +60,11 @@ FITS: dict[str, Sentence] = {
         choose=_lines,
         also=("turner", "taken"),
     ),
-    "terms_beside": says(
-        "beside friction, the effort holds {terms:list}. This model has no such force, so bristle took it out of the effort before "
-        "the fit",
+    "terms_beside": Sentence(
+        (_BESIDE + ". Next: try `{model}`", _BESIDE),
         "the effort holds forces that the model does not have; bristle took them out of the effort before the fit",
-        "compare the model with the axis: `bristle log LOG --explain` draws each force",
+        "try the suggested model, if any. `bristle log LOG --explain` draws each force",
+        choose=where("model"),
     ),
     # Pairs of parameters, noise, residual.
     "correlated": says(

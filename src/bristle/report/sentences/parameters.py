@@ -199,23 +199,6 @@ _CURVE = "the measured curve of friction over speed differs from that of the mod
 
 _COMPARED = "bristle also compared `{compared}`, but its error is no smaller"
 
-_RIPPLE = (
-    "the force has a ripple over position, {percent:.2g} % of friction (root mean square). Its period is {period:length}, its amplitude "
-    "{amplitude:force}"
-)
-
-
-def _ripple(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    """Return the text about a ripple, by its directions."""
-    plain, known, turning, cogging, lead, or_model, following, compared = texts
-    after = compared if numbers["compared"] else ""
-    if numbers.get("pulls") == "turning":
-        return turning + (following if numbers["model"] else after)
-    if numbers.get("harmonics"):
-        own = cogging + (lead if numbers["turner"] == "motor" else "")
-        return own + (or_model if numbers["model"] else after)
-    return plain + (following if numbers["model"] else after or known)
-
 
 def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
     """Return the sentence about a force that a model lacks, with the next model to try or without."""
@@ -225,21 +208,6 @@ def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
         "try the suggested model",
         choose=where("model", "compared"),
         also=("share_percent",),
-    )
-
-
-def _like_a_spring(sentence: Sentence) -> Sentence:
-    """Return the sentence on a force along the axis, with another text for a force that is equal in both directions."""
-    text = (
-        "a force over the position acts on the axis, equal in both directions like that of a spring or cable. The missing part is "
-        '{force:force} rms, {percent:.2g} % of friction. Next: write `spring = "cubic"` under `[plant]` of the axis file'
-    )
-
-    def choose(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-        return texts[-1] if "alike" in numbers else sentence.choose(texts[:-1], numbers)
-
-    return sentence._replace(
-        texts=(*sentence.texts, text), choose=choose, also=(*sentence.also, "alike")
     )
 
 
@@ -323,33 +291,6 @@ STRUCTURE: dict[str, Sentence] = {
         "No other model of bristle describes this build-up differently",
         "friction builds up over a distance after a reversal",
     ),
-    "missing_position": _like_a_spring(
-        _missing(
-            "friction changes along the axis. The missing part is {force:force} rms, {percent:.2g} % of friction",
-            "`{model}`",
-            "Friction of this model already changes along the axis, up to the square of the position",
-            "friction changes along the axis",
-        )
-    ),
-    "missing_ripple": Sentence(
-        (
-            _RIPPLE + ". Cogging or a screw is the likely cause",
-            ". This model already has a ripple of one period: look for a second period in motor, screw and belt",
-            _RIPPLE
-            + ". It changes its sign with the motion, like friction that varies with the turns of a screw",
-            _RIPPLE
-            + ". It is the same in both directions, like cogging. Next: write `[[cogging]]` with "
-            '`turn = "{turner}"` and `harmonics = [{harmonics:whole numbers}]` into the axis file',
-            ', and `lead = "{travel:lead}"` under `[transmission]`',
-            ", or try `{model}`",
-            ". Next: try `{model}`",
-            ". " + _COMPARED,
-        ),
-        "the force has a ripple over position",
-        "write the suggested cogging into the axis file, or try the suggested model",
-        choose=_ripple,
-        also=("share_percent", "pulls"),
-    ),
     "elastic_load": Sentence(
         (
             "the load is coupled elastically. Motor effort to motor speed has an antiresonance at {antiresonance:.3g} Hz (95 % interval "
@@ -363,31 +304,11 @@ STRUCTURE: dict[str, Sentence] = {
         "keep loop and motion slower than the antiresonance, or record the position of the load",
         choose=lambda texts, numbers: texts[0] + texts[1 if numbers["one_mass"] else 2],
     ),
-    "missing_gravity": says(
-        "gravity of a link acts on the axis: the effort varies with the sine and cosine of the angle, up to {amplitude:force}. The model "
-        "does not explain {force:force} of it (root mean square), {percent:.2g} % of friction. "
-        'Next: write `gravity = "link"` under `[plant]` of the axis file',
-        "gravity of a link acts on the axis, and the model of the plant lacks it",
-        'write `gravity = "link"` under `[plant]` of the axis file',
-    ),
     "bodies_differ": says(
         "gravity of the bodies of the arm is not that of this joint: the effort also varies with the sine and cosine of the angle, up to "
         "{amplitude:force}. The model does not explain {force:force} of it (root mean square), {percent:.2g} % of friction. Next: record "
         "more poses and identify the arm again",
         "the bodies of the arm do not explain all gravity of this joint",
         "record more poses and identify the arm again. Check units and signs of all joints, and the direction of gravity in the robot file",
-    ),
-    "missing_channel": _missing(
-        "friction changes with the recorded {channel}. The missing part is {force:force} rms, {percent:.2g} % of friction",
-        "`{model}`",
-        "This model already changes with the {channel}, or accepts no slot for it",
-        "friction changes with the load, the temperature or a further channel of the log",
-    ),
-    "missing_transmitted": _missing(
-        "friction rises with the effort transmitted to the load, as in a gear. The missing part is {force:force} rms, {percent:.2g} % of "
-        "friction",
-        "`{model}`",
-        "This model already depends on this effort, or accepts no slot for it",
-        "friction rises with the effort transmitted to the load",
     ),
 }

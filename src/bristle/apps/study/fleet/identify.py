@@ -172,7 +172,7 @@ class Identifier:
             settings = thresholds.as_data()
         else:
             settings = dict(thresholds or {})
-        # The logs of an axis are compared: no second pass with other lines for a log.
+        # The logs of an axis are compared: no lines of its own for a log.
         if self.models is None:
             settings |= {"lines_gain": 1.0}
         identification = identify(

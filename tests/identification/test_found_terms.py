@@ -1,0 +1,110 @@
+"""Forces beside friction are told from it before the models are fitted: in the plant, in a slot, or out of the effort."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import STATED, log_of, sines
+from tests.identification.rigid import identify
+from tests.identification.test_structure import LEVEL, WEIGHT, swinging, with_scatter
+
+from bristle.core import Axis
+from bristle.identification.found_terms import cogging_of, terms_of
+from bristle.report.messages import terms_in
+
+WAVE = 0.01
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+
+
+def sliding(motion, force, axis=STATED, kind="translational", step=1e-7):
+    log = log_of(motion, with_scatter(motion, force, share=0.0), step=step, kind=kind)
+    return log, identify(log, "coulomb_viscous", axis=axis, blocks=0, draws=0)
+
+
+def lines_of(result):
+    if result.second_pass is None:
+        return {}
+    return {line.key: line.value for line in result.second_pass.lines}
+
+
+@pytest.mark.parametrize(
+    ("lead", "turner", "harmonics"), [(None, "motor", (1, 2)), (0.03, "screw", (3, 6))]
+)
+def test_cogging_of_a_screw_has_the_orders_of_its_lead(motion, lead, turner, harmonics):
+    phase = 2.0 * np.pi * motion.position / WAVE
+    force = 0.1 * LEVEL * np.sin(phase + 1.0) + 0.05 * LEVEL * np.cos(2.0 * phase)
+    _, result = sliding(motion, force, replace(STATED, pitch=lead))
+    lines = lines_of(result)
+    assert (lines["turner"], lines["harmonics"]) == (turner, harmonics)
+    assert lines["travel"] == pytest.approx(lead or WAVE, rel=2e-3)
+    assert result.best.parameters["F_C"].value == pytest.approx(LEVEL, rel=2e-3)
+
+
+def test_a_ripple_of_friction_is_no_cogging(motion):
+    side = np.where(motion.velocity < 0.0, -1.0, 1.0)
+    force = 0.1 * LEVEL * np.sin(2.0 * np.pi * motion.position / WAVE) * side
+    _, result = sliding(motion, force)
+    assert lines_of(result) == {}
+    assert re.search(r"friction ripple (9\.99|10) mm \(", terms_in(result.best))
+    assert result.best.parameters["F_C"].value == pytest.approx(LEVEL, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("force", "key", "value"),
+    [
+        (lambda q: WEIGHT * np.sin(q - 0.4), "gravity", "link"),
+        (lambda q: WEIGHT * q, "spring", "linear"),
+        (lambda q: WEIGHT * (q + 0.3 * q**3), "spring", "cubic"),
+    ],
+)
+def test_gravity_of_a_link_is_told_from_a_spring(force, key, value):
+    motion = swinging()
+    _, result = sliding(motion, force(motion.position), kind="rotational", step=1e-6)
+    assert lines_of(result) == {key: value}
+
+
+def level_along(motion):
+    return 0.3 * LEVEL * motion.position / np.ptp(motion.position) * np.sign(motion.velocity)
+
+
+def test_a_level_along_the_axis_is_out_of_the_effort_of_a_model_without_it(motion):
+    log, result = sliding(motion, level_along(motion))
+    assert "along the axis (" in terms_in(result.best)
+    assert result.best.parameters["F_C"].value == pytest.approx(LEVEL, rel=5e-3)
+    assert "F_C" not in result.best.effective
+    # The log itself keeps its effort.
+    assert result.log.effort.values is log.effort.values
+
+
+def test_a_model_with_a_slot_keeps_the_level_in_its_effort(motion):
+    log, _ = sliding(motion, level_along(motion))
+    model = "coulomb_viscous+position"
+    best = identify(log, model, axis=STATED, blocks=0, draws=0).best
+    assert terms_in(best) == ""
+    # The slot changes viscous friction as well.
+    assert best.parameters["p_1"].value == pytest.approx(0.15, rel=0.25)
+
+
+def test_a_repeated_sine_tells_no_term_from_friction_and_inertia():
+    motion = sines(30.0, amplitudes=(2e-3,), frequencies=(0.5,), phases=(0.0,))
+    log = log_of(motion, with_scatter(motion, 0.0, share=0.0))
+    assert terms_of([(log, STATED)]) is None
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "axis", "expected"),
+    [
+        ([100.0, 250.0], Axis(), ("motor", 0.01, {100.0: 1})),
+        ([100.0, 300.0], Axis(pitch=0.02), ("screw", 0.02, {100.0: 2, 300.0: 6})),
+        ([130.0], Axis(pitch=0.01), ("motor", 0.0076923, {130.0: 1})),
+        ([2.0 / np.pi], Axis(kind="rotational"), ("screw", 2.0 * np.pi, {2.0 / np.pi: 4})),
+        ([], Axis(), ("screw", 0.0, {})),
+    ],
+)
+def test_waves_belong_to_a_turn_by_their_whole_orders(frequencies, axis, expected):
+    assert cogging_of(frequencies, axis) == expected
