@@ -375,7 +375,7 @@ def test_a_wave_along_the_screw_has_the_position_of_the_samples():
     fit = identify(
         log,
         "coulomb_viscous+periodic",
-        axis=Axis(pitch=PITCH),
+        axis=Axis(pitch=PITCH, settings={"lines_gain": 1.0}),
         cutoff=200.0,
         decimation=1,
         blocks=0,

@@ -161,7 +161,7 @@ def alignment_said(
             coulomb,
             "filter_suspect",
             "warning",
-            FILTER | {"channel": "direction"},
+            FILTER | {"channel": "position"},
         ),
         (
             Alignment(delay=-2e-3, filter_open=True),

@@ -377,11 +377,9 @@ def test_next_steps_are_errors_then_missing_models(actual):
 
 def test_every_cause_of_a_missing_force_has_words_of_its_own(actual):
     assert set(LACKING) == set(structure.CODES)
-    fit = doubted(
-        actual.best, Diagnostic("structure", "", "warning", {"causes": ("ripple", "humidity")})
-    )
+    fit = doubted(actual.best, Diagnostic("structure", "", "warning", {"causes": ("lag", "play")}))
     assert (
-        judged(fit, USUAL).reasons[0].endswith(": a ripple over position, friction over humidity")
+        judged(fit, USUAL).reasons[0].endswith(": friction that lags the speed, play of the drive")
     )
 
 

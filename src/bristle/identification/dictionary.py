@@ -146,6 +146,7 @@ class Motion:
     unsettled: tuple[
         int, ...
     ]  # samples of each stretch that depend on the unknown start of its friction
+    logs: tuple[slice, ...] = ()  # samples of each of several logs
     # Columns of the log that a coefficient turns into an effort, shape (column, sample).
     known: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     # Recorded quantities on which friction may depend.
@@ -174,8 +175,8 @@ class Motion:
 
     @cached_property
     def span(self) -> float:
-        """Duration from the first to the last sample [s]."""
-        return float(self.time[-1] - self.time[0])
+        """Duration of the longest log [s]."""
+        return max(float(np.ptp(self.time[part])) for part in self.logs)
 
     def row(self, signal: np.ndarray, ahead: float = 0.0) -> np.ndarray:
         """Return the rows of a signal, shape (row,), ahead by some seconds."""
@@ -370,6 +371,14 @@ def ramps(v: np.ndarray, V: float) -> np.ndarray:
     return np.concatenate([stacked * (v > 0.0), -stacked * (v < 0.0)])
 
 
+def line_of_ramps(v: np.ndarray, weights: np.ndarray, V: float) -> np.ndarray:
+    """Return the line that rising curves approach at high speed, through zero, which is viscous friction, shape (sample,)."""
+    ends = weights @ ramps(np.array([-V, -0.5 * V, 0.5 * V, V]), V)
+    slopes = np.diff(ends)[[0, 2]] / (0.5 * V)
+    slopes = np.minimum(slopes, np.abs(ends[[0, 3]]) / V)
+    return v * np.where(v < 0.0, *slopes)
+
+
 def spring(x: np.ndarray, grid: Grid) -> np.ndarray:
     """Return the column of a linear spring, shape (1, sample)."""
     return grid.centred(x)[None]
@@ -425,10 +434,16 @@ def with_channel(signal: np.ndarray) -> np.ndarray:
 
 
 def over_time(time: np.ndarray, span: float) -> np.ndarray:
-    """Return a slope, a fast and a slow saturation over time, each with mean 0, shape (3, sample)."""
+    """Return a slope, a fast and a slow saturation over the time of a log, each with mean 0, shape (3, sample)."""
     t = (time - time[0]) / span
     changes = np.stack([t, 1.0 - np.exp(-8.0 * t), 1.0 - np.exp(-3.0 * t)])
     return changes - changes.mean(axis=1, keepdims=True)
+
+
+def warm_up(motion: Motion) -> np.ndarray:
+    """Return the changes over time along a motion, alike in each of its logs, shape (3, sample)."""
+    parts = [over_time(motion.time[part], motion.span) for part in motion.logs]
+    return np.concatenate(parts, axis=1)
 
 
 # ---------------------------------------------------------------- groups of columns
@@ -532,33 +547,35 @@ def scale_group(motion: Motion, frequency: float) -> Group:
     return of_signals(motion, f"scale {frequency:.8g}", "filter", bends, **options)
 
 
-def level_groups(
-    motion: Motion,
-    grid: Grid,
-    friction: np.ndarray,
-    transmitted: np.ndarray,
-    frequencies: Sequence[float],
-) -> list[Group]:
-    """Return changes of the level, of first order about the friction of an earlier fit, shape (sample,) [N or N*m].
+class Level(NamedTuple):
+    """Forces of an earlier fit to which changes of the level are relative, shape (sample,) [N or N*m]."""
 
-    The load is what friction transmits: the inertial force and the force over the position.
-    """
+    friction: np.ndarray
+    dry: np.ndarray  # friction without the part that rises with the speed
+    transmitted: np.ndarray  # the load: the inertial force and the force over the position
+
+
+def level_groups(
+    motion: Motion, grid: Grid, signals: Level, frequencies: Sequence[float]
+) -> list[Group]:
+    """Return changes of the level, of first order about the friction of an earlier fit."""
+    friction = signals.friction
     changes = {
-        "level": (along_axis(motion.x, grid), np.diag([1.0, 4.0, 9.0, 16.0])),
-        "load": (with_load(transmitted), np.eye(1)),
-        "warmup": (over_time(motion.time, motion.span), np.eye(3)),
+        "level": (friction, along_axis(motion.x, grid), np.diag([1.0, 4.0, 9.0, 16.0])),
+        "load": (signals.dry, with_load(signals.transmitted), np.eye(1)),
+        "warmup": (friction, warm_up(motion), np.eye(3)),
     }
     for name, signal in motion.channels.items():
-        changes[f"channel {name}"] = (with_channel(signal), np.eye(1))
+        changes[f"channel {name}"] = (friction, with_channel(signal), np.eye(1))
     groups = list[Group]()
     for frequency in frequencies:
-        signals = friction * ripple(motion.x, frequency)
+        columns = friction * ripple(motion.x, frequency)
         options = {"penalty": np.eye(2), "is_judged": True, "frequency": frequency}
         name = f"level ripple {frequency:.8g}"
-        groups.append(of_signals(motion, name, "level", signals, **options))
-    for name, (factors, penalty) in changes.items():
+        groups.append(of_signals(motion, name, "level", columns, **options))
+    for name, (force, factors, penalty) in changes.items():
         options = {"penalty": penalty, "is_judged": True, "is_curve": len(factors) > 1}
-        groups.append(of_signals(motion, name, "level", friction * factors, **options))
+        groups.append(of_signals(motion, name, "level", force * factors, **options))
     return groups
 
 

@@ -26,6 +26,7 @@ from bristle.identification.dictionary import (
     Group,
     Motion,
     along_axis,
+    line_of_ramps,
     memory_of,
     over_time,
     ramps,
@@ -208,12 +209,8 @@ def named_forces(final: Refitted, group: Group, force: np.ndarray) -> dict[str, 
 
 def named_ramps(final: Refitted, group: Group, force: np.ndarray) -> dict[str, np.ndarray]:
     """Return the line of the rising curves at high speed, which is viscous, and the rest, which does not rise there."""
-    V = final.choice.search.grid.V
-    ends = final.weights(group) @ ramps(np.array([-V, -0.5 * V, 0.5 * V, V]), V)
     v = final.motion.v[final.motion.places]
-    slopes = np.diff(ends)[[0, 2]] / (0.5 * V)
-    slopes = np.minimum(slopes, np.abs(ends[[0, 3]]) / V)
-    viscous = v * np.where(v < 0.0, *slopes)
+    viscous = line_of_ramps(v, final.weights(group), final.choice.search.grid.V)
     return {"viscous": viscous, "coulomb": force - viscous}
 
 

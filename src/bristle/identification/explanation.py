@@ -275,7 +275,11 @@ class Explanation:
             "verdict": self.verdict,
             "parts": [part_data(part, self.kind) for part in self.parts],
             "filter": filter_data(self.filter),
-            "rejected": {name: entry._asdict() for name, entry in self.rejected.items()},
+            "rejected": {
+                name: entry._asdict()
+                for name, entry in self.rejected.items()
+                if name in LABELS or name.startswith(OF_CHANNEL)
+            },
             "numbers": {
                 name: number_data(value, unit) for name, (value, unit) in self.numbers.items()
             },

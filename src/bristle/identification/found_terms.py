@@ -49,6 +49,7 @@ CAUSES = {
     "level ripple": "level",
 }
 """Term -> cause of friction for which there is a slot."""
+PERIODIC = SLOT_OF["ripple"]
 FOUND = "second_pass"  # code of the note about found lines
 NEARLY = 0.1  # allowed deviation from a whole number of waves in a turn
 MOST_ORDER = 400  # waves in a turn
@@ -82,8 +83,9 @@ class Terms:
 
     def beside(self, component: FrictionModel) -> tuple[str, ...]:
         """Return the terms that are no part of a model: they are taken out of the effort."""
-        slots = component.name.split("+")
-        return tuple(name for name, force in self.forces.items() if force.slot not in slots)
+        parts = {surrounding.name for surrounding in component.surroundings}
+        parts.update(component.name.split("+"))
+        return tuple(name for name, force in self.forces.items() if force.slot not in parts)
 
     def has_slot_for(self, component: FrictionModel) -> bool:
         """Return whether a slot of a model describes a term."""
@@ -170,8 +172,13 @@ def kind_of(name: str) -> str:
     return name.rstrip("0123456789.e+-").strip()
 
 
-def terms_of(pairs: Pairs, highest: float = CUTOFF) -> Terms | None:
-    """Return the terms that logs show up to a `highest` frequency [Hz]; None if they do not show any, or are too short to tell."""
+def terms_of(
+    pairs: Pairs, highest: float = CUTOFF, components: Sequence[FrictionModel] = ()
+) -> Terms | None:
+    """Return the terms that logs show up to a `highest` frequency [Hz]; None if they do not show any, or are too short to tell.
+
+    A wave that a slot of one of the models describes is no cogging of the axis.
+    """
     try:
         final = fitted_terms(motion_of(pairs, highest), delay_of(pairs))
     except InputError:
@@ -181,7 +188,8 @@ def terms_of(pairs: Pairs, highest: float = CUTOFF) -> Terms | None:
     if not explanation.terms or set(UNSETTLED).intersection(explanation.doubts):
         return None
     axis = pairs[0][1] or Axis(kind=kind)
-    lines, in_plant = lines_of(final, axis)
+    described = any(PERIODIC in component.name.split("+") for component in components)
+    lines, in_plant = lines_of(final, axis, has_waves=described)
     forces = {
         group.name: Force(forces_of(group, final, pairs), slot_of(group.name))
         for group in final.groups
@@ -209,11 +217,16 @@ def terms_of(pairs: Pairs, highest: float = CUTOFF) -> Terms | None:
 
 def with_explained(alignment: Alignment, explanation: Explanation, settings: Settings) -> Alignment:
     """Return an alignment with delay and inertia of the explained log where it knows them better."""
+    if "loaded" in explanation.doubts:
+        # Friction that rises with the inertial force looks like inertia.
+        return alignment
     delay = explanation.delay
     if delay is not None and alignment.sought and alignment.delay is None:
         alignment = replace(alignment, delay=delay.value, delay_half_width=delay.half_width)
     M = explanation.M
-    if M is not None and M.half_width < (alignment.mass_half_width or math.inf):
+    if M is None or not alignment.slow or alignment.too_small:
+        return alignment
+    if M.half_width < (alignment.mass_half_width or math.inf):
         alignment = replace(alignment, mass=M.value, mass_half_width=M.half_width)
     return alignment
 
@@ -239,8 +252,13 @@ def forces_of(group: Group, final: Refitted, pairs: Pairs) -> tuple[np.ndarray, 
 
 
 # ---------------------------------------------------------------- lines of the axis
-def lines_of(final: Refitted, axis: Axis) -> tuple[tuple[ProposedLine, ...], set[str]]:
-    """Return the lines for the axis file, and the terms that a plant with these lines contains."""
+def lines_of(
+    final: Refitted, axis: Axis, *, has_waves: bool
+) -> tuple[tuple[ProposedLine, ...], set[str]]:
+    """Return the lines for the axis file, and the terms that a plant with these lines contains.
+
+    A friction model that `has_waves` takes those over the position.
+    """
     lines = list[ProposedLine]()
     in_plant = set[str]()
     shape = final.choice.shape
@@ -257,6 +275,8 @@ def lines_of(final: Refitted, axis: Axis) -> tuple[tuple[ProposedLine, ...], set
         in_plant |= {
             name for name, frequency in waves.items() if is_stated(frequency, axis.cogging)
         }
+        return tuple(lines), in_plant
+    if has_waves:
         return tuple(lines), in_plant
     turner, travel, orders = cogging_of(list(waves.values()), axis)
     if orders:

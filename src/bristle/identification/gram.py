@@ -100,7 +100,7 @@ class Equations:
         for group, (begin, end) in zip(groups, pairwise(ends), strict=True):
             self.spans[group.name] = np.arange(begin, end)
             if group.is_curve:
-                self.scale[begin:end] = math.sqrt(float(np.mean(self.scale[begin:end] ** 2)))
+                self.scale[begin:end] = max(rms(self.scale[begin:end]), np.finfo(float).tiny)
         self.X = X / self.scale
         signs = [np.full(group.columns.shape[1], group.is_positive) for group in groups]
         self.is_free = ~np.concatenate(signs)

@@ -187,7 +187,7 @@ def identify(
     terms, second = None, None
     if chosen.lines_gain < 1.0 and not _simulates(pairs):
         work.task("explaining the log")(0.0)
-        terms, second = _terms_in(parts, coupling, chosen.lines_gain)
+        terms, second = _terms_in(parts, coupling, components, chosen.lines_gain)
     if second is not None:
         pairs = with_lines(pairs, second)
 
@@ -236,11 +236,14 @@ def _simulates(pairs: Sequence[tuple[Log, Axis | None]]) -> bool:
 
 
 def _terms_in(
-    pairs: Sequence[tuple[Log, Axis | None]], coupling: Elastic | None, gain: float
+    pairs: Sequence[tuple[Log, Axis | None]],
+    coupling: Elastic | None,
+    components: Sequence[FrictionModel],
+    gain: float,
 ) -> tuple[Terms | None, SecondPass | None]:
     """Return the terms that logs show beside friction, and the lines of the axis for them."""
     highest = HIGHEST if coupling is None else min(HIGHEST, coupling.one_mass)
-    terms = terms_of(pairs, highest)
+    terms = terms_of(pairs, highest, components)
     if terms is None or not terms.lines:
         return terms, None
     if terms.error_with >= (1.0 - gain) * terms.error_without:

@@ -23,7 +23,7 @@ from bristle.core.surroundings import Surrounding
 from bristle.core.variable import Variable, unit_of
 from bristle.identification.dataset import Dataset
 from bristle.models.friction.slots import OFFSET, directional, slot_needing
-from bristle.models.friction.variation import HALF_RANGE, MIDDLE, PITCH
+from bristle.models.friction.variation import HALF_RANGE, LIKE_A_SPRING, MIDDLE, PITCH
 from bristle.models.plants.inertia import MODEL as inertia
 
 SLIDES = ("sliding", "stribeck", "presliding")
@@ -34,8 +34,6 @@ ONE_WAY = 0.01  # share of the samples below which a direction counts as missing
 SLIDES_FROM = 0.1  # of the largest speed: slower rows do not show a friction level
 SINGULAR = 1e-9
 # Reason of a fixed value: the user gave it.
-FORCE_OF_SPRING = {"a_1": "spring_1", "a_2": "spring_2"}
-"""Additive force of a slot along the axis -> the same force of a plant with a spring."""
 STATED = "held_known"
 
 
@@ -325,7 +323,7 @@ def parameters_of(
         if variable == OFFSET:
             continue
         is_in_plant = damped and Role.VISCOUS.fits(variable)
-        is_in_plant |= FORCE_OF_SPRING.get(name) in prior.plant.variables
+        is_in_plant |= LIKE_A_SPRING.get(name) in prior.plant.variables
         if is_in_plant:
             held[name] = Fixed(0.0, "held_plant_damping")
         elif (

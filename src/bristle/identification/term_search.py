@@ -9,18 +9,20 @@ import numpy as np
 from bristle.identification.dictionary import (
     Grid,
     Group,
+    Level,
     Motion,
     filter_group,
     friction_groups,
     grid_of,
     level_groups,
+    line_of_ramps,
     place_groups,
     plant_groups,
     ripple_group,
     scale_group,
 )
 from bristle.identification.explanation import Evidence
-from bristle.identification.gram import FOLDS, Equations, Penalties, are_alike, rms
+from bristle.identification.gram import FOLDS, ROUNDING, Equations, Penalties, are_alike, rms
 
 SLOW = 0.05  # of the top speed: rows below it have no weight in the delay and the inertia
 RISE = 0.1  # of the top speed, over which the weight of a row rises to 1
@@ -42,6 +44,7 @@ WAVES_A_SEARCH = 4
 MOST_WAVES = 6
 LEAST_WAVE = 0.004  # of the power of the residual
 FALSE_WAVE = 0.01  # chance that white noise shows a wave
+REFINEMENTS = (0.3, 0.05)  # waves in the stroke: moves of a frequency in two searches
 NEAR_WAVES = 0.7  # waves in the stroke: nearer frequencies are the same
 
 SMOOTH_LEVELS = ("level", "load", "warmup")
@@ -111,6 +114,20 @@ def wave_at(frequency: float, x: np.ndarray, residual: np.ndarray) -> tuple[floa
     return float(weights @ right), W @ weights
 
 
+def wave_power(
+    frequency: float, x: np.ndarray, side: np.ndarray, weight: np.ndarray, residual: np.ndarray
+) -> float:
+    """Return the weighted power of a wave in a residual, equal in both directions and opposite."""
+    phase = 2.0 * np.pi * frequency * x
+    W = np.stack([np.cos(phase), np.sin(phase)], axis=1)
+    W = np.hstack([W, W * side[:, None]])
+    weighted = W * weight[:, None]
+    right = weighted.T @ residual
+    # In one direction both are the same.
+    gram = weighted.T @ W + ROUNDING * weight.sum() * np.eye(4)
+    return float(np.linalg.solve(gram, right) @ right)
+
+
 def peak_of(at: np.ndarray, values: np.ndarray) -> float:
     """Return the place of the largest value on an even grid: vertex of a parabola through three values."""
     best = int(np.clip(np.argmax(values), 1, at.size - 2))
@@ -157,6 +174,7 @@ class Search:
             self.refit()
             if turn < PASSES - 1:
                 residual = self.residual
+                self.refine_waves()
                 self.find_delay(self.every)
                 self.add_waves(residual)
 
@@ -174,16 +192,48 @@ class Search:
                 total += group.force(self.equations.physical(group, self.fitted.weights))
         return total
 
+    def viscous_force(self) -> np.ndarray:
+        """Return viscous friction along the motion, shape (sample,) [N or N*m]."""
+        weights = {
+            group.name: self.equations.physical(group, self.fitted.weights) for group in self.base
+        }
+        v = self.motion.v
+        return weights["viscous"][0] * v + line_of_ramps(v, weights["ramps"], self.grid.V)
+
+    def refine_waves(self) -> None:
+        """Move the frequency of each wave to the largest power in the residual with its own force."""
+        motion = self.motion
+        x = motion.x[motion.places]
+        side = np.sign(motion.v[motion.places])
+        residual = self.residual
+        refined = list[float]()
+        for frequency in self.frequencies:
+            own = [group for group in self.every if group.frequency == frequency]
+            at = self.equations.columns_of(own)
+            force = self.equations.X[:, at] @ self.fitted.weights[at]
+            left = residual + self.equations.unit * force
+            for width in REFINEMENTS:
+                shifts = np.linspace(-width, width, 7) / self.grid.stroke
+                powers = [
+                    wave_power(frequency + shift, x, side, self.weight, left)
+                    for shift in shifts.tolist()
+                ]
+                frequency += peak_of(shifts, np.array(powers))
+            refined.append(frequency)
+        self.frequencies = refined
+
     def refit(self) -> None:
         """Fit all columns, with changes of the level relative to the friction of the last fit."""
         self.friction = self.force("friction")
+        dry = self.friction - self.viscous_force()
         place = self.force("place", "offset")
         inertia = self.force("inertia")
         effort = inertia + self.friction + place
         y = self.equations.y
         waves = [ripple_group(self.motion, frequency) for frequency in self.frequencies]
         transmitted = self.motion.smooth(inertia) + place
-        levels = level_groups(self.motion, self.grid, self.friction, transmitted, self.frequencies)
+        signals = Level(self.friction, dry, transmitted)
+        levels = level_groups(self.motion, self.grid, signals, self.frequencies)
         self.every = [*self.base, *waves, *levels, filter_group(self.motion, effort)]
         shapes = [group for name, group in self.places.items() if name != "curve"]
         names = {group.name for group in self.base}
@@ -317,7 +367,8 @@ class Selection:
         self.equations = search.equations
         self.penalties = dict(search.fitted.penalties)
         self.support = search.fitted.support
-        self.level = rms(search.motion.row(search.force("friction")))
+        # Without friction, relative to the effort.
+        self.level = rms(search.motion.row(search.force("friction"))) or search.equations.unit
         self.rejected = dict[str, Evidence]()
         self.alike = set[str]()
 

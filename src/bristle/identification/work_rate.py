@@ -41,6 +41,7 @@ class Stretch(NamedTuple):
     effort: np.ndarray  # [N or N*m]
     known: np.ndarray  # columns that a coefficient turns into an effort, shape (column, sample)
     channels: np.ndarray  # channels on which friction may depend, shape (channel, sample)
+    log: int  # number of its log
 
 
 def motion_of(pairs: Sequence[tuple[Log, Axis | None]], highest: float = CUTOFF) -> Motion:
@@ -169,7 +170,7 @@ def stretches_of(
 ) -> Iterable[Stretch]:
     """Yield the stretches of logs at the work rate that are longer than `shortest` samples."""
     begin = 0.0
-    for log, axis in pairs:
+    for number, (log, axis) in enumerate(pairs):
         time = log.time.values
         effort = effort_of(log)
         # Logs follow each other in time.
@@ -183,9 +184,8 @@ def stretches_of(
             if axis is not None and axis.held:
                 # The mean of two consecutive values acts around the sample between them.
                 load = 0.5 * (load + np.append(load[:1], load[:-1]))
-            stretch = Stretch(
-                shifted[part], log.position.values[part], load, known[:, part], channels[:, part]
-            )
+            place = log.position.values[part]
+            stretch = Stretch(shifted[part], place, load, known[:, part], channels[:, part], number)
             if stretch.time.size > (shortest + 10) * decimation:
                 yield decimated(stretch, decimation, log.sample_time)
 
@@ -212,6 +212,7 @@ def decimated(stretch: Stretch, decimation: int, dt: float) -> Stretch:
         slow(stretch.effort),
         all_slow(stretch.known),
         all_slow(stretch.channels),
+        stretch.log,
     )
 
 
@@ -234,6 +235,8 @@ def assembled(
         second = -p[:-4] + 16.0 * p[1:-3] - 30.0 * p[2:-2] + 16.0 * p[3:-1] - p[4:]
         a.append(second / (12.0 * dt**2))
     ends = np.cumsum([0, *(part.time.size for part in parts)]).tolist()
+    of_log = np.array([part.log for part in parts], dtype=int)
+    firsts = [*np.flatnonzero(np.diff(of_log, prepend=-1)).tolist(), len(parts)]
     joined = np.concatenate
     channels = [joined([part.channels[number] for part in parts]) for number in range(len(names))]
     known = np.zeros((0, 0))
@@ -246,6 +249,7 @@ def assembled(
         a=joined([np.zeros(0), *a]),
         u=joined([np.zeros(0), *(part.effort for part in parts)]),
         stretches=tuple(slice(*pair) for pair in pairwise(ends)),
+        logs=tuple(slice(ends[a], ends[b]) for a, b in pairwise(firsts)),
         dt=dt,
         cutoff=cutoff,
         noise=max(noises),

@@ -119,6 +119,8 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
+LIKE_A_SPRING = {"a_1": "spring_1", "a_2": "spring_2"}
+"""Additive force along the axis -> the same force of a plant with a spring."""
 ADDS = {
     "periodic": "an additive force that depends on the angle of the screw, the same in both directions"
 }

@@ -45,7 +45,10 @@ def _lines(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     return taken.replace("LINES", named)
 
 
-_BESIDE = "beside friction, the effort holds {terms:list}. This model has no such force, so bristle took it out of the effort before the fit"
+_BESIDE = (
+    "beside friction, the effort holds {terms:list}. This model has no such force. Before the fit, bristle took it out of "
+    "the effort"
+)
 FITS: dict[str, Sentence] = {
     "second_pass": Sentence(
         (
