@@ -131,16 +131,17 @@ def ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
     """Return fits with their ranks, best first, by their errors with the terms that are no part of the models."""
     whole = fits
     if context.beside is not None:
-        whole = [with_terms_beside(fit, context.beside) for fit in fits]
+        components = [fit.friction.component for fit in fits]
+        whole = [with_terms_beside(fit, components, context.beside) for fit in fits]
     by_name = {fit.name: fit for fit in fits}
     in_rank = in_order(whole, context.settings, spread_between_repeats(context.dataset))
     order = [by_name[fit.name] for fit in in_rank]
     return [replace(fit, rank=rank) for rank, fit in enumerate(with_information(order), 1)]
 
 
-def with_terms_beside(fit: Fit, beside: Beside) -> Fit:
-    """Return a fit with the error of its model alone: the terms beside it are no part of it."""
-    share = beside.share_for(fit.friction.component)
+def with_terms_beside(fit: Fit, components: Sequence[FrictionModel], beside: Beside) -> Fit:
+    """Return a fit with the error of its model alone, without the terms that other models have."""
+    share = beside.share_for(fit.friction.component, components)
     held_out = fit.held_out
     if held_out is not None:
         errors = [math.hypot(error, share) for error in held_out.block_errors_percent]

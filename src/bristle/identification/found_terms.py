@@ -21,10 +21,12 @@ from bristle.core.errors import InputError
 from bristle.core.variable import KINDS
 from bristle.identification.dataset import Alignment, Dataset, effort_of
 from bristle.identification.dictionary import Group
+from bristle.identification.estimate import Estimate
 from bristle.identification.explain import delay_of, explained, fitted_terms, floor_of
 from bristle.identification.explanation import OF_CHANNEL, Explanation
 from bristle.identification.friction_law import Refitted
 from bristle.identification.gram import rms
+from bristle.identification.parameters import acts_in_sliding
 from bristle.identification.preprocessing import aligned
 from bristle.identification.result import Fit, ProposedLine
 from bristle.identification.settings import Settings
@@ -50,6 +52,7 @@ CAUSES = {
 }
 """Term -> cause of friction for which there is a slot."""
 PERIODIC = SLOT_OF["ripple"]
+CABLE = "cable"
 FOUND = "second_pass"  # code of the note about found lines
 NEARLY = 0.1  # allowed deviation from a whole number of waves in a turn
 MOST_ORDER = 400  # waves in a turn
@@ -78,7 +81,9 @@ class Terms:
     @property
     def causes(self) -> tuple[str, ...]:
         """Return the causes for which a slot describes a term that is no line of the axis."""
-        causes = [CAUSES.get(kind_of(name), kind_of(name)) for name in self.forces]
+        kinds = [kind_of(name) for name in self.forces]
+        # A slot has one wave and its double: further waves stay out of the effort.
+        causes = [CAUSES.get(kind, kind) for kind in kinds if kind != "ripple"]
         return tuple(cause for cause in dict.fromkeys(causes) if cause in SLOT_OF)
 
     def beside(self, component: FrictionModel) -> tuple[str, ...]:
@@ -101,11 +106,17 @@ class Terms:
             for i, log in enumerate(logs)
         ]
 
-    def share_beside(self, component: FrictionModel, logs: Sequence[Log]) -> float:
-        """Return the rms of the terms that are no part of a model, over that of the effort of logs [%]."""
+    def share_beside(
+        self, component: FrictionModel, components: Sequence[FrictionModel], logs: Sequence[Log]
+    ) -> float:
+        """Return the rms of the terms that are no part of a model but of another one, over that of the effort of logs [%]."""
+        never = set(self.forces).intersection(*map(self.beside, components))
+        names = [name for name in self.beside(component) if name not in never]
+        if not names:
+            return 0.0
         whole = np.concatenate([effort_of(log) for log in logs])
-        left = np.concatenate([effort_of(log) for log in self.logs_for(component, logs)])
-        return 100.0 * rms(whole - left) / rms(whole)
+        forces = [np.concatenate(self.forces[name].forces) for name in names]
+        return 100.0 * rms(np.sum(forces, axis=0)) / rms(whole)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +140,9 @@ class Beside:
             return dataset
         return aligned(dataset, like.alignment)
 
-    def share_for(self, component: FrictionModel) -> float:
-        """Return the rms of the terms that are no part of a model, over that of the effort [%]."""
-        return self.terms.share_beside(component, self.logs)
+    def share_for(self, component: FrictionModel, components: Sequence[FrictionModel]) -> float:
+        """Return the rms of the terms that are no part of a model but of another one, over that of the effort [%]."""
+        return self.terms.share_beside(component, components, self.logs)
 
 
 def about_terms(fit: Fit, beside: Beside, compared: Collection[str]) -> tuple[Diagnostic, ...]:
@@ -157,6 +168,25 @@ def about_terms(fit: Fit, beside: Beside, compared: Collection[str]) -> tuple[Di
         told: dict[str, Number] = {"terms": tuple(texts), "model": next(iter(further), "")}
         about.append(Diagnostic("terms_beside", "", "note", told, kind))
     return tuple(about)
+
+
+def with_split(fit: Fit, beside: Beside) -> Fit:
+    """Return a fit whose intervals of sliding friction include the error by which a cable is told from it."""
+    F_C = beside.terms.explanation.F_C
+    if F_C is None or CABLE not in beside.terms.beside(fit.friction.component):
+        return fit
+    share = F_C.half_width / max(abs(F_C.value), np.finfo(float).tiny)
+    estimates = list[Estimate]()
+    for estimate in fit.estimates:
+        variable = fit.friction.component.variables.get(estimate.name)
+        ends = estimate.ends
+        if variable is not None and ends is not None and acts_in_sliding(variable):
+            width = share * abs(estimate.value)
+            low = estimate.value - math.hypot(estimate.value - ends[0], width)
+            high = estimate.value + math.hypot(ends[1] - estimate.value, width)
+            estimate = replace(estimate, interval=(low, high))
+        estimates.append(estimate)
+    return replace(fit, estimates=tuple(estimates))
 
 
 def with_effort(log: Log, effort: np.ndarray) -> Log:

@@ -30,7 +30,14 @@ from bristle.identification.estimation import (
 from bristle.identification.excitation import about_logs, checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fits import Collected, all_fits, ranked
-from bristle.identification.found_terms import Beside, Terms, about_terms, terms_of, with_explained
+from bristle.identification.found_terms import (
+    Beside,
+    Terms,
+    about_terms,
+    terms_of,
+    with_explained,
+    with_split,
+)
 from bristle.identification.half_cycles import blocks_for
 from bristle.identification.intervals import WITHOUT_DRAWS, Passed, durations_of, with_intervals
 from bristle.identification.least_squares import Report, silent
@@ -262,6 +269,8 @@ def _result(
     best, *rest = passed.fits
     dataset = passed.context.dataset
     best = with_friction_alone(best, stroke_of(dataset))
+    if passed.context.beside is not None:
+        best = with_split(best, passed.context.beside)
     treatment = {
         "cutoff": dataset.cutoff,
         "decimation": float(dataset.decimation),

@@ -46,8 +46,8 @@ def _lines(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 
 _BESIDE = (
-    "beside friction, the effort holds {terms:list}. This model has no such force. Before the fit, bristle took it out of "
-    "the effort"
+    "beside friction, the effort holds {terms:list}. This model has no such force. bristle took it out of the effort before "
+    "the fit, so parameters of friction are means over the log"
 )
 FITS: dict[str, Sentence] = {
     "second_pass": Sentence(
