@@ -213,12 +213,6 @@ def test_lines_are_applied():
     assert proposed_lines(proposing(WEIGHT_GUESSED), axis) == ()
 
 
-@pytest.mark.parametrize(("axis", "keys"), [(Axis(), ["spring"]), (Axis(spring="linear"), [])])
-def test_friction_like_a_spring_proposes_one(axis, keys):
-    fit = proposing(Diagnostic("like_a_spring"))
-    assert [line.key for line in proposed_lines(fit, axis)] == keys
-
-
 def test_a_stated_offset_of_zero_is_kept():
     assert proposed_lines(proposing(WEIGHT_GUESSED), Axis(offset=0.0)) == ()
 

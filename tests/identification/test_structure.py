@@ -16,9 +16,6 @@ from bristle.identification.half_cycles import Groups
 from bristle.identification.missing_force import _LowPass, _no_chance
 from bristle.identification.missing_rows import Rows, Weighed
 from bristle.identification.settings import Settings
-from bristle.identification.spring_in_friction import spring_share
-from bristle.identification.structure import with_friction_alone, with_spring_named
-from bristle.models.friction import slotted
 from bristle.report.identification import why_only_similar
 from bristle.report.judgement import judged
 from bristle.report.messages import message, warnings_of
@@ -390,83 +387,15 @@ def test_rows_with_trembling_velocity_are_not_far_from_reversals():
     assert np.array_equal(replace(rows, turned=trembling).far[1000:], rows.far[1000:])
 
 
-def elements(*shares_and_ways):
-    """Return elements that slip: share of 22 N, and distance in strokes of 0.5 m."""
-    shares, ways = np.transpose(shares_and_ways)
-    return friction.maxwell_slip(F_C=22.0, k_i=22.0 * shares / (0.5 * ways), nu_i=shares)
-
-
-@pytest.mark.parametrize(
-    ("model", "share"),
-    [
-        (elements((0.75, 1e-5), (0.25, 0.5)), 0.25),
-        # The force of an element that would slip after two strokes.
-        (elements((0.9, 5e-3), (0.1, 2.0)), 0.05),
-        (elements((0.2, 1e-5), (0.8, 0.3)), 0.8),
-        (elements((0.995, 1e-5), (0.005, 0.5)), 0.0),
-        (elements((0.5, 1e-4), (0.5, 8e-3)), 0.0),
-        (elements((0.05, 5e-3), (0.35, 0.05), (0.6, 0.3)), 0.0),  # strokes of a few distances
-        (elements((0.4, 5e-3), (0.35, 0.05), (0.25, 0.3)), 0.0),  # without a gap
-        (
-            slotted(friction.gms, asymmetry=False)(
-                F_C=18.0,
-                F_S=22.0,
-                v_S=6e-3,
-                C=50.0,
-                k_i=[1e6, 22.0],
-                nu_i=[0.75, 0.25],
-                offset=50.0,
-            ),
-            0.25,
-        ),
-        *(
-            (friction.reformed_dahl(s=22.0 / (0.5 * way), f_p=22.0), 0.0)
-            for way in (1e-3, 1e-2, 0.1)
-        ),
-        *((friction.dahl(sigma_0=22.0 / (0.5 * way), F_C=22.0), 0.0) for way in (1e-3, 0.018, 0.2)),
-        (friction.coulomb_viscous(F_C=22.0, F_v=40.0), 0.0),
-        (friction.maxwell_slip(F_C=1e-12, k_i=[1.0], nu_i=[1.0]), 0.0),
-    ],
-)
-def test_only_a_long_element_beside_a_contact_may_be_a_spring(model, share):
-    assert spring_share(model, 0.5) == pytest.approx(share, rel=0.06)
-
-
-@pytest.mark.parametrize(("way", "share"), [(0.5, 0.25), (1e-5, 0.0)])
-def test_the_interval_of_friction_like_a_spring_reaches_down_to_friction_without_it(
-    lacking, way, share
-):
-    estimate = lacking.best.parameters["F_C"]
-    fit = replace(lacking.best, friction=elements((0.75, 1e-5), (0.25, way)), diagnostics=())
-    fit = with_friction_alone(with_spring_named(fit, 0.5), 0.5)
-    low, high = estimate.ends
-    assert fit.parameters["F_C"].ends == pytest.approx(
-        (min(low, (1.0 - share) * estimate.value), high), rel=0.02
-    )
-    assert [
-        (item.code, item.numbers["percent"], "F_C" in fit.effective) for item in fit.diagnostics
-    ] == [("like_a_spring", pytest.approx(100.0 * share, rel=0.06), True)] * bool(share)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["maxwell_slip", "gms"])
-def test_friction_with_an_untold_spring_is_never_usable(model):
+def test_a_spring_is_no_friction_of_elements(model):
     pulled, axis = (
         sines(12.0, amplitudes=(0.2, 0.05), frequencies=(0.31, 0.83), phases=(0, 1)),
         Axis(seeks_delay=False, resolution=1e-7),
     )
     effort = sliding_effort(pulled, M=34.6, F_C=0.0, F_v=40.0) + 31.0 * pulled.position
     effort += force_along(friction.dahl(F_C=22.0, sigma_0=4e6), pulled.velocity, 1e-3)
-    first = identify(
-        log_of(pulled, effort, step=1e-7), model, axis=axis, draws=0, settings={"lines_gain": 1.0}
-    ).best
-    low, high = first.parameters["F_C"].ends
-    assert low < 22.2 < 28.0 < high
-    assert "F_C" in first.effective
-    assert (
-        "friction may include the force of a spring, a cable or gravity"
-        in judged(first, Settings()).reasons
-    )
-    second = identify(log_of(pulled, effort, step=1e-7), model, axis=axis, draws=0).best
-    assert second.parameters["F_C"].value == pytest.approx(22.0, rel=0.01)
-    assert "like_a_spring" not in [item.code for item in second.diagnostics]
+    best = identify(log_of(pulled, effort, step=1e-7), model, axis=axis, draws=0).best
+    assert best.parameters["F_C"].value == pytest.approx(22.0, rel=0.01)
+    assert best.plant.values["spring_1"] == pytest.approx(31.0, rel=0.02)

@@ -315,7 +315,6 @@ def test_a_parameter_whose_name_is_a_word_is_called_a_parameter(name, head):
 SPEEDS = {"slow_samples": 1, "samples": 9, "speed": 2e-3}
 ZONE = {"zone": 1e-5, "samples": 3.0, "filter_samples": 8.0}
 FORCE = {"force": 2.0, "percent": 12.0, "share_percent": 50.0, "compared": "", "model": ""}
-GROWN = {"percent": 26.0, "stroke": 0.5, "names": ("F_C",)}
 FILTER = {"cutoff": 60.0, "dropped": 5, "decimation": 1}
 LOOP = {"radius": 1.2, "why": "gains"}
 MARGIN = {"phase": 15.0, "enough": 30.0, "motions": "all"}
@@ -593,23 +592,12 @@ CHOSEN = [
     ),
     ("missing_direction", FORCE | {"model": "x", "percent": 318.0}, "318 %"),
     ("missing_direction", FORCE | {"model": "x"}, "Next: try `x`"),
-    ("terms_beside", {"terms": ("cable (3 %)",), "model": "x"}, "before the fit. Next: try `x`"),
-    ("terms_beside", {"terms": ("cable (3 %)",), "model": ""}, "so bristle took it out"),
     (
-        "like_a_spring",
-        GROWN | {"next": "translational"},
-        'Next: write `spring = "cubic"` under `[plant]` of the axis file. F_C and their',
+        "terms_beside",
+        {"terms": ("cable (3 %)",), "model": "x"},
+        "means over the log. Next: try `x`",
     ),
-    (
-        "like_a_spring",
-        GROWN | {"next": "rotational"},
-        'or `gravity = "link"` if the axis turns an arm',
-    ),
-    (
-        "like_a_spring",
-        GROWN | {"next": "motion", "names": ()},
-        "Next: record strokes of several lengths, from several places",
-    ),
+    ("terms_beside", {"terms": ("cable (3 %)",), "model": ""}, "bristle took it out of the effort"),
     ("missing_play", FORCE | {"ratio": 3.0, "model": "x"}, "3 times larger than in the rest"),
     (
         "missing_direction",

@@ -25,7 +25,7 @@ SUCCESSORS = {
     "explain filtered_rows, explain slow_sampling": "Run bristle explain filtered",
     "explain intervals_loop": "Run bristle explain intervals",
     "explain logs_repeat, explain repeats_one_motion": "Run bristle explain motion_repeats",
-    "explain missing_channel, explain missing_position, explain missing_ripple, explain missing_gravity, "
+    "explain like_a_spring, explain missing_channel, explain missing_position, explain missing_ripple, explain missing_gravity, "
     "explain missing_transmitted, explain missing_load, explain missing_temperature": "Run bristle explain terms_beside",
     "explain no_bend": "Run bristle explain few_strokes",
     "explain no_interval": "Run bristle explain few_cycles",

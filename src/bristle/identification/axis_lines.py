@@ -11,23 +11,18 @@ from bristle.core.axis import Axis, Cogging
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.variable import KINDS, unit_of
 from bristle.identification.result import Fit, ProposedLine, SecondPass
-from bristle.identification.structure import LIKE_A_SPRING
 from bristle.logs.log import Log
-from bristle.models.plants.inertia import MODEL as inertia
 
 Pairs = list[tuple[Log, Axis | None]]
 
 
 def proposed_lines(fit: Fit, axis: Axis) -> tuple[ProposedLine, ...]:
     """Return the lines that the diagnostics of a fit propose; a key that the axis states is not proposed."""
-    has_spring = axis.spring is not None or axis.plant != inertia.name
     lines: list[ProposedLine] = []
     for diagnostic in fit.diagnostics:
-        numbers, code = diagnostic.numbers, diagnostic.code
-        if code == "weight_guessed" and axis.offset == "identify":
-            lines.append(ProposedLine("plant", "offset", float(f"{numbers['weight']:.5g}"), code))
-        if code == LIKE_A_SPRING and not has_spring:
-            lines.append(ProposedLine("plant", "spring", "cubic", code))
+        if diagnostic.code == "weight_guessed" and axis.offset == "identify":
+            weight = float(f"{diagnostic.numbers['weight']:.5g}")
+            lines.append(ProposedLine("plant", "offset", weight, diagnostic.code))
     return tuple(lines)
 
 

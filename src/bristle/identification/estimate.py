@@ -36,8 +36,8 @@ class Estimate:
     robust_std : float or None
         Standard error in `unit`, valid for residuals correlated over time.
     interval : tuple of float or None
-        Low and high end of the 95 % interval in `unit`, from fits to replicates of the log; None without replicates. If a
-        part of friction may be a spring, the interval of a friction force also contains the force without this part.
+        Low and high end of the 95 % interval in `unit`, from fits to replicates of the log; None without replicates. With a
+        cable in the effort, the interval of a friction force includes the error by which both are told apart.
     effect : float
         Rms change of the effort per `unit` of this parameter alone, over the rms friction force of the log; infinite if
         not computed.

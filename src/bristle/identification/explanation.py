@@ -270,7 +270,12 @@ class Explanation:
         return numbers
 
     def as_data(self) -> dict[str, Any]:
-        """Return the result as plain data."""
+        """Return the result as plain data, with its tables."""
+        curves = {name: curve_data(curve, self.kind) for name, curve in self.curves.items()}
+        return self.in_numbers() | {"curves": curves}
+
+    def in_numbers(self) -> dict[str, Any]:
+        """Return the result as plain data, without its tables."""
         return {
             "verdict": self.verdict,
             "parts": [part_data(part, self.kind) for part in self.parts],
@@ -288,7 +293,6 @@ class Explanation:
             "unexplained": self.unexplained,
             "unexplained_share": self.unexplained / self.effort,
             "floor": self.floor,
-            "curves": {name: curve_data(curve, self.kind) for name, curve in self.curves.items()},
             "doubts": list(self.doubts),
             "notes": self.notes,
         }

@@ -29,7 +29,6 @@ from bristle.identification.gram import rms
 from bristle.identification.parameters import acts_in_sliding
 from bristle.identification.preprocessing import aligned
 from bristle.identification.result import Fit, ProposedLine
-from bristle.identification.settings import Settings
 from bristle.identification.work_rate import CUTOFF, motion_of
 from bristle.logs.log import Log
 from bristle.models.friction.next_model import SLOT_OF, model_with
@@ -215,7 +214,7 @@ def terms_of(
         return None
     kind = pairs[0][0].kind
     explanation = explained(final, kind)
-    if not explanation.terms or set(UNSETTLED).intersection(explanation.doubts):
+    if set(UNSETTLED).intersection(explanation.doubts):
         return None
     axis = pairs[0][1] or Axis(kind=kind)
     described = any(PERIODIC in component.name.split("+") for component in components)
@@ -245,13 +244,14 @@ def terms_of(
     )
 
 
-def with_explained(alignment: Alignment, explanation: Explanation, settings: Settings) -> Alignment:
-    """Return an alignment with delay and inertia of the explained log where it knows them better."""
+def with_explained(alignment: Alignment, explanation: Explanation, most: float) -> Alignment:
+    """Return an alignment with the inertia of the explained log, if known better, and its delay, if known to `most` [s]."""
     if "loaded" in explanation.doubts:
         # Friction that rises with the inertial force looks like inertia.
         return alignment
     delay = explanation.delay
-    if delay is not None and alignment.sought and alignment.delay is None:
+    seeks = alignment.sought and alignment.delay is None
+    if seeks and delay is not None and delay.half_width <= most:
         alignment = replace(alignment, delay=delay.value, delay_half_width=delay.half_width)
     M = explanation.M
     if M is None or not alignment.slow or alignment.too_small:

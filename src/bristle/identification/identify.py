@@ -43,7 +43,7 @@ from bristle.identification.intervals import WITHOUT_DRAWS, Passed, durations_of
 from bristle.identification.least_squares import Report, silent
 from bristle.identification.one_encoder import with_masses
 from bristle.identification.output_error import Simulation, loop_of
-from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of, stroke_of
+from bristle.identification.parameters import PriorKnowledge, Role, names_of, offset_of
 from bristle.identification.position_loop import stiffness_in
 from bristle.identification.preprocessing import (
     CUTOFF_SHARE,
@@ -54,7 +54,7 @@ from bristle.identification.preprocessing import (
 )
 from bristle.identification.result import Fit, Identification, SecondPass
 from bristle.identification.settings import Settings
-from bristle.identification.structure import with_friction_alone, with_spring_named, with_structure
+from bristle.identification.structure import with_structure
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
 from bristle.identification.validation import TOO_SHORT
 from bristle.identification.work import Work
@@ -268,7 +268,6 @@ def _result(
     """Return the identification of a pass over a log, and over further logs."""
     best, *rest = passed.fits
     dataset = passed.context.dataset
-    best = with_friction_alone(best, stroke_of(dataset))
     if passed.context.beside is not None:
         best = with_split(best, passed.context.beside)
     treatment = {
@@ -287,8 +286,18 @@ def _result(
         best.plant, offset_of(best.friction.component.variables, best.friction.values)
     )
     logs = tuple(further for further, _ in passed.pairs[1:])
+    beside = passed.context.beside
     return Identification(
-        (best, *rest), log, treatment, logs, unfinished, broken, passed.left_out, settings, second
+        (best, *rest),
+        log,
+        treatment,
+        logs,
+        unfinished,
+        broken,
+        passed.left_out,
+        settings,
+        second,
+        explanation=beside.terms.explanation if beside else None,
     )
 
 
@@ -344,7 +353,6 @@ def _passed(
         best = with_structure(
             best, collected.estimations[best.name], settings, names_of_rest, context.coupling
         )
-        best = with_spring_named(best, stroke_of(context.dataset))
         if context.beside is not None:
             about = about_terms(best, context.beside, names_of_rest)
             best = replace(best, diagnostics=(*best.diagnostics, *about))
@@ -417,7 +425,8 @@ def _context(
             logs, axes, settings, sought=sought, coupling=coupling if low else None
         )
         if terms is not None and low is None:
-            alignment = with_explained(alignment, terms.explanation, settings)
+            most = settings.delay_unsure * logs[0].sample_time
+            alignment = with_explained(alignment, terms.explanation, most)
         if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
             # Fewer rows, so that position noise does not hide friction.
             rows, noise = calmed(aligned(treated_dataset, alignment))

@@ -18,6 +18,7 @@ from bristle.core.typography import with_unit
 from bristle.core.values import numbers_of
 from bristle.core.variable import Kind
 from bristle.identification.estimate import Estimate
+from bristle.identification.explanation import Explanation
 from bristle.identification.parameters import Role, acts_in_sliding, constant_of, name_of, names_of
 from bristle.identification.quantities import Quantity
 from bristle.identification.settings import DEFAULT, Settings
@@ -40,7 +41,7 @@ CONSTANT_HELD = ("held_levels", "held_constant")
 TWO_MASSES = "the plant with two masses"  # in the parts of a result that are left out
 # Of the level by direction, and standard errors: a constant force above both is reported.
 LARGE_OFFSET, SURE_OFFSET = (0.25, 3.0)
-LACKING = ("structure", "like_a_spring", "clipped", "saturates", "scale_steps", "high_passed")
+LACKING = ("structure", "clipped", "saturates", "scale_steps", "high_passed")
 """Codes for a force missing in the model or in the effort of a log: the parameters in `names` absorb it."""
 
 
@@ -429,6 +430,8 @@ class Identification:
         Motor and load as two masses; None without a second encoder and without an elastic coupling.
     response : Response or None
         Frequency response of the motor of an elastic axis with one encoder.
+    explanation : Explanation or None
+        All forces in the effort, see `explain`; None if the log does not tell them apart, or if bristle did not look for them.
     """
 
     fits: tuple[Fit, ...]
@@ -442,6 +445,7 @@ class Identification:
     second_pass: SecondPass | None = None
     two_masses: TwoMasses | None = None
     response: Response | None = None
+    explanation: Explanation | None = None
 
     @property
     def reason_for_one_mass(self) -> str:

@@ -18,12 +18,11 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.missing_force import Missing, missing_forces
 from bristle.identification.missing_rows import Rows
 from bristle.identification.parameter_space import Solution
-from bristle.identification.parameters import Role, acts_in_sliding, name_of, names_of
+from bristle.identification.parameters import Role, name_of, names_of
 from bristle.identification.play import play_at_flanks
 from bristle.identification.problem import CLUSTERS
 from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
-from bristle.identification.spring_in_friction import spring_share
 from bristle.models.friction import is_static
 from bristle.models.friction.next_model import SLOT_OF, goes_by_name, model_with
 
@@ -35,7 +34,6 @@ CODES = {
     "presliding": "missing_presliding",
 }
 """The code of each cause."""
-LIKE_A_SPRING = "like_a_spring"
 LEVEL, DAMPED = "coulomb+", "coulomb_viscous+"
 WITHOUT_MODEL = ("play",)  # causes without a model to try next
 # Causes around reversals, also found with a drive that is not rigid.
@@ -147,45 +145,6 @@ def with_structure(
     ]
     first = int(coupling is not None)
     return replace(fit, diagnostics=(*further[:first], *structure, *further[first:]))
-
-
-def with_spring_named(fit: Fit, stroke: float) -> Fit:
-    """Return a fit with a warning if a part of friction over a stroke [m or rad] may be the force of a spring, a cable or gravity."""
-    share = spring_share(fit.friction, stroke)
-    if not share:
-        return fit
-    names = tuple(
-        name
-        for name, variable in fit.friction.component.variables.items()
-        if acts_in_sliding(variable)
-    )
-    numbers: dict[str, Number] = {
-        "percent": 100.0 * share,
-        "stroke": stroke,
-        "names": names,
-        "next": fit.friction.kind,
-    }
-    if names_of(Role.SPRING, fit.plant.component.variables):
-        numbers["next"] = "motion"
-    return replace(
-        fit,
-        diagnostics=(
-            *fit.diagnostics,
-            Diagnostic(LIKE_A_SPRING, "", "warning", numbers, fit.friction.kind),
-        ),
-    )
-
-
-def with_friction_alone(fit: Fit, stroke: float) -> Fit:
-    """Return a fit whose intervals of sliding friction also contain the friction without what may be a spring."""
-    share, estimates = spring_share(fit.friction, stroke), list[Estimate]()
-    for estimate in fit.estimates:
-        variable = fit.friction.component.variables.get(estimate.name)
-        if share and variable is not None and acts_in_sliding(variable):
-            low, high = estimate.ends or (estimate.value, estimate.value)
-            estimate = replace(estimate, interval=(min(low, (1.0 - share) * estimate.value), high))
-        estimates.append(estimate)
-    return replace(fit, estimates=tuple(estimates))
 
 
 def about_coupling(coupling: Elastic, cutoff: float) -> Diagnostic:

@@ -87,7 +87,12 @@ def _model(identification: Identification) -> list[Line]:
     held_out = (
         "" if fit.held_out is None else f", {percent_text(fit.held_out.mean_percent)} held out"
     )
-    lines = [Line("Model", f"{fit.name}: model error {percent_text(fit.error_percent)}{held_out}")]
+    lines = list[Line]()
+    if identification.explanation is not None:
+        lines.append(Line("Effort", identification.explanation.verdict))
+    lines.append(
+        Line("Model", f"{fit.name}: model error {percent_text(fit.error_percent)}{held_out}")
+    )
     for numbers in (
         diagnostic.numbers for diagnostic in fit.diagnostics if diagnostic.code == "delay_found"
     ):

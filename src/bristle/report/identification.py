@@ -15,6 +15,7 @@ from bristle.prediction import fit_at_samples, largest_deviation, reversal_dista
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import COMPARE, Step, cards_of, gain_card, no_gain
 from bristle.report.compensation import about_loop, gain_of
+from bristle.report.explained import tables_of
 from bristle.report.judgement import (
     WRITTEN_BY,
     comparison_with,
@@ -143,6 +144,7 @@ def identification_report(
         "distance": distance,
         "both_sides": identification if sides else None,
         "elastic": identification if elastic and not sides else None,
+        "explanation": identification.explanation,
         "curves": [steady_curve(side.best) for side in sides.values()],
     }
     loop = _loop(simulation, gain, following, kind, contradicted=contradicted)
@@ -242,6 +244,10 @@ def _sections(
     ]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     quality = f"{'. '.join(map(capital, misfit(fit)))}. {terms_in(fit)}"
+    explanation = identification.explanation
+    forces = list[object]()
+    if explanation is not None:
+        forces += [explanation.verdict, *tables_of(explanation), *explanation.notes]
     certified = [FIT_FOR_USE, certificate_table(fit.name, certificates)] if certificates else []
     return [
         Section(
@@ -276,6 +282,7 @@ def _sections(
             [comparison_table(identification)] if identification.fits[1:] else [],
             "Models",
         ),
+        Section("explanation", "Forces in the log", forces, "Log"),
         Section("certificates", "Certificates", certified, "Models"),
         Section("assumptions", "Assumptions", assumptions, "Limits"),
         Section("log", "The log", _read(identification), "Log"),

@@ -23,7 +23,6 @@ DOUBTS = (
     "unfinished",
     "elastic_load",
     "structure",
-    "like_a_spring",
     "stages_differ",
     "filter_suspect",
     "delay_or_filter",

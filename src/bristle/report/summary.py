@@ -55,6 +55,9 @@ def identification_summary(
         None if following is None else following.contradiction,
         ruling_of(identification, following),
     )
+    explanation = None
+    if identification.explanation is not None:
+        explanation = identification.explanation.in_numbers()
     return {
         "model": best.name,
         "kind": kind,
@@ -66,6 +69,7 @@ def identification_summary(
             "claims": [claim._asdict() for claim in compensation.claims if gain],
         },
         "proposals": proposals_of(best, axis or Axis(kind=kind), identification.second_pass),
+        "explanation": explanation,
         "parameters": _parameters(best, axis),
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,

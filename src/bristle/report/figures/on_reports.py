@@ -120,6 +120,7 @@ REPORTS: dict[str, tuple[Place, ...]] = {
             lambda facts: _has_curve(facts) and facts["fit"].position_rmse is None,
         ),
         Place("fit", "fit.error"),
+        Place("explanation", "explained.forces"),
         Place("log", "recorded.passages"),
         Place("log", "recorded.loops"),
     ),

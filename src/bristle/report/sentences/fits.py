@@ -54,7 +54,7 @@ FITS: dict[str, Sentence] = {
         (
             "the gravity of a link",
             "cogging (turn {travel:length}, harmonics {harmonics:whole numbers})",
-            "a spring or a cable",
+            "a spring",
             "bristle took LINES into the axis. The held-out error is {percent:3 digits} % instead of {before:3 digits} %. For the next "
             "log, write {lines:list} into the axis file",
         ),

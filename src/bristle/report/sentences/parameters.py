@@ -228,26 +228,6 @@ STRUCTURE: dict[str, Sentence] = {
         ),
         also=("causes", "small"),
     ),
-    "like_a_spring": Sentence(
-        (
-            "{percent:.2g} % of friction grows beyond a tenth of the stroke of {stroke:length}, beside a contact that slips within a "
-            "hundredth. A spring, a cable or gravity has the same effect",
-            '. Next: write `spring = "cubic"` under `[plant]` of the axis file',
-            '. Next: write `spring = "cubic"` under `[plant]` of the axis file, or `gravity = "link"` if the axis turns an arm',
-            ". A force over the position in the axis file does not separate both in this log. Next: record strokes of several lengths, "
-            "from several places",
-            ". {names:list} and their intervals include this force",
-        ),
-        "friction may include the force of a spring, a cable or gravity",
-        'write `spring = "cubic"` or `gravity = "link"` under `[plant]` of the axis file. If the line is there, record strokes of several '
-        "lengths, from several places",
-        choose=lambda texts, numbers: (
-            texts[0]
-            + texts[1 + ("translational", "rotational", "motion").index(numbers["next"])]
-            + (texts[-1] if numbers["names"] else "")
-        ),
-        also=("next",),
-    ),
     "missing_speed": Sentence(
         (
             _CURVE + ". No model of bristle has a better curve",
