@@ -140,7 +140,7 @@ def test_the_search_for_the_channel_reports_progress_and_can_be_interrupted(monk
     identify(
         log, "coulomb_viscous", blocks=0, draws=0, progress=lambda share, task: text.append(task)
     )
-    assert text[0] == "looking for the channel that was filtered"
+    assert "looking for the channel that was filtered" in text
 
     def interrupted(*arguments):
         estimation = along_the_motion(*arguments)

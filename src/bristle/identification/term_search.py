@@ -371,6 +371,7 @@ class Selection:
         self.level = rms(search.motion.row(search.force("friction"))) or search.equations.unit
         self.rejected = dict[str, Evidence]()
         self.alike = set[str]()
+        self.has_filter = True
 
     def leave_out_alike(self, always: Sequence[Group]) -> None:
         """Leave out the terms that this motion does not tell from friction and inertia, as in repetitions of one sine."""
@@ -406,7 +407,8 @@ class Selection:
     def is_needed(self, evidence: Evidence, name: str = "") -> bool:
         """Whether a term lowers the held-out error by enough."""
         least = LEAST_GAIN
-        if name == "cable":
+        # Beside unequal filters, what they leave looks like a small cable.
+        if name == "cable" and not self.has_filter:
             least = LEAST_CABLE
         return evidence.gain > least and evidence.z > LEAST_Z
 
@@ -434,6 +436,7 @@ class Selection:
         remaining = list(terms)
         while True:
             chosen = [*fixed, *remaining]
+            self.has_filter = any(group.name == "filter" for group in remaining)
             present, self.support = self.equations.held_out(chosen, self.penalties, self.support)
             evidence = dict[str, Evidence]()
             for group in remaining:
