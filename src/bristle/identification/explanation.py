@@ -269,14 +269,11 @@ class Explanation:
             del numbers["F_C_and_cable"]
         return numbers
 
-    def as_data(self) -> dict[str, Any]:
-        """Return the result as plain data, with its tables."""
+    def as_data(self, *, tables: bool = True) -> dict[str, Any]:
+        """Return the result as plain data, with its `tables` if wanted."""
         curves = {name: curve_data(curve, self.kind) for name, curve in self.curves.items()}
-        return self.in_numbers() | {"curves": curves}
-
-    def in_numbers(self) -> dict[str, Any]:
-        """Return the result as plain data, without its tables."""
-        return {
+        with_tables = {"curves": curves} if tables else {}
+        return with_tables | {
             "verdict": self.verdict,
             "parts": [part_data(part, self.kind) for part in self.parts],
             "filter": filter_data(self.filter),

@@ -155,12 +155,8 @@ def _with_slots(context: Context, blocks: int, work: Work, collected: Collected)
     """Fit the best model with the slots suggested by its residual, in several rounds."""
     for _ in range(TURNS):
         best = ranked(collected.fits, context)[0]
-        causes = ()
-        if context.beside is not None:
-            causes = context.beside.terms.causes
-        names = next_models(
-            best, collected.estimations[best.name], context.settings, context.coupling, causes
-        )
+        causes = context.beside.terms.causes if context.beside is not None else ()
+        names = next_models(best, causes)
         further = [
             find(name)
             for name in names

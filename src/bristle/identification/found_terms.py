@@ -93,31 +93,11 @@ class Terms:
         parts.update(component.name.split("+"))
         return tuple(name for name, force in self.forces.items() if force.slot not in parts)
 
-    def has_slot_for(self, component: FrictionModel) -> bool:
-        """Return whether a slot of a model describes a term."""
-        return len(self.beside(component)) < len(self.forces)
-
-    def logs_for(self, component: FrictionModel, logs: Sequence[Log]) -> list[Log]:
-        """Return logs whose effort lacks the terms that are no part of a model."""
-        names = self.beside(component)
-        if not names:
-            return list(logs)
-        return [
-            with_effort(log, effort_of(log) - sum(self.forces[name].forces[i] for name in names))
-            for i, log in enumerate(logs)
-        ]
-
-    def share_beside(
-        self, component: FrictionModel, components: Sequence[FrictionModel], logs: Sequence[Log]
-    ) -> float:
-        """Return the rms of the terms that are no part of a model but of another one, over that of the effort of logs [%]."""
-        never = set(self.forces).intersection(*map(self.beside, components))
-        names = [name for name in self.beside(component) if name not in never]
-        if not names:
-            return 0.0
-        whole = np.concatenate([effort_of(log) for log in logs])
-        forces = [np.concatenate(self.forces[name].forces) for name in names]
-        return 100.0 * rms(np.sum(forces, axis=0)) / rms(whole)
+    def without(self, names: Sequence[str], number: int, log: Log) -> Log:
+        """Return the log of a number with its effort without some terms."""
+        assert log.effort is not None
+        effort = effort_of(log) - sum(self.forces[name].forces[number] for name in names)
+        return replace(log, effort=replace(log.effort, values=effort))
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,11 +110,15 @@ class Beside:
 
     def logs_for(self, component: FrictionModel) -> list[Log]:
         """Return the logs without the terms that are no part of a model."""
-        return self.terms.logs_for(component, self.logs)
+        names = self.terms.beside(component)
+        logs = list(self.logs)
+        if names:
+            logs = [self.terms.without(names, number, log) for number, log in enumerate(logs)]
+        return logs
 
     def dataset_for(self, component: FrictionModel, like: Dataset) -> Dataset:
         """Return the rows of these logs, aligned like those of other logs."""
-        if not self.terms.has_slot_for(component):
+        if len(self.terms.beside(component)) == len(self.terms.forces):
             return like
         dataset = self.treated(self.logs_for(component))
         if like.alignment is None:
@@ -143,7 +127,14 @@ class Beside:
 
     def share_for(self, component: FrictionModel, components: Sequence[FrictionModel]) -> float:
         """Return the rms of the terms that are no part of a model but of another one, over that of the effort [%]."""
-        return self.terms.share_beside(component, components, self.logs)
+        forces = self.terms.forces
+        never = set(forces).intersection(*map(self.terms.beside, components))
+        names = [name for name in self.terms.beside(component) if name not in never]
+        if not names:
+            return 0.0
+        effort = np.concatenate([effort_of(log) for log in self.logs])
+        left = [np.concatenate(forces[name].forces) for name in names]
+        return 100.0 * rms(np.sum(left, axis=0)) / rms(effort)
 
 
 def about_terms(fit: Fit, beside: Beside, compared: Collection[str]) -> tuple[Diagnostic, ...]:
@@ -188,12 +179,6 @@ def with_split(fit: Fit, beside: Beside) -> Fit:
             estimate = replace(estimate, interval=(low, high))
         estimates.append(estimate)
     return replace(fit, estimates=tuple(estimates))
-
-
-def with_effort(log: Log, effort: np.ndarray) -> Log:
-    """Return a log with another effort [N or N*m]."""
-    assert log.effort is not None
-    return replace(log, effort=replace(log.effort, values=effort))
 
 
 def kind_of(name: str) -> str:

@@ -60,6 +60,7 @@ from bristle.models.friction import DEFAULT_MODELS, find
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_LOAD = "interrupted: the friction of motor and load is missing"
 TELLS_CHANNEL = "lugre"
+OF_LEVEL, WARM_UP = ("level_drifts", "level_over_position"), "warmup"
 HIGHEST = 100.0  # [Hz]: frequencies in which terms are sought, at most
 FEWEST_PERIODS = 40.0  # of the lowest cut-off of an elastic axis in the log
 ALONE = 0.4  # share of the work for one mass of a log with two encoders
@@ -342,6 +343,10 @@ def _passed(
         checks_of(pairs, prior, settings),
         [(parted(log, axis), axis) for log, axis in pairs],
     )
+    if terms is not None:
+        # The explanation tells changes of the level better than a check of the log.
+        told = ("level_drifts",) if WARM_UP in terms.forces else ()
+        of_logs = [entry for entry in of_logs if entry.code not in OF_LEVEL or entry.code in told]
     context = _context(pairs, prior, settings, work, coupling, terms, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short, names = blocks is None and not held_out, [log.source.name for log, _ in pairs]
@@ -400,7 +405,8 @@ def _context(
     recorded, axes = map(list, zip(*pairs, strict=True))
     logs = recorded
     if terms is not None:
-        logs = terms.logs_for(find(TELLS_CHANNEL), recorded)
+        names = tuple(terms.forces)
+        logs = [terms.without(names, number, log) for number, log in enumerate(recorded)]
     described = [axis or Axis(kind=log.kind) for log, axis in pairs]
     estimator, treated = None, logs
     if "output_error" in map(attrgetter("method"), described):

@@ -24,7 +24,7 @@ from bristle.identification.problem import CLUSTERS
 from bristle.identification.result import Fit
 from bristle.identification.settings import Settings
 from bristle.models.friction import is_static
-from bristle.models.friction.next_model import SLOT_OF, goes_by_name, model_with
+from bristle.models.friction.next_model import goes_by_name, model_with
 
 CODES = {
     "speed": "missing_speed",
@@ -157,26 +157,13 @@ def about_coupling(coupling: Elastic, cutoff: float) -> Diagnostic:
     return Diagnostic("elastic_load", "", "warning", numbers)
 
 
-def next_models(
-    fit: Fit,
-    estimation: Estimation,
-    settings: Settings,
-    coupling: Elastic | None = None,
-    known: Sequence[str] = (),
-) -> tuple[str, ...]:
-    """Return the models with one more slot to try after a fit, for `known` causes and by its residual; empty for models of a user."""
+def next_models(fit: Fit, causes: Sequence[str]) -> tuple[str, ...]:
+    """Return the models with one more slot to try after a fit, for some causes; empty for models of a user."""
     if not goes_by_name(fit.friction.component):
         return ()
-    causes = ["direction", *known]
-    causes += [force.cause for force in missing_in(fit, estimation, settings, coupling)[0]]
-    named = [
-        name for cause in causes if cause in SLOT_OF and (name := model_with(cause, fit.friction))
-    ]
-    return tuple(
-        dict.fromkeys(
-            [*named, *[name.replace(LEVEL, DAMPED, 1) for name in named if name.startswith(LEVEL)]]
-        )
-    )
+    names = [model_with(cause, fit.friction) for cause in ("direction", *causes)]
+    damped = [name.replace(LEVEL, DAMPED, 1) for name in names if name.startswith(LEVEL)]
+    return tuple(dict.fromkeys(name for name in (*names, *damped) if name))
 
 
 def _next(cause: str, friction: Model, compared: Collection[str]) -> dict[str, Number]:

@@ -57,7 +57,7 @@ def identification_summary(
     )
     explanation = None
     if identification.explanation is not None:
-        explanation = identification.explanation.in_numbers()
+        explanation = identification.explanation.as_data(tables=False)
     return {
         "model": best.name,
         "kind": kind,
