@@ -1,7 +1,7 @@
-"""Hysteresis along a path of the input: no time, one pass."""
+"""Hysteresis and effort along a path of the input, and the lead of a motor: no time, one pass."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,15 @@ from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance, entry_of, memory_of, warn_of_lost
 from bristle.engine.signature import Vector
 from bristle.models.plants.terms import Place, effort_at, gravity_at
+
+
+class Lead(NamedTuple):
+    """Lead of a motor over its table: angle [rad], rate and acceleration at each sample, and the effort in the step after it."""
+
+    position: np.ndarray
+    rate: np.ndarray
+    acceleration: np.ndarray
+    effort: np.ndarray
 
 
 @guarded(operator=OPERATOR, u=array())

@@ -1,11 +1,11 @@
 """Wind-up of a screw along a desired motion: one pass with the kernels of the exported law."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
 from bristle.engine.compilation import compiled
+from bristle.engine.path import Lead
 from bristle.engine.signature import Vector
 from bristle.models.controllers.wind_up import (
     AROUND,
@@ -17,16 +17,6 @@ from bristle.models.controllers.wind_up import (
     wind,
     winding_effort,
 )
-
-
-class Lead(NamedTuple):
-    """Lead of a motor over its table: angle [rad], rate and acceleration at each sample, and the effort in the step after it."""
-
-    position: np.ndarray
-    rate: np.ndarray
-    acceleration: np.ndarray
-    effort: np.ndarray
-
 
 # (masses and screw, weights, memory, force of the screw and mean acceleration in each step, dt, rows of a `Lead`).
 WindUpAlong = Callable[[Vector, Vector, Vector, Vector, Vector, float, Vector], float]

@@ -26,8 +26,7 @@ from bristle.core.fingerprint import digest
 from bristle.engine import Compensator, conditioned
 from bristle.engine.checks import FRICTION, PERIOD, check_run
 from bristle.engine.motion import compensation_along
-from bristle.engine.path import effort_along
-from bristle.engine.wind_up import Lead
+from bristle.engine.path import Lead, effort_along
 from bristle.files.variant import at_rest
 from bristle.models.controllers import open_loop
 from bristle.models.controllers.feedforward import WHOLE, Rule, Shape, feedforward_of

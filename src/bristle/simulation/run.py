@@ -13,7 +13,7 @@ from bristle.core.edge import Progress, guarded
 from bristle.core.errors import InputError
 from bristle.core.experiment import Start, Variant
 from bristle.core.status import Status
-from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, settled
+from bristle.engine import LoopTrace, Trace, run_closed_loop, settled
 from bristle.engine.loop import sensed
 from bristle.files.arguments import EXPERIMENT
 from bristle.models.controllers.limits import within_drive
@@ -265,6 +265,8 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
 
 def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
     """Return a run of an open loop with the steps that its tolerance needs."""
+    from bristle.engine import run_adaptive
+
     run = variant.run
     effort = np.clip(desired[3], -run.effort_limit, run.effort_limit)
     unseen = 0.0 if variant.disturbance is None else variant.disturbance

@@ -18,8 +18,10 @@ reference is known in advance. A jump :math:`\Delta w` needs the effort :math:`2
 half of that time before and after a reversal. The resulting error is of the order of :math:`\ddot x_r T^2 / 8`.
 """
 
+from __future__ import annotations
+
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,12 +29,14 @@ from bristle.core.contracts import Model, Reference, Screw
 from bristle.core.experiment import Feedforward
 from bristle.engine import conditioned
 from bristle.engine.motion import compensation_along
-from bristle.engine.wind_up import Lead, wind_up_along
 from bristle.models.controllers.feedforward import Shape
-from bristle.models.controllers.wind_up import WindUp
 from bristle.models.friction import viscous
 from bristle.models.friction.resting import with_rest
 from bristle.models.friction.slots import whole_parts
+
+if TYPE_CHECKING:
+    from bristle.engine.path import Lead
+    from bristle.models.controllers.wind_up import WindUp
 
 SIDED = 0.02  # of the largest force of the screw: smaller forces do not change the flank
 
@@ -64,6 +68,8 @@ def wound_up(
     dt: float,
 ) -> Lead:
     """Return the lead of the motor and its effort without its friction, for a desired motion of the table converted to the motor [rad]."""
+    from bristle.engine.wind_up import wind_up_along
+
     mean, force = _loads(feedforward, screw, position, acceleration, dt)
     return wind_up_along(_parameters(feedforward, screw, mean, force, dt), force, mean, dt)
 
@@ -97,6 +103,9 @@ def _loads(
 def _parameters(
     feedforward: Feedforward, screw: Screw, mean: np.ndarray, force: np.ndarray, dt: float
 ) -> WindUp:
+    from bristle.engine.wind_up import wind_up_along
+    from bristle.models.controllers.wind_up import WindUp
+
     assert feedforward.plant is not None
     inertia = _inertia_of(feedforward.plant, dt)
     # The nut stays on its flank until a clear force of the opposite sign, and starts in the middle of the gap.

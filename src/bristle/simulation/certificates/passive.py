@@ -29,7 +29,6 @@ References
 
 import math
 from collections.abc import Callable
-from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,13 +36,10 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.models import friction
-from bristle.models.friction.lugre import micro_damping, stribeck_force
-from bristle.models.friction.preisach_lugre import OverStops, slip_law
+from bristle.models.friction.lugre import Parameters as OfLuGre, micro_damping, stribeck_force
 from bristle.models.friction.slip_law import slip
 from bristle.models.friction.slots import Slotted
 from bristle.models.friction.variation import Varied
-from bristle.models.hysteresis import prandtl_ishlinskii, preisach, stop
 from bristle.simulation.certificates.certificate import (
     Certificate,
     OperatorParameters,
@@ -166,10 +162,10 @@ def _summit(
     return height(x, q)
 
 
-@singledispatch
 def damping_of(p: Any) -> Damping | None:
     """Return the `Damping` of a model with parameters `p`; None if no condition is known."""
-    return None
+    condition = CONDITIONS.get(type(p).__module__)
+    return None if condition is None else condition(p)
 
 
 def _of_bristles(p: Any, phi: Callable[[float, float], float]) -> Damping:
@@ -179,7 +175,15 @@ def _of_bristles(p: Any, phi: Callable[[float, float], float]) -> Damping:
     return Damping(p.sigma_2, needed)
 
 
-def _by_slip_law(p: Any) -> Damping:
+def _of_composite(p: Any) -> Damping | None:
+    from bristle.models.friction.preisach_lugre import OverStops, OverTurningPoints, slip_law
+
+    if isinstance(p, OverTurningPoints):
+        return None
+    if isinstance(p, OverStops):
+        if damping_of(p.operator) is None:
+            return None
+        p = p.own
     law = slip_law(p)
     return _of_bristles(p, lambda q, G: slip(q / G, law))
 
@@ -187,35 +191,30 @@ def _by_slip_law(p: Any) -> Damping:
 def _of_elastoplastic(p: Any) -> Damping | None:
     # The threshold of slip does not matter: below sliding bristles return no energy, and beyond it they slip as LuGre's.
     constant = p._asdict() | {"v_d": math.inf}
-    return damping_of(
-        friction.lugre.Parameters(
-            **{name: constant[name] for name in friction.lugre.Parameters._fields}
-        )
-    )
+    return damping_of(OfLuGre(**{name: constant[name] for name in OfLuGre._fields}))
 
 
+FRICTION = "bristle.models.friction"
+HYSTERESIS = "bristle.models.hysteresis"
 CHARGED = "Short strokes charge the bristles, and a long stroke then returns more energy"
 REGAINED = "An element that slips regains its static force without moving, unless F_S = F_C"
-CONDITIONS: dict[Any, Callable[[Any], Damping | None]] = {
-    friction.coulomb: lambda p: Damping(0.0),
-    friction.viscous: lambda p: Damping(p.F_v),
-    friction.coulomb_viscous: lambda p: Damping(p.F_v),
-    friction.stribeck: lambda p: Damping(p.F_v),
-    friction.dahl: lambda p: Damping(p.sigma_2),
-    friction.maxwell_slip: lambda p: Damping(p.sigma_2),
-    preisach: lambda p: Damping(0.0),
-    stop: lambda p: Damping(0.0),
-    prandtl_ishlinskii: lambda p: Damping(0.0) if min(*p.weights, p.spring) >= 0.0 else None,
-    friction.bouc_wen: lambda p: Damping(p.sigma_2, 0.0 if p.beta >= 0.5 else math.inf),
-    friction.reformed_dahl: lambda p: Damping(p.sigma_2, math.inf, CHARGED),
-    friction.gms: lambda p: Damping(p.sigma_2, math.inf if p.F_S > p.F_C else 0.0, REGAINED),
-    friction.lugre: lambda p: _of_bristles(p, lambda q, G: q / G),
-    friction.elastoplastic: _of_elastoplastic,
-    friction.preisach_lugre: _by_slip_law,
+CONDITIONS: dict[str, Callable[[Any], Damping | None]] = {
+    f"{FRICTION}.coulomb": lambda p: Damping(0.0),
+    f"{FRICTION}.viscous": lambda p: Damping(p.F_v),
+    f"{FRICTION}.coulomb_viscous": lambda p: Damping(p.F_v),
+    f"{FRICTION}.stribeck": lambda p: Damping(p.F_v),
+    f"{FRICTION}.dahl": lambda p: Damping(p.sigma_2),
+    f"{FRICTION}.maxwell_slip": lambda p: Damping(p.sigma_2),
+    f"{HYSTERESIS}.preisach": lambda p: Damping(0.0),
+    f"{HYSTERESIS}.stop": lambda p: Damping(0.0),
+    f"{HYSTERESIS}.prandtl_ishlinskii": lambda p: (
+        Damping(0.0) if min(*p.weights, p.spring) >= 0.0 else None
+    ),
+    f"{FRICTION}.bouc_wen": lambda p: Damping(p.sigma_2, 0.0 if p.beta >= 0.5 else math.inf),
+    f"{FRICTION}.reformed_dahl": lambda p: Damping(p.sigma_2, math.inf, CHARGED),
+    f"{FRICTION}.gms": lambda p: Damping(p.sigma_2, math.inf if p.F_S > p.F_C else 0.0, REGAINED),
+    f"{FRICTION}.lugre": lambda p: _of_bristles(p, lambda q, G: q / G),
+    f"{FRICTION}.elastoplastic": _of_elastoplastic,
+    f"{FRICTION}.preisach_lugre": _of_composite,
 }
-"""Known conditions, by the class of the parameters."""
-for component, condition in CONDITIONS.items():
-    damping_of.register(component.Parameters, condition)
-damping_of.register(
-    OverStops, lambda p: None if damping_of(p.operator) is None else _by_slip_law(p.own)
-)
+"""Known conditions, by the module of the class of the parameters."""
