@@ -22,8 +22,7 @@ from bristle.core.variable import variables_of
 from bristle.files.permission import CodeRead, code_at
 from bristle.logs.formats import LogFormat
 from bristle.models.friction import base_of, channel_slots_of, find, with_slots
-from bristle.models.friction.operator_kernel import REACHES
-from bristle.models.friction.slots import SLOTS
+from bristle.models.friction.slots import OPERATOR_SLOTS, SLOTS
 
 WORDS: dict[type[Documented], str] = {
     FrictionModel: "friction model",
@@ -189,7 +188,7 @@ def load_slot_file(path: Readable) -> Slot:
     if (
         not isinstance(slot.name, str)
         or not slot.name.isidentifier()
-        or slot.name in (*SLOTS, *REACHES)
+        or slot.name in (*SLOTS, *OPERATOR_SLOTS)
     ):
         message, allowed = (
             "has an invalid name for its slot",

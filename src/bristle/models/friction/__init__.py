@@ -20,10 +20,15 @@ from bristle.models.family import Family
 from bristle.models.friction.channel_slot import channel_slots_of, with_channel_slot
 from bristle.models.friction.channels import CHANNEL_SLOTS
 from bristle.models.friction.level import risen
-from bristle.models.friction.operator_kernel import REACHES, TakesOperator, over_operator
 from bristle.models.friction.presliding import is_static, with_presliding, without_presliding
-from bristle.models.friction.slots import SLOTS, SlottedModel, base_of, slotted, unvaried
-from bristle.models.friction.uneven import uneven
+from bristle.models.friction.slots import (
+    OPERATOR_SLOTS,
+    SLOTS,
+    SlottedModel,
+    base_of,
+    slotted,
+    unvaried,
+)
 from bristle.models.friction.variation import varied
 from bristle.models.hysteresis import OPERATORS
 
@@ -53,10 +58,11 @@ if TYPE_CHECKING:
     # isort: on
     from bristle.models.friction.irregular import spectrum
     from bristle.models.friction.slots import PARAMETERS_OF_SLOTS, WHAT_SLOTS_DO
+    from bristle.models.friction.uneven import uneven
 
 __getattr__ = loaded_from(__name__)
 
-MODELS: Mapping[str, FrictionModel] = Family(__name__)
+MODELS: Mapping[str, FrictionModel] = Family(__name__, "uneven")
 """Every friction model, by name."""
 
 DEFAULT_MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
@@ -140,11 +146,11 @@ def with_slots(
             value="+".join(["", *written]),
             mend="Write each slot once",
         )
-    operators = [slot for slot in names if slot in REACHES]
+    operators = [slot for slot in names if slot in OPERATOR_SLOTS]
     if operators:
         model, names = (
             _over(model, operators, path),
-            [slot for slot in names if slot not in REACHES],
+            [slot for slot in names if slot not in OPERATOR_SLOTS],
         )
     for slot in names:
         if slot not in SLOTS:
@@ -162,6 +168,8 @@ def with_slots(
 
 def _over(model: FrictionModel, names: Sequence[str], path: str) -> FrictionModel:
     """Return a friction model over the named operator."""
+    from bristle.models.friction.operator_kernel import TakesOperator, over_operator
+
     if not isinstance(model, TakesOperator) or len(names) > 1:
         raise InputError(
             "has too many operators: preisach_lugre and preisach_contact take one operator, other models take no operator",

@@ -13,8 +13,7 @@ from bristle.models.friction import (
     with_slots,
 )
 from bristle.models.friction.level import LEVELS, has_level
-from bristle.models.friction.operator_kernel import REACHES
-from bristle.models.friction.slots import directional, variations_of
+from bristle.models.friction.slots import OPERATOR_SLOTS, directional, variations_of
 
 CHANNELS = {slot.channel.name: slot.channel for slot in CHANNEL_SLOTS.values()} | {
     name: OF_MOTION[name] for name in RECORDED
@@ -58,7 +57,9 @@ def nested_in(component: FrictionModel) -> tuple[FrictionModel, ...]:
     if with_slots(base, slots) != component:
         return ()
     fewer = [
-        tuple(part for part in slots if part is not slot) for slot in slots if slot not in REACHES
+        tuple(part for part in slots if part is not slot)
+        for slot in slots
+        if slot not in OPERATOR_SLOTS
     ]
     falling = [with_slots(MODELS["stribeck"], slots)] if base is MODELS["stribeck_free"] else []
     return (*(with_slots(base, parts) for parts in fewer), *falling)
@@ -104,7 +105,7 @@ def _beside(component: FrictionModel, base: FrictionModel, slot: str) -> str:
 def _slots_of(component: FrictionModel) -> tuple[str | Slot, ...]:
     """Return the slots of a model, built-in slots by name, in the form of `with_slots`."""
     operators, own = (
-        (part for part in component.name.split("+") if part in REACHES),
+        (part for part in component.name.split("+") if part in OPERATOR_SLOTS),
         _own_slots(component),
     )
     names = (

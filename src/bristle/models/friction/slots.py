@@ -42,6 +42,8 @@ from bristle.models.friction.level import LEVELS, RISES_WITH, Rise, Risen
 from bristle.models.friction.variation import ADDS, VARIATIONS, VARIES_WITH, Place, Varied
 
 SLOTS = (*VARIATIONS, *LEVELS, *CHANNEL_SLOTS, "asymmetry")
+OPERATOR_SLOTS = ("everett_table", "reversal_table", "preisach_grid", "prandtl_ishlinskii")
+"""The operators that can replace the kernel of a model, also written as slots."""
 WHAT_SLOTS_DO = (
     {name: f"friction that varies with {cause}" for name, cause in VARIES_WITH.items()}
     | ADDS

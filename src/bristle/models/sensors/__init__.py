@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 from bristle.core.contracts import Sensor
 from bristle.core.loading import loaded_from
 from bristle.models.family import Family
-from bristle.models.sensors.torque import torque_seen
 
 if TYPE_CHECKING:
     # Every sensor of bristle, in the order of the lists.
     # isort: off
     from bristle.models.sensors.encoder import encoder as encoder
+
     # isort: on
+    from bristle.models.sensors.torque import torque_seen
 
 __getattr__ = loaded_from(__name__)
 
