@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from bristle.core.errors import InputError
-from bristle.files import read_curves
-from bristle.files.curves import describes_curves, read_curve_columns
+from bristle.files import describes_curves, read_curves
+from bristle.files.curves import read_curve_columns
 
 FAMILY = """
 schema = 1

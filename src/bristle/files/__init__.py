@@ -14,7 +14,7 @@ if TYPE_CHECKING:
         read_log,
     )
     from bristle.files.arrays import read_arrays, write_arrays
-    from bristle.files.axis import axis_text, read_axis
+    from bristle.files.axis import axis_text, describes_curves, read_axis
     from bristle.files.axis_form import CHANNELS, EMPTY, edited, form_of, with_columns_of_motion
     from bristle.files.components import (
         FILL_IN,
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         number_at,
         table_at,
     )
-    from bristle.files.curves import describes_curves, read_curves
+    from bristle.files.curves import read_curves
     from bristle.files.experiment import (
         Planned,
         experiment_from,

@@ -75,6 +75,18 @@ def read_axis(path: Readable | dict[str, Any]) -> Axis:
         )
 
 
+def describes_curves(path: Readable | dict[str, Any]) -> bool:
+    """Return whether an axis file names the input and output of a hysteresis instead of the channels of an axis."""
+    data = read_toml(path).data
+    columns = data.get("columns")
+    named = (
+        isinstance(columns, dict)
+        and bool({"input", "output"} & set(columns))
+        and "position" not in columns
+    )
+    return named or data.get("kind") in ("magnetic", "piezo")
+
+
 def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
     """Return the axis described by the content of an axis file; paths in it refer to its `folder`."""
     check_schema(data)

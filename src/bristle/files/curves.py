@@ -51,18 +51,6 @@ class HysteresisFile(Strict):
     curves: CurvesEntry = CurvesEntry()
 
 
-def describes_curves(path: Readable | dict[str, Any]) -> bool:
-    """Return whether an axis file names the input and output of a hysteresis instead of the channels of an axis."""
-    data = read_toml(path).data
-    columns = data.get("columns")
-    named = (
-        isinstance(columns, dict)
-        and bool({"input", "output"} & set(columns))
-        and "position" not in columns
-    )
-    return named or data.get("kind") in ("magnetic", "piezo")
-
-
 def read_curve_columns(path: HysteresisFile | Readable | dict[str, Any]) -> HysteresisFile:
     """Return the description of the curves in a file."""
     if isinstance(path, HysteresisFile):
