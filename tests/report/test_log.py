@@ -12,7 +12,7 @@ from tests.report import known
 from bristle.core import InputError
 from bristle.identification import result, simulated_bands
 from bristle.logs import BreakAway, Passage
-from bristle.report import exported, log as report
+from bristle.report import exported, log as report, log_tables
 
 
 def passage(kind, begin=0.0, end=1.0, **changes):
@@ -28,7 +28,7 @@ def passage(kind, begin=0.0, end=1.0, **changes):
 
 
 def test_passages_of_a_kind_share_a_row():
-    table = report.passage_table(
+    table = log_tables.passage_table(
         [
             passage("moves", 1.0, 3.0),
             passage("rest", 3.0, 4.0),
@@ -51,8 +51,10 @@ def test_passages_of_a_kind_share_a_row():
 
 
 def test_kinds_of_passages_have_a_fixed_order():
-    table = report.passage_table([passage(kind) for kind in reversed(report.KINDS)], "rotational")
-    assert [row[0] for row in table.rows] == list(report.KINDS.values())
+    table = log_tables.passage_table(
+        [passage(kind) for kind in reversed(log_tables.KINDS)], "rotational"
+    )
+    assert [row[0] for row in table.rows] == list(log_tables.KINDS.values())
     assert "mrad" in table.rows[0][table.heads.index("Amplitude")]
 
 
@@ -66,7 +68,7 @@ def test_kinds_of_passages_have_a_fixed_order():
 )
 def test_loops_are_reported_with_their_depth(depth, levels, remark):
     loops = passage("loops", legs=8, depth=depth, levels=levels)
-    table = report.passage_table([loops, passage("loops", legs=2)], "translational")
+    table = log_tables.passage_table([loops, passage("loops", legs=2)], "translational")
     row = dict(zip(table.heads, table.rows[0], strict=True))
     assert (row["Remark"], row["Legs"], row["Count"]) == (remark, "10", "2")
 
@@ -86,7 +88,7 @@ def test_loops_are_reported_with_their_depth(depth, levels, remark):
     ],
 )
 def test_oscillations_are_reported_with_their_frequencies(passages, remarks):
-    assert [row[-1] for row in report.passage_table(passages, "translational").rows] == remarks
+    assert [row[-1] for row in log_tables.passage_table(passages, "translational").rows] == remarks
 
 
 def test_treatment_of_a_log_has_units():
@@ -98,14 +100,14 @@ def test_treatment_of_a_log_has_units():
         "velocity_max": 0.25,
         "other": 1.0,
     }
-    assert report.treatment_facts(treatment, "translational") == [
+    assert log_tables.treatment_facts(treatment, "translational") == [
         ("Cut-off of the zero-phase filter", "60 Hz"),
         ("Samples for one row of the regression", "7"),
         ("Delay of the effort, identified", "0.00123 s"),
         ("Samples at rest, left out", "3.46 %"),
         ("Largest speed of the rows", "250 mm/s"),
     ]
-    assert report.treatment_facts({}, "translational") == []
+    assert log_tables.treatment_facts({}, "translational") == []
 
 
 def test_scatter_of_friction_is_in_percent():
@@ -118,7 +120,7 @@ def test_scatter_of_friction_is_in_percent():
             kind=kind, resampling=result.Resampling(bands, scatter, 30, 1e-6, True, {})
         )
 
-    assert report.scatter_facts(scattering(0.0312)) == [
+    assert log_tables.scatter_facts(scattering(0.0312)) == [
         ("Noise of the effort, sample by sample", "50 mN"),
         (
             "Scatter of friction from reversal to reversal",
@@ -126,19 +128,19 @@ def test_scatter_of_friction_is_in_percent():
         ),
         ("Residual without noise, encoder steps and scatter", "1.5 N, root mean square"),
     ]
-    assert report.scatter_facts(scattering(0.0, "rotational")) == [
+    assert log_tables.scatter_facts(scattering(0.0, "rotational")) == [
         ("Noise of the effort, sample by sample", "50 mN·m"),
         ("Residual without noise, encoder steps and scatter", "1.5 N·m, root mean square"),
     ]
-    assert report.scatter_facts(known.fit()) == []
+    assert log_tables.scatter_facts(known.fit()) == []
 
 
 def test_break_away_is_listed_by_rate_with_intervals():
     slow = BreakAway(1e-4, 4, 9.5, (9.0, 10.0), 2e-6, None)
     fast = BreakAway(1e-3, 5, 8.0, None, 1e-6, (1e-6, 1e-6))
     outcome = result.Identification((known.fit(),), sliding_log())
-    assert report.break_away_table(outcome) is None
-    table = report.break_away_table(replace(outcome, break_aways=(slow, fast)))
+    assert log_tables.break_away_table(outcome) is None
+    table = log_tables.break_away_table(replace(outcome, break_aways=(slow, fast)))
     assert table.heads == [
         "Rate [mm/s]",
         "Legs",
@@ -190,7 +192,7 @@ def recorded(**changes):
 
 
 def test_facts_of_a_log_are_file_samples_and_channels():
-    assert report.log_facts(recorded()) == [
+    assert log_tables.log_facts(recorded()) == [
         ("File", "a.csv"),
         ("SHA-256", "0f"),
         ("Samples", "4 in 1 stretch"),
@@ -199,10 +201,10 @@ def test_facts_of_a_log_are_file_samples_and_channels():
         ("Position", "column x, 0.000 to 3.000 mm"),
         ("Effort", "column u, −2.000 to 3.000 N"),
     ]
-    odd = dict(report.log_facts(recorded(sample_time=1.23456e-3)))
+    odd = dict(log_tables.log_facts(recorded(sample_time=1.23456e-3)))
     assert (odd["Sample time"], odd["Duration"]) == ("1.235 ms (810.0 Hz)", "4.938 ms")
     facts = dict(
-        report.log_facts(
+        log_tables.log_facts(
             recorded(segments=(1, 2)), [recorded(), recorded(origin=Some(name="b.csv"))]
         )
     )

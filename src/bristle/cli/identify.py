@@ -289,13 +289,14 @@ def _motion_to_record(
     identification: Identified, draws: int, out: Path, axis: Sequence[Any]
 ) -> list[Line]:
     """Return the line on the motion that narrows open intervals; without draws, intervals are unknown and bristle designs no motion."""
-    from bristle.core import Axis
     from bristle.report.brief import Line, advice_to_record
-    from bristle.report.next_motion import next_motion
 
     # A motion is designed on the identified axis: of a faulty log, that is not the axis.
     if not draws or identification.unfinished or advice_to_record(identification.best):
         return []
+    from bristle.core import Axis
+    from bristle.report.next_motion import next_motion
+
     logs = (identification.log, *identification.further_logs)
     log = max(logs, key=lambda log: log.position.values.max() - log.position.values.min())
     motion = None
@@ -391,7 +392,7 @@ def identification_parts(
     """Return the full output of -v: parameters, comparison of models, gain, warnings and notes."""
     from bristle.report.compensation import about_loop, gain_of
     from bristle.report.judgement import misfit
-    from bristle.report.log import break_away_table
+    from bristle.report.log_tables import break_away_table
     from bristle.report.messages import warnings_of, whole_sentence
     from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.sweep import sweep_table

@@ -152,7 +152,7 @@ def _show_joint(name: str, inspected: Any) -> int:
 
 
 def _parts(summary: dict[str, Any]) -> list[Any]:
-    from bristle.report.log import passage_table
+    from bristle.report.log_tables import passage_table
 
     columns = summary["columns"]
     parts: list[Any] = [_table("Columns of the file", columns[:MOST_COLUMNS])]

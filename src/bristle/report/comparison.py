@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from bristle.core import number, unit_of, with_unit
 from bristle.report.cards import COMPARE, Card, Step
 from bristle.report.compensation import NO_CHANGE, change_text
-from bristle.report.log import log_facts
+from bristle.report.log_tables import log_facts
 from bristle.report.messages import as_data, message, picked
 from bristle.report.page import Block, Figures, Front, Ruling, Section, about, report_page
 from bristle.report.sentences import SENTENCES

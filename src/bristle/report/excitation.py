@@ -13,7 +13,7 @@ from bristle.logs import Log
 from bristle.prediction.excitation import NARROWER, Excitation, excite
 from bristle.report.cards import Card, Step, quantity_text
 from bristle.report.messages import as_data, note_of, picked
-from bristle.report.model_tables import STATUS_WORDS
+from bristle.report.model_tables import STATUS_WORDS, half_text
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.results import write_report
 from bristle.report.sweep import sweep_table
@@ -213,11 +213,6 @@ def outlook_table(excitation: Excitation) -> Table:
     return Table.of(
         f"Expected results, by a fit of {excitation.rehearsal.identification.best.name}", rows
     ).without_empty_columns()
-
-
-def half_text(percent: float | None) -> str:
-    """Return the half-width of an interval in words; "open" if it does not identify the parameter."""
-    return "open" if percent is None or percent >= OPEN else f"± {number(percent, digits=2)} %"
 
 
 def _error(estimate: Estimate, put_in: float | None) -> float | None:

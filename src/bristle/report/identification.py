@@ -25,14 +25,14 @@ from bristle.report.judgement import (
     next_measurements,
     ruling_of,
 )
-from bristle.report.log import (
+from bristle.report.log_tables import (
     break_away_table,
     log_facts,
     passage_table,
     scatter_facts,
     treatment_facts,
 )
-from bristle.report.loops import variant_table
+from bristle.report.loops import focus_of, variant_table
 from bristle.report.messages import (
     advice_of,
     assumptions_of,
@@ -52,7 +52,6 @@ from bristle.report.model_tables import (
     values_to_enter,
 )
 from bristle.report.page import Block, Figures, Front, Section, about, report_page, worded
-from bristle.report.simulation import focus_of
 from bristle.report.sweep import sweep_table
 from bristle.report.table import Table, capital, fixed, percent_text
 from bristle.report.two_masses import (

@@ -1,10 +1,12 @@
-"""Tables and sentences of loops: errors and efforts of variants, their parts, gains and warnings."""
+"""Tables, sentences and numbers of loops: errors and efforts of variants, their parts, gains and warnings."""
+
+from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from operator import attrgetter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,11 +24,19 @@ from bristle.core import (
 )
 from bristle.files import Said, as_toml, key_of
 from bristle.prediction import Claim
-from bristle.report.compensation import helped_text, names_text
-from bristle.report.messages import message
+from bristle.report.compensation import helped_text, names_text, pair_in
+from bristle.report.messages import as_data, message, notes_of
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import MICROMETRE, Quantity, Table, fixed
-from bristle.simulation import Assessment, SimulationResult, Statistics, VariantResult
+
+if TYPE_CHECKING:
+    from bristle.simulation import (
+        Assessment,
+        Prediction,
+        SimulationResult,
+        Statistics,
+        VariantResult,
+    )
 
 # Unit of a gain at the motor, by its unit on a carriage.
 MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
@@ -265,3 +275,30 @@ def loop_doubts(diagnostics: Sequence[Diagnostic]) -> list[str]:
 def _names(diagnostic: Diagnostic) -> Sequence[object]:
     names = diagnostic.numbers["variants"]
     return names if isinstance(names, tuple) else (names,)
+
+
+def variants_as_data(result: SimulationResult) -> dict[str, Any]:
+    """Return the variants of an experiment in numbers, by name."""
+    return {
+        name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE}
+        for name, variant in result.variants.items()
+    }
+
+
+def focus_of(result: SimulationResult) -> tuple[str, ...]:
+    """Return the variants to compare first, which differ only in friction feedforward."""
+    return tuple(variant.name for variant in pair_in(result) or ())
+
+
+def prediction_as_data(prediction: Prediction) -> dict[str, Any]:
+    """Return only the numbers of a prediction."""
+    return {
+        "mode": prediction.mode,
+        "metrics": dict(prediction.metrics),
+        "inside_band_percent": prediction.inside_percent,
+        "position_inside_band_percent": prediction.position_inside_percent,
+        "status": prediction.status.sentence,
+        "completed": prediction.status is not Status.NOT_FINITE,
+        "notes": notes_of(prediction),
+        "diagnostics": as_data(prediction.diagnostics),
+    }

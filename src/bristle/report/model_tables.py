@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from bristle.core import Kind, number, printable, scale_of, typeset, unit_of, with_unit
+from bristle.identification import OPEN
 from bristle.prediction import drive_units, level_values
 from bristle.report.table import Quantity, Table, interval_text, short_text
 
@@ -176,6 +177,11 @@ def _half(percent: float | None) -> str:
         if percent < LEAST_PERCENT:
             return f"< {LEAST_PERCENT:g}"
     return _percent(percent)
+
+
+def half_text(percent: float | None) -> str:
+    """Return the half-width of an interval in words; "open" if it does not identify the parameter."""
+    return "open" if percent is None or percent >= OPEN else f"± {number(percent, digits=2)} %"
 
 
 def _percent(value: float | None) -> str:

@@ -8,9 +8,8 @@ import numpy as np
 from bristle.core import Axis, InputError, Progress, unit_of
 from bristle.identification import Estimate, Fit
 from bristle.logs import Log, holds
-from bristle.prediction.excitation import NARROWER
-from bristle.report.excitation import half_text
 from bristle.report.judgement import ADVICE
+from bristle.report.model_tables import half_text
 
 DRAWS = 20  # simulated logs for the intervals of a rehearsal
 DURATION = "30 s"
@@ -46,14 +45,16 @@ def next_motion(
     Each candidate motion is designed and rehearsed on the identified axis, as `bristle excite --model` does. Without
     limits in the axis file it stays within the velocity and the travel of the log.
     """
-    from bristle.prediction.excitation import excite
-
     variables = fit.plant.component.variables | fit.friction.component.variables
     unknown = {estimate.name: estimate for estimate in fit.estimates if is_open(estimate)}
     kinds = {variables[name].excitation for name in unknown if name in variables}
     candidates = dict.fromkeys(
         ADVICE[kind][1] for kind in kinds if kind in ADVICE and ADVICE[kind][1]
     )
+    if not candidates:
+        return None
+    from bristle.prediction.excitation import NARROWER, excite
+
     limited, limits = _with_limits(axis, fit)
     travel = (
         None if axis.stroke else f"{np.ptp(log.position.values):.2g} {unit_of('length', axis.kind)}"

@@ -9,9 +9,9 @@ from bristle.core import Kind, Model, Status, unit_of, with_unit
 from bristle.identification import Settings
 from bristle.logs import Log
 from bristle.report.cards import COMPARE, Card, Step
-from bristle.report.log import log_facts
-from bristle.report.loops import component_table
-from bristle.report.messages import advice_of, as_data, notes_of
+from bristle.report.log_tables import log_facts
+from bristle.report.loops import component_table, prediction_as_data
+from bristle.report.messages import advice_of, notes_of
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
 from bristle.report.sentences import SENTENCES
 from bristle.report.table import fixed, length_text, percent_text, short_text
@@ -100,20 +100,6 @@ def prediction_summary(
     verdict = prediction_ruling(prediction, own_log=own_log).as_data()
     head = {"model": friction.name, "kind": friction.kind, "verdict": verdict}
     return head | prediction_as_data(prediction) | {"log_notes": notes, "provenance": provenance}
-
-
-def prediction_as_data(prediction: Prediction) -> dict[str, Any]:
-    """Return only the numbers of a prediction."""
-    return {
-        "mode": prediction.mode,
-        "metrics": dict(prediction.metrics),
-        "inside_band_percent": prediction.inside_percent,
-        "position_inside_band_percent": prediction.position_inside_percent,
-        "status": prediction.status.sentence,
-        "completed": prediction.status is not Status.NOT_FINITE,
-        "notes": notes_of(prediction),
-        "diagnostics": as_data(prediction.diagnostics),
-    }
 
 
 def _bands(prediction: Prediction) -> dict[str, float]:

@@ -14,19 +14,20 @@ from bristle.report.compensation import (
     closing_sentences,
     gain_of,
     is_alike,
-    pair_in,
     pair_of,
     standing,
     variant_of,
 )
 from bristle.report.loops import (
     direction_table,
+    focus_of,
     law_lines,
     loop_doubts,
     loop_warnings,
     parts_table,
     run_table,
     variant_table,
+    variants_as_data,
 )
 from bristle.report.messages import as_data
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
@@ -136,22 +137,9 @@ def simulation_summary(
     }
 
 
-def variants_as_data(result: SimulationResult) -> dict[str, Any]:
-    """Return the variants of an experiment in numbers, by name."""
-    return {
-        name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE}
-        for name, variant in result.variants.items()
-    }
-
-
 def _is_open(result: SimulationResult) -> bool:
     """Return whether all variants are open loops."""
     return all(variant.effort is not None for variant in result.experiment.variants)
-
-
-def focus_of(result: SimulationResult) -> tuple[str, ...]:
-    """Return the variants to compare first, which differ only in friction feedforward."""
-    return tuple(variant.name for variant in pair_in(result) or ())
 
 
 def simulation_ruling(result: SimulationResult, warnings: Sequence[str] = ()) -> Ruling:

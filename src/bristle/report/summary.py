@@ -17,10 +17,9 @@ from bristle.prediction import (
     reversal_distance,
 )
 from bristle.report.judgement import compensation_in, ruling_of
+from bristle.report.loops import prediction_as_data, variants_as_data
 from bristle.report.messages import as_data, assumptions_of, message, note_of, picked, warnings_of
 from bristle.report.model_tables import drive_values
-from bristle.report.prediction import prediction_as_data
-from bristle.report.simulation import variants_as_data
 from bristle.report.sweep import sweep_data
 
 if TYPE_CHECKING:

@@ -4,7 +4,6 @@ from functools import partial
 
 from markupsafe import Markup
 
-from bristle.apps.lab.page import PACKAGE
 from bristle.apps.targets.page.loop import living_described
 from bristle.apps.targets.page.packing import as_json
 from bristle.core import Axis
@@ -14,6 +13,7 @@ from bristle.report.assets import joined, policy
 from bristle.report.living import Living, uncertainty_of
 from bristle.simulation import SimulationResult
 
+PACKAGE = "bristle.apps.lab"
 SHARED = ("numbers.js", "physics.js", "loop.js", "move.js")
 SCRIPTS = ("paths.js", "rows.js", "controls.js", "asking.js", "following.js", "living.js")
 STYLES = ("controls.css", "living.css")

@@ -80,8 +80,8 @@ class Place(NamedTuple):
 # The figures of a kind of report, by section.
 REPORTS: dict[str, tuple[Place, ...]] = {
     "identification": (
-        Place("front", "two_masses.sides"),
-        Place("front", "two_masses.response"),
+        Place("front", "two_masses.sides", _is_elastic),
+        Place("front", "two_masses.response", _is_elastic),
         Place("front", "first_screen.gain", lambda facts: not _is_elastic(facts)),
         Place("front", "first_screen.reversals", _is_presliding, {"large": True}),
         Place(
@@ -92,8 +92,8 @@ REPORTS: dict[str, tuple[Place, ...]] = {
         Place(
             "front", "fit.prediction", lambda facts: _has_no_gain(facts) and not _has_curve(facts)
         ),
-        Place("beside", "two_masses.frictions"),
-        Place("beside", "two_masses.lost_motion"),
+        Place("beside", "two_masses.frictions", _is_elastic),
+        Place("beside", "two_masses.lost_motion", _is_elastic),
         Place("beside", "first_screen.effort", _is_presliding, {"small": True}),
         Place(
             "beside",

@@ -23,7 +23,8 @@ from bristle.files import (
     with_columns_of_motion,
 )
 from bristle.models.friction import DEFAULT_MODELS
-from bristle.report.log import Inspected, inspect_log, passage_table
+from bristle.report.log import Inspected, inspect_log
+from bristle.report.log_tables import passage_table
 
 PLOTTED = ("position", "velocity", "reference", "effort")
 
