@@ -141,12 +141,11 @@ def _of_results(results: Path, log: list[Path] | None, draws: int, *, as_json: b
     if results.name == SUMMARY:
         folder = results.parent
     if not (folder / SUMMARY).is_file():
-        mend = "Name a folder written by bristle identify --out"
         raise InputError(
             "is not a folder of results",
             path=str(folder),
             allowed=f"a folder with {SUMMARY}",
-            mend=mend,
+            mend="Name a folder written by bristle identify --out",
         )
     with progress("simulating") as report:
         truth = load(folder).known_truth(log, draws=draws, progress=report)

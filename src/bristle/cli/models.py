@@ -75,8 +75,12 @@ def _selected(name: str) -> dict[str, list[Component]]:
     }
     named = {member.name: member for members in _families().values() for member in members}
     if base not in named:
-        mend = f"{did_you_mean(base, named)} For a list type: bristle models".lstrip()
-        raise InputError("is not a known model", path="NAME", value=name, mend=mend)
+        raise InputError(
+            "is not a known model",
+            path="NAME",
+            value=name,
+            mend=f"{did_you_mean(base, named)} For a list type: bristle models".lstrip(),
+        )
     chosen: Any = named[base]
     if plus and family_of[base] == "plant":
         # Examples of terms that can be repeated.

@@ -103,8 +103,12 @@ def _columns(columns: Any, path: str, kind: Kind | None) -> dict[str, Column]:
         if name not in COLUMNS and not (
             isinstance(name, str) and name.isidentifier() and (column.base or column.shift)
         ):
-            allowed = f"{', '.join(COLUMNS)}, or a further channel with a unit"
-            raise InputError("has an unknown name", path=path, value=shown(name), allowed=allowed)
+            raise InputError(
+                "has an unknown name",
+                path=path,
+                value=shown(name),
+                allowed=f"{', '.join(COLUMNS)}, or a further channel with a unit",
+            )
     return columns
 
 

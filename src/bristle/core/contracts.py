@@ -400,12 +400,11 @@ def _over_operator(
     """Return a friction model with an operator as its kernel, and the values of both."""
     path, operator = f"{prefix}kernel", values["kernel"]
     if kind is not None and kind != operator.kind:
-        mend = "Use an operator for the same kind of axis"
         raise InputError(
             f"is a {operator.kind} operator, but this friction is {kind}",
             path=path,
             value=operator.name,
-            mend=mend,
+            mend="Use an operator for the same kind of axis",
         )
     composed, fixed = component.over(operator, path)
     for name in fixed:

@@ -218,13 +218,12 @@ def _refuse_two_kinds(models: Mapping[str, Model]) -> None:
         first, before = of_axis[0]
         if argument.kind != before.kind:
             value = f"{argument.name}, {argument.kind}"
-            mend = f"Write kind={before.kind!r}, or give {first} of the other kind"
             raise InputError(
                 f"is not of the kind of {first}",
                 path=name,
                 value=value,
                 allowed=f"{before.kind} models",
-                mend=mend,
+                mend=f"Write kind={before.kind!r}, or give {first} of the other kind",
             )
 
 
@@ -382,9 +381,11 @@ def model(*families: str) -> Converter:
             )
         family = getattr(value.component, "family", None)
         if family not in families:
-            reason = f"must be a {expected}, but is a {_called(family)}"
             raise InputError(
-                reason, path=path, value=value.name, mend="Check the order of the arguments"
+                f"must be a {expected}, but is a {_called(family)}",
+                path=path,
+                value=value.name,
+                mend="Check the order of the arguments",
             )
         return value
 

@@ -65,13 +65,12 @@ class Slot(Documented):
                 f"channel of {self.name}",
                 f"{', '.join(CHANNELS)}, or a further channel",
             )
-            mend = 'Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)'
             raise InputError(
                 "is not a channel of a log",
                 path=place,
                 value=self.channel,
                 allowed=allowed,
-                mend=mend,
+                mend='Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
             )
         if self.of not in (FRICTION, LEVEL):
             raise InputError(
@@ -107,12 +106,12 @@ def refuse_unfit(slot: Slot) -> None:
                 mend="Use only numbers as parameters of a slot",
             )
         if variable.excitation not in ("", EXCITATION):
-            message, place, allowed = (
+            raise InputError(
                 "is not an excitation for a slot",
-                f"excitation of {name}",
-                f'"{EXCITATION}", or empty',
+                path=f"excitation of {name}",
+                value=variable.excitation,
+                allowed=f'"{EXCITATION}", or empty',
             )
-            raise InputError(message, path=place, value=variable.excitation, allowed=allowed)
     if not slot.identified:
         mend = f'Write Variable(..., excitation="{EXCITATION}") for each parameter to identify'
         raise InputError("has no parameter to identify from a log", path="Parameters", mend=mend)

@@ -128,9 +128,12 @@ class Variable:
             If the name is not a choice.
         """
         if value not in self.choices:
-            mend = did_you_mean(value, self.choices)
             raise InputError(
-                "is not a valid choice", path=path, value=value, allowed=self.allowed(), mend=mend
+                "is not a valid choice",
+                path=path,
+                value=value,
+                allowed=self.allowed(),
+                mend=did_you_mean(value, self.choices),
             )
         return self.choices.index(value)
 

@@ -287,11 +287,12 @@ def through_screw(
         ("table", table, "translational"),
     ):
         if model.kind != kind:
-            value, mend = (
-                f"{model.name}, {model.kind}",
-                f"The motor is {plant.kind}, and the table travels (N and m)",
+            raise InputError(
+                f"must be {kind}",
+                path=path,
+                value=f"{model.name}, {model.kind}",
+                mend=f"The motor is {plant.kind}, and the table travels (N and m)",
             )
-            raise InputError(f"must be {kind}", path=path, value=value, mend=mend)
     M, k, d, gap, arm = plant.component.screw(plant.parameters)
     at_motor = (
         friction.parameters,
@@ -310,10 +311,9 @@ def through_screw(
 def refuse_screw(plant: Model, caller: str) -> None:
     """Refuse a plant with a screw in a simulation of one mass."""
     if plant.component.screw is not None:
-        mend = "Use run_open_loop, run_closed_loop, or plants.inertia with the sum of both masses"
         raise InputError(
             f"has a screw, but {caller} simulates one mass only",
             path="plant",
             value=plant.name,
-            mend=mend,
+            mend="Use run_open_loop, run_closed_loop, or plants.inertia with the sum of both masses",
         )

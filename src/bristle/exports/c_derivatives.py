@@ -247,8 +247,11 @@ def _replaced(
 def derived_step(subject: Subject, *, tunable: bool) -> DerivedStep:
     """Return the settled step of a friction model with tangents; an infinite parameter that cannot change has none."""
     if subject.is_operator:
-        reason = "is a hysteresis operator, and bristle exports derivatives of friction only"
-        raise InputError(reason, path=subject.model.name, mend="Omit derivatives")
+        raise InputError(
+            "is a hysteresis operator, and bristle exports derivatives of friction only",
+            path=subject.model.name,
+            mend="Omit derivatives",
+        )
     component = subject.model.component
     tuned = tunable_of(subject.model, mend="Omit --derivatives")
     moving = {

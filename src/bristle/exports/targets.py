@@ -132,11 +132,10 @@ class Target:
                     allowed=allowed,
                 )
         if self.pushes and self.reads is None and not self.rest:
-            mend = "Write reads=reads, a function reads(files, request) that returns the force the drive computes from the files"
             raise InputError(
                 "acts on an axis (pushes=True), but bristle cannot compute the effect",
                 path=f"target {self.name}",
-                mend=mend,
+                mend="Write reads=reads, a function reads(files, request) that returns the force the drive computes from the files",
             )
 
     @property

@@ -92,8 +92,11 @@ def axis_from(data: dict[str, Any], folder: Path = Path()) -> Axis:
     check_schema(data)
     refuse_open(data)
     if "joint" in data:
-        mend = "Name the axis file of one joint. To predict all, give the results of bristle identify --robot: bristle predict DIR LOG"
-        raise InputError("this axis file describes several joints", path="joint", mend=mend)
+        raise InputError(
+            "this axis file describes several joints",
+            path="joint",
+            mend="Name the axis file of one joint. To predict all, give the results of bristle identify --robot: bristle predict DIR LOG",
+        )
     refuse_misspelt(data.get("columns"))
     file = validated(AxisFile, with_kind(data))
     if file.columns.position is None and file.columns.velocity is None:
@@ -179,12 +182,11 @@ def _refuse_contradictions(file: AxisFile) -> None:
             mend="Keep only one of `hold` and `held`",
         )
     if file.plant.gravity is not None and file.kind != "rotational":
-        mend = "Remove gravity: bristle identifies the weight on a vertical axis as the constant offset"
         raise InputError(
             "is the gravity of a rotating link, but this axis is translational",
             path="plant.gravity",
             value=file.plant.gravity,
-            mend=mend,
+            mend="Remove gravity: bristle identifies the weight on a vertical axis as the constant offset",
         )
 
 
@@ -296,8 +298,11 @@ def _mass_of(file: AxisFile) -> str:
     """Return the key of the mass or inertia; refuse keys that do not fit this kind of axis or plant."""
     right, wrong = ("mass", "inertia") if file.kind == "translational" else ("inertia", "mass")
     if getattr(file.plant, wrong) is not None:
-        mend = f"Write {right} instead, in {Variable('mass', 'moving mass').unit(file.kind)}"
-        raise InputError(f"does not apply to a {file.kind} axis", path=f"plant.{wrong}", mend=mend)
+        raise InputError(
+            f"does not apply to a {file.kind} axis",
+            path=f"plant.{wrong}",
+            mend=f"Write {right} instead, in {Variable('mass', 'moving mass').unit(file.kind)}",
+        )
     for key in ("stiffness", "damping"):
         raw = getattr(file.plant, key)
         if raw is not None and file.plant.model != "oscillator":

@@ -133,9 +133,10 @@ def read_curves(
             f"bristle ignores {len(candidates) - len(chosen)} curves with fewer than {shortest} samples"
         )
     if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
-        message = "is constant, so it cannot be the input"
         raise InputError(
-            message, path=f"{place}: {columns.input.column}", mend="Name the column of the input"
+            "is constant, so it cannot be the input",
+            path=f"{place}: {columns.input.column}",
+            mend="Name the column of the input",
         )
     return Curves(
         tuple(chosen),
@@ -166,8 +167,12 @@ def _signal(
             if np.isfinite(values[bad[0]])
             else "is not a finite number"
         )
-        mend = "End the curve before this sample, or correct the sample"
-        raise InputError(message, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]), mend=mend)
+        raise InputError(
+            message,
+            path=f"{place}[{bad[0]}]",
+            value=float(values[bad[0]]),
+            mend="End the curve before this sample, or correct the sample",
+        )
     return values
 
 

@@ -116,8 +116,12 @@ class Drive:
                 if base == "rated"
                 else f'Write constant = "0.12 N*m/{base}"'
             )
-            message = "needs a drive constant, which converts it to a force or torque"
-            raise InputError(message, path=path, value=unit, mend=f"{mend} under [effort]")
+            raise InputError(
+                "needs a drive constant, which converts it to a force or torque",
+                path=path,
+                value=unit,
+                mend=f"{mend} under [effort]",
+            )
         if base != self.constant.drive:
             allowed = f"{self.constant.drive.replace('rated', '%')} or a multiple"
             raise InputError(
@@ -140,9 +144,11 @@ class Drive:
             units.factor(unit, si, path=path)
             raise InputError("is not a unit of movement", path=path, value=unit)
         if self.count is None:
-            mend = 'Write resolution = "0.125 um" (for one count) or counts_per_rev under [encoder]'
             raise InputError(
-                "needs the movement of the axis per count", path=path, value=unit, mend=mend
+                "needs the movement of the axis per count",
+                path=path,
+                value=unit,
+                mend='Write resolution = "0.125 um" (for one count) or counts_per_rev under [encoder]',
             )
         return Scale("count" + per, self.count)
 

@@ -117,8 +117,11 @@ def _planned(
             "cannot be the name of a folder", path=path, allowed="letters, digits and _"
         )
     if ("log" in table) == ("excite" in table):
-        mend = 'Write log = "log.csv", or excite = "NAME" to simulate the loop [compare.NAME]'
-        raise InputError("needs a log or a simulated loop for the fit", path=path, mend=mend)
+        raise InputError(
+            "needs a log or a simulated loop for the fit",
+            path=path,
+            mend='Write log = "log.csv", or excite = "NAME" to simulate the loop [compare.NAME]',
+        )
     raw, origins = table.get("log", []), []
     logs = tuple(sources.folder / str(file) for file in (raw if isinstance(raw, list) else [raw]))
     axis = sources.folder / str(table["axis"]) if "axis" in table else None
@@ -170,8 +173,12 @@ def _excited(
     tables = merged(base, override)
     for place, model in _uses(tables):
         mend = f'Write friction = "none" under [compare.{name}.controller.feedforward]'
-        message = "must not be used in this loop, because the loop runs before the identification"
-        raise InputError(message, path=f"compare.{name}.{place}", value=model, mend=mend)
+        raise InputError(
+            "must not be used in this loop, because the loop runs before the identification",
+            path=f"compare.{name}.{place}",
+            value=model,
+            mend=mend,
+        )
     own = Sources(sources.folder, sources.allow_code, sources.size_limit)
     variant = variant_from(name, Tables(tables, override, f"compare.{name}"), own)
     return tables, variant, [origin for origins in own.origins.values() for origin in origins]
@@ -198,13 +205,12 @@ def _replaced(level: Any, planned: Mapping[str, Planned], place: str) -> Any:
         return inner
     name = inner.pop(IDENTIFIED)
     if name not in planned:
-        path, mend = f"{place}.{IDENTIFIED}", did_you_mean(name, planned)
         raise InputError(
             "is not a model under [identify] of this file",
-            path=path,
+            path=f"{place}.{IDENTIFIED}",
             value=name,
             allowed=", ".join(planned),
-            mend=mend,
+            mend=did_you_mean(name, planned),
         )
     return {"file": str(planned[name].folder / MODEL), **inner}
 

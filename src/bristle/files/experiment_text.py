@@ -60,12 +60,11 @@ def read_loop(content: Content) -> LoopRecord:
     """Return the table in a file."""
     kind, name = kind_of_loop(content), content.source.name
     if kind is None:
-        mend = "Give the file loop.csv that bristle identify wrote"
         raise InputError(
             "is not a table of the loop of a log",
             path=name,
             allowed=f"columns: {_header('translational')}",
-            mend=mend,
+            mend="Give the file loop.csv that bristle identify wrote",
         )
     try:
         rows = np.loadtxt(io.BytesIO(content.data), delimiter=",", skiprows=1, ndmin=2)

@@ -75,10 +75,9 @@ class Growing:
                 self._place_file(name, data)
             except OSError as error:
                 if error.errno in (errno.ENOTDIR, errno.ELOOP):
-                    place = str((self.path / name).parent)
                     raise InputError(
                         "is a link or a file, not a folder",
-                        path=place,
+                        path=str((self.path / name).parent),
                         mend="Move it to another place",
                     ) from error
                 if error.errno not in _FULL:
@@ -98,9 +97,10 @@ class Growing:
             self._folder.make(holder)
         present = self._folder.is_there(name)
         if present and not self.is_whole(name):
-            mend = "Move it to another place, because bristle would replace it"
             raise InputError(
-                "was changed, or was not written by bristle", path=str(self.path / name), mend=mend
+                "was changed, or was not written by bristle",
+                path=str(self.path / name),
+                mend="Move it to another place, because bristle would replace it",
             )
         partial = f"{holder}/" * bool(holder) + f"bristle-{secrets.token_hex(16)}.partial"
         owned.write_line(self._opened, {"file": partial})
@@ -237,11 +237,10 @@ def verified(path: Path, names: list[str]) -> None:
             else []
         )
     if damaged:
-        mend = "Repeat the command that wrote the folder. It repeats the damaged runs and keeps the damaged files under new names"
         raise InputError(
             f"contains files that are damaged or were not written here: {owned.listed(damaged)}",
             path=str(path),
-            mend=mend,
+            mend="Repeat the command that wrote the folder. It repeats the damaged runs and keeps the damaged files under new names",
         )
 
 

@@ -32,9 +32,8 @@ def joints_in(content: Content) -> dict[str, dict[str, Any]]:
             or name in described
             or not name.replace("-", "_").isidentifier()
         ):
-            message = "must be a word that no other joint has"
             raise InputError(
-                message,
+                "must be a word that no other joint has",
                 path=f"{JOINT}[{number - 1}].name",
                 value=name,
                 mend="Write a word of letters, digits and _",

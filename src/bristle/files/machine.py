@@ -99,9 +99,8 @@ def read_machine(path: Readable) -> MachineFile:
         axis = read_axis(source.parent / entry.axis)
         for name, line in NEEDED.items():
             if getattr(axis, name) is None:
-                reason = f"is needed: without it, a run has no limit for {name.removesuffix('_limit').replace('_', ' ')}"
                 raise InputError(
-                    reason,
+                    f"is needed: without it, a run has no limit for {name.removesuffix('_limit').replace('_', ' ')}",
                     path=f"{entry.axis}: limits",
                     mend=f"Write {line} under [limits] of {entry.axis}",
                 )
@@ -140,21 +139,19 @@ def _cycle(path: Path, axis: Axis) -> tuple[np.ndarray, float]:
     step = float(np.max(np.abs(np.diff(position))))
     gap = abs(float(position[-1] - position[0]))
     if gap > step:
-        mend = "End the motion at its first position, so that cycles can follow each other"
         raise InputError(
             "does not end where it starts",
             path="motion.file",
             value=f"{gap:g}",
             allowed=f"up to {step:g}, in SI",
-            mend=mend,
+            mend="End the motion at its first position, so that cycles can follow each other",
         )
     assert axis.stroke is not None
     if position.min() < axis.stroke[0] or position.max() > axis.stroke[1]:
-        value, allowed = (
-            f"{position.min():g} to {position.max():g}",
-            f"{axis.stroke[0]:g} to {axis.stroke[1]:g}, in SI",
-        )
         raise InputError(
-            "leaves the stroke of the axis", path="motion.file", value=value, allowed=allowed
+            "leaves the stroke of the axis",
+            path="motion.file",
+            value=f"{position.min():g} to {position.max():g}",
+            allowed=f"{axis.stroke[0]:g} to {axis.stroke[1]:g}, in SI",
         )
     return position[:-1] if gap < 0.5 * step else position, log.sample_time

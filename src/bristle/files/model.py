@@ -366,9 +366,12 @@ def _component_of(table: Mapping[str, Any], path: str, read_code: CodeRead) -> F
         return with_slots(component, slots_in(slots, place, read_code), place)
     named, place = table.get("model"), f"{path}.model"
     if not isinstance(named, str):
-        mend = f'Write model = "coulomb_viscous" under [{path}]'
         raise InputError(
-            "names no model", path=place, value=named, allowed=", ".join(MODELS), mend=mend
+            "names no model",
+            path=place,
+            value=named,
+            allowed=", ".join(MODELS),
+            mend=f'Write model = "coulomb_viscous" under [{path}]',
         )
     base, *slots = named.split("+")
     if not any(slot.endswith(".py") for slot in slots):
@@ -383,11 +386,10 @@ def _bands_at(value: Any, parameters: Collection[str], kind: Kind) -> dict[str, 
     table, names = table_at(value, "bands"), {key_of(name): name for name in parameters}
     check_keys(table, (*NUMBERS, "draws"), "bands")
     if missing := [name for name in NUMBERS if name not in table]:
-        mend = "Identify again, or remove [bands] to predict without bands"
         raise InputError(
             "is missing: an earlier version of bristle wrote the file",
             path=f"bands.{missing[0]}",
-            mend=mend,
+            mend="Identify again, or remove [bands] to predict without bands",
         )
     draws = table_at(table.get("draws", {}), "bands.draws")
     check_keys(draws, names, "bands.draws")

@@ -60,15 +60,11 @@ def code_named(file: str, path: str, *, folder: Path, allow_code: bool) -> Conte
     except (OSError, ValueError, RuntimeError):
         inside = True  # reading it raises the right error
     if not inside:
-        message, beside = (
-            "names code in another folder, so bristle does not run it",
-            "a file in this folder or below",
-        )
         raise InputError(
-            message,
+            "names code in another folder, so bristle does not run it",
             path=path,
             value=file,
-            allowed=beside,
+            allowed="a file in this folder or below",
             mend="Copy the code to the folder of the file that names it",
         )
     content = content_of(source, limit=CODE_LIMIT, path=path)

@@ -90,11 +90,12 @@ class Sources:
                 read_code=self.code,
             )
         if described.friction.kind != kind:
-            message, mend = (
+            raise InputError(
                 f"is the model of a {described.friction.kind} axis, but this axis is {kind}",
-                "Name the model of an axis of the same kind",
+                path=f"{path}.file",
+                value=entries["file"],
+                mend="Name the model of an axis of the same kind",
             )
-            raise InputError(message, path=f"{path}.file", value=entries["file"], mend=mend)
         component = described.friction.component
         values = described.friction.values | parameters_in(
             entries, component, path, beside=("file",)
@@ -156,14 +157,18 @@ class Sources:
         log = self.log(file, axis, place)
         reference = log.position if log.effort is None else log.reference
         if reference is None:
-            mend = (
-                "Name the column of the reference under [columns] of the axis file: reference = ..."
-            )
-            raise InputError("has no reference", path=place, value=file, mend=mend)
-        if len(log.segments) > 1:
-            message = f"has gaps, which split it into {len(log.segments)} parts"
             raise InputError(
-                message, path=place, value=file, mend="Record the reference again, without gaps"
+                "has no reference",
+                path=place,
+                value=file,
+                mend="Name the column of the reference under [columns] of the axis file: reference = ...",
+            )
+        if len(log.segments) > 1:
+            raise InputError(
+                f"has gaps, which split it into {len(log.segments)} parts",
+                path=place,
+                value=file,
+                mend="Record the reference again, without gaps",
             )
         values = {"position": reference.values, "sample_time": log.sample_time}
         return make_model(recorded, values, kind=log.kind, validate=True, path=path)

@@ -112,16 +112,12 @@ def load_component_file(path: Readable, *families: type[Own]) -> Own:
     )
     family, source = type(model), content.source
     if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
-        allowed, mend = (
-            "text without a plus sign or comma",
-            f'Write another name in {family.__name__}(name="...")',
-        )
         raise InputError(
             "has an invalid name for its model",
             path=str(source),
             value=model.name,
-            allowed=allowed,
-            mend=mend,
+            allowed="text without a plus sign or comma",
+            mend=f'Write another name in {family.__name__}(name="...")',
         )
     # The contract checks the rest of the description.
     for described in (model.Parameters, model.State):
@@ -190,15 +186,11 @@ def load_slot_file(path: Readable) -> Slot:
         or not slot.name.isidentifier()
         or slot.name in (*SLOTS, *OPERATOR_SLOTS)
     ):
-        message, allowed = (
-            "has an invalid name for its slot",
-            f"a word other than {', '.join(SLOTS)}",
-        )
         raise InputError(
-            message,
+            "has an invalid name for its slot",
             path=str(source),
             value=slot.name,
-            allowed=allowed,
+            allowed=f"a word other than {', '.join(SLOTS)}",
             mend='Write another name in Slot(name="...")',
         )
     with located(source):

@@ -104,13 +104,12 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
     if "table_friction" in content:  # in N and m for every kind of axis
         path = tables.path("table_friction")
         if not has_screw:
-            mend = 'Write model = "ball_screw" under [plant], or put the friction under [friction]'
             raise InputError(
                 "needs a plant with a screw that moves a table",
                 path=path,
                 value=plant.name,
                 allowed="ball_screw",
-                mend=mend,
+                mend='Write model = "ball_screw" under [plant], or put the friction under [friction]',
             )
         table_friction = sources.friction(content["table_friction"], "translational", path)[1]
     path, sensor = tables.path("sensor"), tables.table("sensor")
@@ -177,11 +176,10 @@ def _closed_loop(
 def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:
     for section in ("controller", "reference"):
         if section in tables.content:
-            mend = f"Remove [{section}] or [effort] from the file"
             raise InputError(
                 "needs a closed loop, but [effort] drives the plant in open loop",
                 path=tables.path(section),
-                mend=mend,
+                mend=f"Remove [{section}] or [effort] from the file",
             )
     path, entries, axis = tables.path("effort"), tables.table("effort"), mechanism["axis"]
     log = recorded_in(entries, axis, sources, path)
@@ -313,8 +311,13 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
     )
     if isinstance(friction, str) and friction != "none":
         mend = f'Write [{place}] and, below it, model = "coulomb_viscous" or file = "model.toml"'
-        allowed = '"none", or a friction model as in [friction]'
-        raise InputError("must be a table", path=place, value=friction, allowed=allowed, mend=mend)
+        raise InputError(
+            "must be a table",
+            path=place,
+            value=friction,
+            allowed='"none", or a friction model as in [friction]',
+            mend=mend,
+        )
     values: dict[str, Any] = numbers_in(entries, FEEDFORWARD, kind, path)
     scaled: Any = choice_at(
         entries, "scaled", experiment.SCALED, path, "is not a force that the gain scales"
@@ -415,15 +418,11 @@ def run_from(
     step = values["sample_time"]
     samples = duration / step
     if not 3.0 <= samples <= experiment.SAMPLES_MAX:
-        message, allowed = (
-            f"gives {samples:.3g} samples at a sample time of {step:g} s",
-            f"3 to {experiment.SAMPLES_MAX} samples",
-        )
         raise InputError(
-            message,
+            f"gives {samples:.3g} samples at a sample time of {step:g} s",
             path=f"{path}.duration",
             value=duration,
-            allowed=allowed,
+            allowed=f"3 to {experiment.SAMPLES_MAX} samples",
             mend="Change duration or sample_time",
         )
     if settle >= duration:
@@ -495,11 +494,12 @@ def effort_from(
         )
         return Effort(effort, f"effort of {table['file']}")
     if "model" not in table:
-        allowed, mend = (
-            f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}",
-            f'Write model = "sine" under [{path}]',
+        raise InputError(
+            "names no model",
+            path=path,
+            allowed=f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}",
+            mend=f'Write model = "sine" under [{path}]',
         )
-        raise InputError("names no model", path=path, allowed=allowed, mend=mend)
     numbers = ", ".join(f"{key} = {value}" for key, value in table.items() if key != "model")
     if table["model"] == CONSTANT:
         check_keys(table, ("model", "level"), path)

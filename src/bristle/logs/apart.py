@@ -77,8 +77,11 @@ def read_apart(reader: str, data: bytes, request: Request) -> Table:
                     else last
                 )
     if ending is not None:
-        message = f"is damaged, or in an unsupported format ({ending})"
-        raise InputError(message, path=str(request.source), mend="Copy or save it again")
+        raise InputError(
+            f"is damaged, or in an unsupported format ({ending})",
+            path=str(request.source),
+            mend="Copy or save it again",
+        )
     line, _, rest = out.partition(b"\n")
     record = json.loads(line)
     if "refused" in record:

@@ -227,10 +227,11 @@ def _examine(data: bytes, source: Path, limit: int) -> None:
         _refuse_deep(element, order, source)
     if at != len(data) or at == HEADER_BYTES:
         announced = max(at, HEADER_BYTES + TAG_BYTES)
-        message = (
-            f"is truncated: it has {len(data)} bytes, but its content announces {announced} bytes"
+        raise InputError(
+            f"is truncated: it has {len(data)} bytes, but its content announces {announced} bytes",
+            path=str(source),
+            mend="Copy or save it again",
         )
-        raise InputError(message, path=str(source), mend="Copy or save it again")
 
 
 def _tag(data: bytes, at: int, order: Literal["little", "big"]) -> tuple[int, int]:
@@ -253,11 +254,10 @@ def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) 
         else:
             at += -(-length // TAG_BYTES) * TAG_BYTES
         if len(ends) > DEEPEST:
-            allowed = f"up to {DEEPEST} levels of cells"
             raise InputError(
                 "holds too deeply nested cells",
                 path=str(source),
-                allowed=allowed,
+                allowed=f"up to {DEEPEST} levels of cells",
                 mend="Save the signals as vectors",
             )
 

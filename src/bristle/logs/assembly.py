@@ -221,12 +221,11 @@ def within(log: R, span: tuple[float, float]) -> R:
     first, last = (int(index) for index in np.searchsorted(time, span))
     extent = f"{span[0]:g} to {span[1]:g} s"
     if last - first < 10:
-        allowed = f"within {time[0]:g} to {time[-1]:g} s"
         raise InputError(
             "contains fewer than 10 samples of the log",
             path="log.span",
             value=extent,
-            allowed=allowed,
+            allowed=f"within {time[0]:g} to {time[-1]:g} s",
         )
 
     def part(channel: Channel) -> Channel:

@@ -269,11 +269,10 @@ def clock_of(
     order = order_of(stamps, place)
     usual = median_step(order.stamps)
     if not SHORTEST <= usual <= LONGEST:
-        allowed = f"{SHORTEST:g} s to {LONGEST:g} s"
         raise InputError(
             f"has a usual time step of {usual:.6g} s",
             path=place,
-            allowed=allowed,
+            allowed=f"{SHORTEST:g} s to {LONGEST:g} s",
             mend="Correct the unit of the time column",
         )
     even, step = _rounded(order.stamps, usual)
@@ -303,12 +302,11 @@ def clock_of(
     # Significant digits of the sample time: further digits are rounding by the unit of the stamps.
     period = float(f"{mean:.12g}")
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
-        mend = "Remove sample_time from [timing] to use this column, or the column of time from [columns] to use sample_time"
         raise InputError(
             f"has a time step of {period:.6g} s, unlike sample_time in the axis file",
             path=place,
             allowed=f"{sample_time:g} s",
-            mend=mend,
+            mend="Remove sample_time from [timing] to use this column, or the column of time from [columns] to use sample_time",
         )
     raws = [
         slice(a, b) for a, b in pairwise([0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size])

@@ -207,11 +207,11 @@ def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
     lines = data.split(b"\n", most)
     for number, line in enumerate(lines[:most], 1):
         if len(line) > LONGEST_LINE:
-            message, mend = (
+            raise InputError(
                 f"has a line of more than {LONGEST_LINE} characters",
-                "Export one row per sample",
+                path=f"{source}: line {number}",
+                mend="Export one row per sample",
             )
-            raise InputError(message, path=f"{source}: line {number}", mend=mend)
     return [0, *accumulate(len(line) + 1 for line in lines[:-1])]
 
 
@@ -231,12 +231,11 @@ def _without_open_end(
     if layout.numeric[-1]:
         cut = cut or not (is_number(cells[-1], layout.decimal_comma) or cells[-1] in before)
     if cut:
-        place, mend = (
-            f"{source}: line {layout.first + body.count(10) + 1}",
-            "Copy or export the log again, or delete this row",
-        )
         raise InputError(
-            "is incomplete: the file ends within this row", path=place, value=last, mend=mend
+            "is incomplete: the file ends within this row",
+            path=f"{source}: line {layout.first + body.count(10) + 1}",
+            value=last,
+            mend="Copy or export the log again, or delete this row",
         )
     return body[:end], [
         "the file does not end with a line break: bristle ignores its last row, which may be incomplete"
@@ -345,9 +344,9 @@ def refuse_frames(lines: Sequence[str], source: Path) -> None:
     filled = [line for line in lines if line.strip()][:20]
     # Of the lines looked at.
     if filled and sum(bool(_FRAME.fullmatch(line)) for line in filled) >= 0.8 * len(filled):
-        mend = "Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, for example with cantools or asammdf"
         raise InputError(
             "is a log of a CAN bus (candump), with raw frames instead of signals",
             path=str(source),
-            mend=mend,
+            mend="Decode it with the DBC file of the bus, and export position and effort as CSV or MF4, "
+            "for example with cantools or asammdf",
         )

@@ -318,8 +318,13 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
         USUAL_UNITS.get(column.base, column.base),
     )
     allowed = f"{column.base}, or a unit that converts to it"
-    mend = f'Write the unit of the numbers in the axis file, such as unit = "{usual}"'
-    raise InputError("has the wrong unit", path=place, value=stated, allowed=allowed, mend=mend)
+    raise InputError(
+        "has the wrong unit",
+        path=place,
+        value=stated,
+        allowed=allowed,
+        mend=f'Write the unit of the numbers in the axis file, such as unit = "{usual}"',
+    )
 
 
 COINCIDES = 1e-6  # of the sample time: closer stamps are the same

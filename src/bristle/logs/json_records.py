@@ -74,8 +74,11 @@ def _parsed(data: bytes, source: Path) -> Any:
                 records.append(record)
         if len(records) >= max(FEWEST, len(lines) - 1):
             return records
-        message = f"is truncated or not JSON: {error.msg} in line {error.lineno}"
-        raise InputError(message, path=str(source), mend="Copy or save it again") from None
+        raise InputError(
+            f"is truncated or not JSON: {error.msg} in line {error.lineno}",
+            path=str(source),
+            mend="Copy or save it again",
+        ) from None
 
 
 def _tables(
@@ -142,11 +145,10 @@ def _of_records(records: list[dict[str, Any]]) -> tuple[dict[str, list[Any]], di
     flat = [dict(flattened(record)) for record in records]
     names = list(dict.fromkeys(name for record in flat for name in record))
     if len(names) > MOST_NAMES or (len(names) > WIDE and len(names) * len(flat) > MOST_CELLS):
-        allowed = (
-            f"up to {MOST_NAMES} names, and with more than {WIDE} names up to {MOST_CELLS} values"
-        )
         raise InputError(
-            f"has {len(names)} different names in {len(flat)} records", allowed=allowed, mend=MEND
+            f"has {len(names)} different names in {len(flat)} records",
+            allowed=f"up to {MOST_NAMES} names, and with more than {WIDE} names up to {MOST_CELLS} values",
+            mend=MEND,
         )
     return {name: [record.get(name) for record in flat] for name in names}, {}
 

@@ -146,8 +146,11 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
                 best, best_score = layout, score
     if best is None:
         message = "holds no rows of numbers, or is truncated before them"
-        mend = "Export one row per sample, with cells separated by a comma, a semicolon, a tab or blanks"
-        raise InputError(message, path=str(source), mend=mend)
+        raise InputError(
+            message,
+            path=str(source),
+            mend="Export one row per sample, with cells separated by a comma, a semicolon, a tab or blanks",
+        )
     _refuse_bad_first_rows(bare, best, source)
     names, units_, notes = _header(lines, best)
     return replace(best, names=names, units=units_, notes=notes)
@@ -164,15 +167,11 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
             else []
         )
         if len(cells) > MOST_COLUMNS:
-            place, mend = (
-                f"{source}: line {index + 1}",
-                "Export one row per sample and one column per channel",
-            )
             raise InputError(
                 f"has {len(cells)} cells in a row",
-                path=place,
+                path=f"{source}: line {index + 1}",
                 allowed=f"up to {MOST_COLUMNS}",
-                mend=mend,
+                mend="Export one row per sample and one column per channel",
             )
         if any(cells):
             rows.append((index, cells))

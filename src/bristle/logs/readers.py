@@ -112,9 +112,10 @@ def _as_table(read: Any, log_format: LogFormat, content: Content) -> Table:
     if isinstance(read, Table):
         return read
     if not is_table(read):
-        message = f"is read by {log_format.name}, which returned a {type(read).__name__}"
         raise InputError(
-            message, path=str(content.source), allowed="a Table, a data frame, or arrays by name"
+            f"is read by {log_format.name}, which returned a {type(read).__name__}",
+            path=str(content.source),
+            allowed="a Table, a data frame, or arrays by name",
         )
     table = table_of(read)
     names, units, notes = names_and_units(table.columns, table.units)
@@ -136,12 +137,11 @@ def with_known(table: Table, axis: Axis | None, *, size_limit: int = SIZE_LIMIT)
             continue
         assert axis is not None
         if term.log and term.log != table.origin.mark:
-            mend = "Predict the other log of an arm with its folder of results: bristle predict DIR LOG"
             raise InputError(
                 "holds the efforts of the bodies along another log",
                 path=f"known[{number}].file",
                 value=term.file,
-                mend=mend,
+                mend="Predict the other log of an arm with its folder of results: bristle predict DIR LOG",
             )
         path, second = f"known[{number}]", read_table(term.file, size_limit=size_limit)
         name = second.name_of(term.column)
@@ -159,11 +159,10 @@ def with_known(table: Table, axis: Axis | None, *, size_limit: int = SIZE_LIMIT)
         low, high = axis.span or (-np.inf, np.inf)
         used = times[(times >= low) & (times < high)]
         if used.size and (used[0] < stamps[0] - slack or used[-1] > stamps[-1] + slack):
-            span = f"{stamps[0]:g} to {stamps[-1]:g} s"
             raise InputError(
                 f"ends within the log, which lasts from {used[0]:g} to {used[-1]:g} s",
                 path=f"{path}.file",
-                value=span,
+                value=f"{stamps[0]:g} to {stamps[-1]:g} s",
             )
         values = second.columns[name]
         columns[term.place] = (

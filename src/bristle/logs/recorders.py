@@ -114,9 +114,10 @@ def _refuse_truncated(data: bytes, source: Path) -> None:
         order = "big" if int.from_bytes(lead_in[4:8], "little") & (1 << 6) else "little"
         at += LEAD_IN_BYTES + int.from_bytes(lead_in[12:20], order)
         if len(lead_in) < LEAD_IN_BYTES or at > len(data):
-            mend = "Copy it again, or let LabVIEW close the file before it is copied"
             raise InputError(
-                "is truncated: its last segment is not complete", path=str(source), mend=mend
+                "is truncated: its last segment is not complete",
+                path=str(source),
+                mend="Copy it again, or let LabVIEW close the file before it is copied",
             )
 
 

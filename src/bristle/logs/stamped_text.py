@@ -434,11 +434,11 @@ def _times_of(
         return (np.array(cells, dtype=np.int64) - earliest) / 1e4
     times = numbers_in(cells, head.delimiter != ",")
     if times is None:
-        path, mend = (
-            f"{source}: column {head.names[place]!r}",
-            "Export the trace with a column of time for each channel",
+        raise InputError(
+            "has no time for each of its samples",
+            path=f"{source}: column {head.names[place]!r}",
+            mend="Export the trace with a column of time for each channel",
         )
-        raise InputError("has no time for each of its samples", path=path, mend=mend)
     return times
 
 
@@ -465,12 +465,11 @@ def read_archive(lines: Sequence[str], request: Request) -> Table:
     matches = list(filter(None, map(_NAMED.fullmatch, lines)))
     names = {match[1]: match[2] for match in reversed(matches)}  # with their first stamps
     if len(names) > MOST_SIGNALS:
-        mend = "Export the log as a table with one column per signal"
         raise InputError(
             f"names {len(names)} signals",
             path=str(request.source),
             allowed=f"up to {MOST_SIGNALS}",
-            mend=mend,
+            mend="Export the log as a table with one column per signal",
         )
     # Reading dates takes most of the time.
     chosen = [match for match in matches if request.choice(match[1])]

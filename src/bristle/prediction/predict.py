@@ -129,13 +129,12 @@ def predict(
     """
     log, axis = log_and_axis(log, axis)
     if plant.kind != log.kind:
-        mend = "Give the axis file of the identification"
         raise InputError(
             "is of another kind of axis than the log",
             path="model",
             value=plant.kind,
             allowed=log.kind,
-            mend=mend,
+            mend="Give the axis file of the identification",
         )
     if log.effort is None:
         raise InputError(

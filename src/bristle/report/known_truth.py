@@ -131,9 +131,12 @@ def logs_of(
     ]
     keys = [key for key in provenance if re.fullmatch(r"log(_\d+)?", key)]
     if named and len(named) != len(keys):
-        message = "the number of logs differs from that of the identification"
         raise InputError(
-            message, path="log", value=len(named), allowed=str(len(keys)), mend="Name each log once"
+            "the number of logs differs from that of the identification",
+            path="log",
+            value=len(named),
+            allowed=str(len(keys)),
+            mend="Name each log once",
         )
     described, logs = axes_for(axes, len(keys)), list[Log]()
     for key, axis, path in zip(keys, described, named or [None] * len(keys), strict=True):

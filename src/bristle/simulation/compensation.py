@@ -192,13 +192,12 @@ def carried_effort(
         p = p.inner
     if inner.inverse is None:
         known = "inertia, oscillator"
-        mend = "Remove carries, so that the transmitted effort is the effort of the feedforward"
         raise InputError(
             "is a plant without inverse dynamics",
             path="feedforward.carries",
             value=plant.name,
             allowed=known,
-            mend=mend,
+            mend="Remove carries, so that the transmitted effort is the effort of the feedforward",
         )
     effort = inner.inverse(
         middle, np.append(steps, steps[-1:]), 0.5 * (acceleration + following(acceleration)), p

@@ -210,9 +210,10 @@ def logs_of_joints(
     """
     place = Path(folder) / ARM
     if not place.is_file():
-        mend = "Name the model.toml of one axis, or the results of bristle identify --robot"
         raise InputError(
-            f"contains no {ARM}, so it is not the results of an arm", path=str(folder), mend=mend
+            f"contains no {ARM}, so it is not the results of an arm",
+            path=str(folder),
+            mend="Name the model.toml of one axis, or the results of bristle identify --robot",
         )
     tables = joints_in(content_of(place))
     bodies, (file, *_) = (

@@ -228,13 +228,12 @@ def _chosen_variant(experiment: Experiment, name: str | None) -> Variant:
             experiment.variants[0],
         )
     if name not in by_name:
-        mend = did_you_mean(name, by_name)
         raise InputError(
             "there is no such variant",
             path="variant",
             value=name,
             allowed=", ".join(by_name),
-            mend=mend,
+            mend=did_you_mean(name, by_name),
         )
     return by_name[name]
 

@@ -357,8 +357,11 @@ def columns_of(
         if name in own.component.variables
     }
     if not variables:
-        message = f"the draws contain no parameter of {own.name}, only {', '.join(fitted.draws)}"
-        raise InputError(message, path=path, value=fitted.folder)
+        raise InputError(
+            f"the draws contain no parameter of {own.name}, only {', '.join(fitted.draws)}",
+            path=path,
+            value=fitted.folder,
+        )
     count = min(len(values) for values in fitted.draws.values())
     columns = {f"{section}.{key_of(name)}": fitted.draws[name][:count] for name in variables}
     units = {

@@ -172,8 +172,10 @@ class Cluster:
                 fault = "the scheduler has no workers"
                 client.wait_for_workers(1, timeout=WORKERS_JOIN)
             except Exception as error:  # noqa: BLE001  (what answers there may be anything)
-                mend = f"Start dask scheduler --port 8786, then dask worker {self.address} --nworkers auto --nthreads 1"
-                raise self._fault(f"{fault}{said_by_library(error)}", mend) from None
+                raise self._fault(
+                    f"{fault}{said_by_library(error)}",
+                    f"Start dask scheduler --port 8786, then dask worker {self.address} --nworkers auto --nthreads 1",
+                ) from None
             yield client
         finally:
             if client is not None:

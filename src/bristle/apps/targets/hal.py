@@ -122,13 +122,12 @@ def refuse_velocity_mode(request: Request, target: str) -> None:
     """Refuse an axis whose amplifier does not follow an effort."""
     if request.mode != "torque":
         message = "feeds an effort forward, but the output of this axis is the velocity command of its amplifier"
-        mend = "Set the amplifier to torque mode, or use the friction compensation of the amplifier (--to table)"
         raise InputError(
             message,
             path=target,
             value=request.mode,
             allowed="an amplifier in torque mode",
-            mend=mend,
+            mend="Set the amplifier to torque mode, or use the friction compensation of the amplifier (--to table)",
         )
 
 
@@ -162,13 +161,12 @@ def hal_law_files(law: Law, name: str, source: Source) -> Product:
             values.append(f"{key} * scale")
     listed = [pin for names in pins.values() for pin in names]
     if len(listed) > MOST_PINS:
-        mend = "Reduce the delay of the experiment, omit the plant with a screw, or export the law in C"
         raise InputError(
             "has too many inputs for halstreamer",
             path="hal",
             value=len(listed),
             allowed=f"{MOST_PINS} pins or fewer",
-            mend=mend,
+            mend="Reduce the delay of the experiment, omit the plant with a screw, or export the law in C",
         )
     code = rendered("c/law.h", facts) + rendered("c/law.c", facts).replace(
         f'#include "{name}.h"\n', ""
@@ -234,9 +232,11 @@ def _name_of(name: str, checksum: str) -> str:
             return f"bristle_{checksum[:8]}"
         return "bristle_axis"
     if len(name) > LONGEST_NAME:
-        allowed = f"{LONGEST_NAME} characters or fewer"
         raise InputError(
-            "is too long for a HAL component", path="name", value=name, allowed=allowed
+            "is too long for a HAL component",
+            path="name",
+            value=name,
+            allowed=f"{LONGEST_NAME} characters or fewer",
         )
     return name
 

@@ -92,9 +92,10 @@ class FunctionBlock(ABC):
         try:
             yield
         except self._errors as error:
-            mend = "Check address, names and prefix; FB_BristleTune must run in the controller"
             raise MachineRefusedError(
-                "connection", f"{name}: {error or type(error).__name__}", mend
+                "connection",
+                f"{name}: {error or type(error).__name__}",
+                "Check address, names and prefix; FB_BristleTune must run in the controller",
             ) from None
 
     @abstractmethod
@@ -123,9 +124,10 @@ class FunctionBlock(ABC):
     def arm(self, limits: Limits) -> None:
         """Write the limits, at gain 0; refuse a function block that keeps the feedforward of another run."""
         if self._read("keep") or self._read("saved"):
-            mend = "Remove it: bristle tune --undo FOLDER"
             raise MachineRefusedError(
-                "kept", "the function block keeps the feedforward of an earlier run", mend
+                "kept",
+                "the function block keeps the feedforward of an earlier run",
+                "Remove it: bristle tune --undo FOLDER",
             )
         low, high = sorted(value / self._unit for value in limits.travel)
         values = {

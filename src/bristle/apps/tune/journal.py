@@ -135,9 +135,10 @@ def _read(path: Path) -> tuple[list[dict[str, Any]], str, bool]:
                 continue
             entry = None
         if not isinstance(entry, dict) or entry.get("previous") != last:
-            mend = "Restore the journal from a copy. The backup of the machine is in its entry `backup`"
             raise InputError(
-                "was changed after it was written", path=f"{path}, line {number}", mend=mend
+                "was changed after it was written",
+                path=f"{path}, line {number}",
+                mend="Restore the journal from a copy. The backup of the machine is in its entry `backup`",
             )
         entries.append(entry)
         last = _hash(line)

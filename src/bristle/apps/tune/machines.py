@@ -75,12 +75,11 @@ def connected(file: Connection, *, allow_code: bool = False) -> Machine:
         except TypeError as error:
             raise InputError(f"is not valid ({error})", path="settings") from None
     if not file.machine.endswith(".py"):
-        allowed = f"{', '.join(BUILT_IN)}, or a Python file"
         raise InputError(
             "is not a machine",
             path="machine",
             value=file.machine,
-            allowed=allowed,
+            allowed=f"{', '.join(BUILT_IN)}, or a Python file",
             mend=did_you_mean(file.machine, BUILT_IN),
         )
     content = code_named(file.machine, "machine", folder=file.source.parent, allow_code=allow_code)

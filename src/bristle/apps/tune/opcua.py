@@ -131,9 +131,10 @@ class OpcUa(FunctionBlock):
         needed = math.ceil(2.0 * created.RevisedPublishingInterval / interval)
         if result.RevisedQueueSize < needed:
             post(client.delete_subscriptions([created.SubscriptionId]))
-            reason = f"the server grants a queue of {result.RevisedQueueSize} values, and {needed} are needed"
             raise MachineRefusedError(
-                "queue_too_short", reason, "Lower publish, or allow a longer queue in the server"
+                "queue_too_short",
+                f"the server grants a queue of {result.RevisedQueueSize} values, and {needed} are needed",
+                "Lower publish, or allow a longer queue in the server",
             )
         return created.SubscriptionId
 
@@ -145,9 +146,10 @@ class OpcUa(FunctionBlock):
             )
         interval = float(np.median(np.diff(np.sort(stamps)))) * self._clock
         if abs(interval - self.sample_time) > TOLERANCE * self.sample_time:
-            reason = f"the source time stamps are {interval:.4g} s apart, and the sample time is {self.sample_time:.4g} s"
             raise MachineRefusedError(
-                "sample_time", reason, "Call FB_BristleTune once in each sample"
+                "sample_time",
+                f"the source time stamps are {interval:.4g} s apart, and the sample time is {self.sample_time:.4g} s",
+                "Call FB_BristleTune once in each sample",
             )
 
     def _drain(self, table: np.ndarray, before: int, rows: Rows) -> None:

@@ -143,10 +143,9 @@ class Run:
             isinstance(getattr(recording, name, None), np.ndarray)
             for name in ("reference", "position", "effort")
         ):
-            reason = f"the machine returned no record of {name.replace('_', ' ')}, but {type(recording).__name__}"
             raise MachineRefusedError(
                 "no_record",
-                reason,
+                f"the machine returned no record of {name.replace('_', ' ')}, but {type(recording).__name__}",
                 "Return a Recording of three arrays. Test the machine: bristle check",
             )
         lengths = {recording.reference.size, recording.position.size, recording.effort.size}
@@ -165,11 +164,10 @@ class Run:
             recording.reference, reference, rtol=0.0, atol=self.axis.resolution or 1e-6
         ):
             worst = float(np.max(np.abs(recording.reference - reference)))
-            mend = "Check the scale of the reference"
             raise MachineRefusedError(
                 "other_motion",
                 f"the machine played another motion: it differs by up to {worst:.3g} in SI",
-                mend,
+                "Check the scale of the reference",
             )
         signals = {
             "position": recording.position,
@@ -212,10 +210,11 @@ def noted(journal: Journal, name: str) -> Path:
     path, entries = journal.path.parent / name, journal.with_events("file")
     written = next((entry["sha256"] for entry in entries if entry["name"] == name), None)
     if not path.is_file() or hashlib.sha256(path.read_bytes()).hexdigest() != written:
-        reason = (
-            f"{name} differs from its hash in the journal: it was changed after the run wrote it"
+        raise MachineRefusedError(
+            "file_changed",
+            f"{name} differs from its hash in the journal: it was changed after the run wrote it",
+            "Begin a new run in another folder",
         )
-        raise MachineRefusedError("file_changed", reason, "Begin a new run in another folder")
     return path
 
 

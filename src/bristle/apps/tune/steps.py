@@ -191,8 +191,11 @@ def warm_up(run: Run) -> None:
             )
             < 0.0
         ):
-            reason = "the effort acts against the motion: it does negative work in each cycle"
-            raise MachineRefusedError("wrong_sign", reason, "Reverse the sign of the effort")
+            raise MachineRefusedError(
+                "wrong_sign",
+                "the effort acts against the motion: it does negative work in each cycle",
+                "Reverse the sign of the effort",
+            )
         pairs.append((rms(recording.effort), rms(recording.error)))
         if len(pairs) > 1 and all(
             abs(new - old) <= AGREE * old for old, new in zip(*pairs[-2:], strict=True)
@@ -206,9 +209,10 @@ def before(run: Run) -> None:
     recording = run.record("before", run.motion(run.file.cycles))
     at_rest, moving = _at_rest(run, recording.effort), rms(cycles_of(run, recording.effort))
     if at_rest > HUNTS * moving:
-        reason = f"the effort at rest swings by {at_rest / moving:.0%} of the effort in motion: the loop hunts"
         raise MachineRefusedError(
-            "hunts", reason, "Lower the integral gain, or add damping, until the axis rests"
+            "hunts",
+            f"the effort at rest swings by {at_rest / moving:.0%} of the effort in motion: the loop hunts",
+            "Lower the integral gain, or add damping, until the axis rests",
         )
     run.finish(error=rms(cycles_of(run, recording.error, 1)), effort=moving, noise=at_rest)
 
@@ -233,9 +237,10 @@ def identification(run: Run) -> None:
     """Identify the axis; stop without a usable feedforward."""
     facts = _identified(run, "excitation", RESULTS)
     if not facts["usable"]:
-        reason = f"{facts['verdict']}: {'; '.join(facts['reasons'][:2])}"
         raise MachineRefusedError(
-            "no_usable_model", reason, "The records of this run are in the folder records"
+            "no_usable_model",
+            f"{facts['verdict']}: {'; '.join(facts['reasons'][:2])}",
+            "The records of this run are in the folder records",
         )
     run.finish(**facts)
 
@@ -296,8 +301,11 @@ def _raised(run: Run, identified: dict[str, Any], name: str) -> dict[str, Any]:
     run.set()
     if best["gain"] < GAINS[1] and worse:
         ratio = worse["error"] / table[0]["error"]
-        reason = f"at gain {worse['gain']:g} the following error is {ratio:.0%} of that without it"
-        raise MachineRefusedError("worse", reason, "Check the sign of the effort")
+        raise MachineRefusedError(
+            "worse",
+            f"at gain {worse['gain']:g} the following error is {ratio:.0%} of that without it",
+            "Check the sign of the effort",
+        )
     if best["gain"] < GAINS[1]:
         raise MachineRefusedError(
             "no_gain",

@@ -124,9 +124,10 @@ def _resumable(path: Path, file: MachineFile, options: Options) -> Journal:
     journal = Journal(path)
     _same_request(journal, file, options)
     if journal.is_kept:
-        mend = f"Restore the machine first: bristle tune --undo {path}"
         raise InputError(
-            "is a finished run, whose feedforward the machine keeps", path=str(path), mend=mend
+            "is a finished run, whose feedforward the machine keeps",
+            path=str(path),
+            mend=f"Restore the machine first: bristle tune --undo {path}",
         )
     return journal
 
@@ -162,9 +163,10 @@ def undo(
             reads = ", ".join(
                 f"{name} {value}" for name, value in plain(run.machine.state()).items()
             )
-            reason = f"the journal contains no backup of the machine, so bristle cannot restore it. The machine reads {reads}"
             raise MachineRefusedError(
-                "no_backup", reason, "Compare these values with those before the run"
+                "no_backup",
+                f"the journal contains no backup of the machine, so bristle cannot restore it. The machine reads {reads}",
+                "Compare these values with those before the run",
             )
         result.way_out = restored(run.machine, backup)
         _try_to_note(
@@ -217,10 +219,9 @@ def save(
             {"identity": identified["facts"]["identity"], "state": kept["state"]}, plain(present)
         )
         if different:
-            reason = f"the machine is not as the run left it: {', '.join(different)}"
             raise MachineRefusedError(
                 "state_changed",
-                reason,
+                f"the machine is not as the run left it: {', '.join(different)}",
                 f"Restore it, and tune again: bristle tune --undo {run.folder}",
             )
         results = kept.get("results", RESULTS)  # a run of an earlier version has one model
@@ -484,9 +485,11 @@ def _only_run(file: Connection | MachineFile, folder: Path, *, notes: bool) -> I
                 if journal.has_written
                 else "keeps the feedforward of a run"
             )
-            mend = f"Restore the machine first: bristle tune --undo {earlier}"
             raise InputError(
-                f"{reason} in another folder", path=str(file.source), value=str(earlier), mend=mend
+                f"{reason} in another folder",
+                path=str(file.source),
+                value=str(earlier),
+                mend=f"Restore the machine first: bristle tune --undo {earlier}",
             )
         if notes:
             with answering():

@@ -101,16 +101,12 @@ def inverse_of(operator: Model) -> Model:
     thresholds, index = np.unique(p.thresholds, return_inverse=True)
     slopes = p.spring + np.append(np.cumsum(np.bincount(index, p.weights)[::-1])[::-1], 0.0)
     if not np.all(slopes > 0.0):
-        flattest, mend = (
-            float(slopes.min()),
-            "Add a parallel spring with a slope > 0, even a small slope",
-        )
         raise InputError(
             "must have an output that rises everywhere",
             path=operator.name,
-            value=flattest,
+            value=float(slopes.min()),
             allowed="slope > 0",
-            mend=mend,
+            mend="Add a parallel spring with a slope > 0, even a small slope",
         )
     heights = np.cumsum(slopes[:-1] * np.diff(thresholds, prepend=0.0))
     return MODEL(

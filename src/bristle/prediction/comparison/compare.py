@@ -148,11 +148,10 @@ def _refuse_unlike(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis]) ->
             np.array_equal(channel.values, further[name].values)
             for name, channel in channels.items()
         ):
-            mend = "Name a log from before the change, and another log from after the change"
             raise InputError(
                 "is also the log from before the change",
                 path=second.origin.name or "after",
-                mend=mend,
+                mend="Name a log from before the change, and another log from after the change",
             )
 
 

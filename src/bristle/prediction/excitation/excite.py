@@ -573,8 +573,12 @@ def _in_time(
         asked, needed = (f"{time + ExcitationMotion.rest:.3g} s" for time in (seconds, takes))
         if len(chosen) == 1 or not may_drop:
             reason = f"is too short, because a motion for {', '.join(chosen)} needs {needed} on this axis"
-            mend = "Extend the duration to this time, or name fewer purposes: a faster motion would not identify the parameters"
-            raise InputError(reason, path="duration", value=asked, mend=mend)
+            raise InputError(
+                reason,
+                path="duration",
+                value=asked,
+                mend="Extend the duration to this time, or name fewer purposes: a faster motion would not identify the parameters",
+            )
         first = next(name for name in LEAVES_FIRST if name in chosen)
         notes.append(
             f"no {first} ({PURPOSES[first].tells}): with it, the motion would take {needed}"

@@ -122,8 +122,12 @@ def limits_of(
 
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
         reason = "is so far from zero that positions have too few digits"
-        mend = "Measure positions from a point near the stroke"
-        raise InputError(reason, path="limits.stroke", value=axis.stroke, mend=mend)
+        raise InputError(
+            reason,
+            path="limits.stroke",
+            value=axis.stroke,
+            mend="Measure positions from a point near the stroke",
+        )
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:

@@ -28,9 +28,10 @@ def _load() -> None:
     except ImportError:
         raise
     except Exception as error:  # errors from a settings file have no common type
-        mend = "Correct the file matplotlibrc, or the variables MATPLOTLIBRC, MPLBACKEND and LC_ALL of the environment"
         raise InputError(
-            f"cannot be imported with the settings of this machine: {error}", path=NAME, mend=mend
+            f"cannot be imported with the settings of this machine: {error}",
+            path=NAME,
+            mend="Correct the file matplotlibrc, or the variables MATPLOTLIBRC, MPLBACKEND and LC_ALL of the environment",
         ) from error
     finally:
         log.setLevel(level)

@@ -215,8 +215,11 @@ def closed_loop_of(
 ) -> ClosedLoop:
     """Return the closed loop of a stretch of a log."""
     if not isinstance(axis.controller, Model):
-        mend = f"Describe the controller of the recorded axis under [controller] of the axis file, or {instead}"
-        raise InputError(f"is needed {purpose}", path="axis.controller", mend=mend)
+        raise InputError(
+            f"is needed {purpose}",
+            path="axis.controller",
+            mend=f"Describe the controller of the recorded axis under [controller] of the axis file, or {instead}",
+        )
     if log.reference is None:
         raise InputError(
             "has no reference to follow",

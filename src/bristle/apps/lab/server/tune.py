@@ -109,14 +109,13 @@ def _below(home: Path, text: object, name: str) -> Path:
     except (OSError, RuntimeError, ValueError) as error:
         raise RefusedRequestError(400, f"cannot be read ({error})", path=name) from None
     if not inside:
-        mend = "Start bristle lab --serve in the folder of the machine file"
         raise RefusedRequestError(
             403,
             "is outside the folder of this server",
             path=name,
             value=text,
             allowed=f"below {home}",
-            mend=mend,
+            mend="Start bristle lab --serve in the folder of the machine file",
         )
     return path
 

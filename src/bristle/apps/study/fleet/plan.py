@@ -107,11 +107,10 @@ class Fleet:
             past = LogFile("", entry["folder"], entry["log"], entry["sha256"], entry["time"])
             log = named.pop(past.identity, None)
             if log is None and (past.folder, past.name) in places:
-                mend = "Rename the log, or name another folder for the fleet"
                 raise InputError(
                     "is already in this fleet, with different content",
                     path=places[past.folder, past.name],
-                    mend=mend,
+                    mend="Rename the log, or name another folder for the fleet",
                 )
             if log is None:
                 log = past

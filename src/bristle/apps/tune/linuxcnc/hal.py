@@ -31,12 +31,11 @@ class Hal:
 
     def __init__(self) -> None:
         if shutil.which("halcmd") is None:
-            mend = "Install LinuxCNC 2.9 (Debian: linuxcnc-uspace, and linuxcnc-uspace-dev for halcompile)"
             raise InputError(
                 "needs halcmd of LinuxCNC, which is not installed",
                 path="machine",
                 value="linuxcnc",
-                mend=mend,
+                mend="Install LinuxCNC 2.9 (Debian: linuxcnc-uspace, and linuxcnc-uspace-dev for halcompile)",
             )
         # As root, the real-time program takes another identity.
         self.environment = os.environ | (
@@ -154,7 +153,8 @@ class Hal:
             )
         if process.returncode:
             output = (process.stdout + process.stderr).strip()[-400:]
-            mend = "Run it as root, or allow this user to write the modules of LinuxCNC"
             raise MachineRefusedError(
-                "not_compiled", f"halcompile refused {component.name}: {output}", mend
+                "not_compiled",
+                f"halcompile refused {component.name}: {output}",
+                "Run it as root, or allow this user to write the modules of LinuxCNC",
             )

@@ -90,9 +90,10 @@ class LinuxCNC:
                     "no_signal", f"HAL has no signal {signal}", "halcmd show sig lists the signals"
                 )
         if not any(pin.startswith(STREAMER) for pin in links[self._reference]):
-            mend = "Load streamer and connect streamer.0.pin.0 to the signal of the set point"
             raise MachineRefusedError(
-                "no_streamer", f"no streamer plays the signal {self._reference}", mend
+                "no_streamer",
+                f"no streamer plays the signal {self._reference}",
+                "Load streamer and connect streamer.0.pin.0 to the signal of the set point",
             )
         return {
             "machine": "linuxcnc",
@@ -384,11 +385,10 @@ class LinuxCNC:
     def saved(self) -> Mapping[str, str]:
         """Return the hashes of the saved HAL file and of the sources of its components."""
         if not self._save:
-            mend = 'Name one: write save = "bristle.hal" under [settings] of the machine file'
             raise MachineRefusedError(
                 "no_memory",
                 "HAL has no non-volatile memory, and the machine file names no HAL file for it",
-                mend,
+                'Name one: write save = "bristle.hal" under [settings] of the machine file',
             )
         return places(Path(self._save))
 

@@ -95,9 +95,10 @@ def _hash_of(path: Path) -> str:
         return ""
     first, _, text = path.read_text(encoding="utf-8", errors="replace").partition("\n")
     if not first.endswith(f"{MARK} {_digest(text)}"):
-        reason = f"{path} is not a file of bristle tune --save, or was changed since"
         raise MachineRefusedError(
-            "own_file", reason, "Move it, or name another file in the key save of the machine file"
+            "own_file",
+            f"{path} is not a file of bristle tune --save, or was changed since",
+            "Move it, or name another file in the key save of the machine file",
         )
     return _digest(text)
 
