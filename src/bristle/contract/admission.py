@@ -5,10 +5,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from bristle.contract.contract import CHECKS, COMPILED, FORM, OF_SLOT, SLOT_FORM, check_model
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core import Experiment, FrictionModel, InputError, InputWarning, Model
 from bristle.core.documented import Documented
-from bristle.core.errors import InputError, InputWarning
-from bristle.core.experiment import Experiment
 from bristle.engine import interpreted
 from bristle.models.friction import base_of, channel_slots_of
 

@@ -18,15 +18,24 @@ from bristle.contract.check import (
 )
 from bristle.contract.dimensions import one_dimension
 from bristle.contract.slot import FORM_OF_SAMPLED, LAW_CHECKS, SENSOR_CHECKS
-from bristle.core.contracts import Controller, FrictionModel, Model, Motion, Sensor, example_of
+from bristle.core import (
+    Controller,
+    FrictionModel,
+    InputError,
+    Model,
+    Motion,
+    Sensor,
+    Slot,
+    Status,
+    error_text,
+    example_of,
+    number,
+    unit_of,
+    variables_of,
+)
 from bristle.core.documented import Documented
-from bristle.core.errors import InputError, error_text
 from bristle.core.kernel import kernels
 from bristle.core.packing import pack, structure_of, unpacker
-from bristle.core.slot import Slot
-from bristle.core.status import Status
-from bristle.core.typography import number
-from bristle.core.variable import unit_of, variables_of
 from bristle.engine import force_along, interpreted, run_open_loop, settled
 from bristle.engine.derivatives import force_with_derivatives
 from bristle.engine.motion import along

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from bristle.contract.check import Fact, UnmetError
-from bristle.core.contracts import Model, Motion
+from bristle.core import Model, Motion, variables_of
 from bristle.core.dimensions import exponents_of
-from bristle.core.variable import variables_of
 
 # speeds: forward, back, at rest after either direction
 WALK = (1e-4, 1e-3, 5e-3, -1e-4, -1e-3, 0.0, -0.0, 2e-3, -5e-3, 1e-4, -2e-3)

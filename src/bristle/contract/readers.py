@@ -8,10 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bristle.contract.check import Check, Fact, UnmetError, outcomes
-from bristle.core import units
-from bristle.core.content import Content
-from bristle.core.errors import InputError, error_text
-from bristle.core.lazy import cached_property
+from bristle.core import Content, InputError, cached_property, error_text, units
 from bristle.logs.catalogue import FORMATS, format_of
 from bristle.logs.formats import START, LogFormat, reading
 from bristle.logs.readers import read_table

@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 
 from bristle.contract.check import Demand, Fact, UnmetError, compiled_as_plain, judged
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core import InputError, Model, unit_of
 from bristle.core.motion import Reference
 from bristle.core.slot import Slot, refuse_unfit
-from bristle.core.variable import unit_of
 from bristle.engine import force_along, interpreted, run_closed_loop
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.scope import NotExportableError, is_kernel

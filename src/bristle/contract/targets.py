@@ -9,12 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from bristle.contract.check import Check, Fact, UnmetError, outcomes
-from bristle.core.errors import InputError
-from bristle.core.lazy import cached_property
+from bristle.core import InputError, cached_property
 from bristle.engine import response
-from bristle.exports.described import Request, Source
+from bristle.exports import Product, Request, Source, Target
 from bristle.exports.effect import Drive, effect_of_files
-from bristle.exports.targets import Product, Target
 from bristle.exports.writing import checked_product
 from bristle.files.axis import axis_from
 from bristle.models import friction

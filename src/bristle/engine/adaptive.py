@@ -5,10 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.edge import Amount, amount, guarded
-from bristle.core.status import Status
-from bristle.core.variable import Variable
+from bristle.core import Amount, Model, Status, Variable, amount, guarded
 from bristle.engine.compilation import compiled, driver
 from bristle.engine.entry_points import OUT_SIZE, Substeps
 from bristle.engine.instance import Instance, memory_of

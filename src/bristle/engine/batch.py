@@ -6,12 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.cores import Abreast, core_count
+from bristle.core import Abreast, InputError, Model, Status, core_count
 from bristle.core.edge import FLAG, Amount, among, array, guarded, many, model, optional, whole
-from bristle.core.errors import InputError
 from bristle.core.packing import LANES, flattener, is_scalar, lane_constants, pack, structure_of
-from bristle.core.status import Status
 from bristle.engine.checks import FRICTION, STEPS
 from bristle.engine.compilation import compiled, driver, is_interpreted
 from bristle.engine.drivers import Efforts, Mechanisms, Records, open_loops

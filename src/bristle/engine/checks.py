@@ -2,10 +2,8 @@
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core import InputError, Model, Variable
 from bristle.core.edge import amount, instance, is_finite, model, optional, whole
-from bristle.core.errors import InputError
-from bristle.core.variable import Variable
 
 # Converters to a friction model and to a hysteresis operator.
 FRICTION, OPERATOR = (model("friction"), model("hysteresis"))

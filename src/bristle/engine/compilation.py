@@ -23,8 +23,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from bristle.core import dispatch
-from bristle.core.errors import InputError
+from bristle.core import InputError, dispatch
 from bristle.core.exponent import exponent_in_bits, mantissa_in_bits, power_in_bits
 from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, compiler, kernel_options

@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model, Motion
-from bristle.core.edge import amount, guarded, model as of_family, whole
-from bristle.core.variable import Variable
+from bristle.core import Model, Motion, Variable, amount, guarded, model as of_family, whole
 from bristle.engine.checks import finite
 from bristle.engine.instance import Instance
 from bristle.engine.motion import along, follow

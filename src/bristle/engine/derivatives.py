@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core import Model, kernel
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.edge import vector
-from bristle.core.kernel import kernel
 from bristle.core.packing import (
     Structure,
     kernel_of,

@@ -5,13 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core import InputError, Model, guarded, model, optional, unit_of, variables_of
 from bristle.core.dispatch import friction_rate, friction_trial, plant_rate
-from bristle.core.edge import guarded, model, optional
-from bristle.core.errors import InputError
 from bristle.core.motion import Motion
 from bristle.core.packing import pack, unpacker
-from bristle.core.variable import unit_of, variables_of
 from bristle.engine.checks import FRICTION, PERIOD, STEPS
 from bristle.engine.entry_points import ACCELERATION, FORCE, OUT_SIZE, SLOPE, MechanismVectors
 from bristle.engine.instance import Instance, warn_of_lost

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core import InputError, InputWarning, Model
 from bristle.core.dispatch import functions_of
-from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import number_count, pack, structure_of, unpacker
 from bristle.core.surroundings import motion_with
 from bristle.engine.compilation import compiled

@@ -5,11 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.core import InputError, Status
 from bristle.core.contracts import NOT_KNOWN, Model, Reference
 from bristle.core.edge import Amount, among, amount, array, guarded, model, optional, whole
-from bristle.core.errors import InputError
 from bristle.core.packing import pack
-from bristle.core.status import Status
 from bristle.core.tabular import Tabular
 from bristle.core.variable import Kind, Variable
 from bristle.engine import drivers, entry_points

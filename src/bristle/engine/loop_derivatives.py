@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model, Reference
-from bristle.core.kernel import kernel
+from bristle.core import Model, Reference, kernel
 from bristle.core.packing import Structure, pack, structure_of
 from bristle.core.tangent import DIRECTIONS
 from bristle.engine.compilation import compiled

@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core import InputError, Variable, did_you_mean
 from bristle.core.contracts import NOTHING_TRANSMITTED, Model
 from bristle.core.edge import Amount, among, amount, array, guarded, model, optional, vector
-from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import RESTS
 from bristle.core.surroundings import motion_with
 from bristle.core.values import looked_at
-from bristle.core.variable import Variable
 from bristle.engine import entry_points
 from bristle.engine.checks import FRICTION, PERIOD, SPEED, STATE, check_run, finite
 from bristle.engine.instance import Instance, entry_of, memory_of, warn_of_lost

@@ -5,8 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.edge import array, guarded
+from bristle.core import Model, array, guarded
 from bristle.engine import entry_points
 from bristle.engine.checks import OPERATOR
 from bristle.engine.compilation import compiled

@@ -23,15 +23,11 @@ import re
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from bristle.core import dispatch
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core import FrictionModel, InputError, Model, Variable, dispatch, kernel
 from bristle.core.dispatch import friction_commit, friction_trial
-from bristle.core.errors import InputError
-from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property, once
 from bristle.core.motion import Motion
 from bristle.core.read_only import ReadOnly
-from bristle.core.variable import Variable
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
 from bristle.models.friction import viscous
 

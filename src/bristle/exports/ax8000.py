@@ -17,8 +17,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.variable import unit_of
+from bristle.core import Axis, unit_of
 from bristle.exports.described import Request, plain
 from bristle.exports.drive import (
     behind_comments,

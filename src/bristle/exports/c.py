@@ -17,9 +17,7 @@ from typing import Any, ClassVar, get_type_hints
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
-from bristle.core.variable import Variable, variables_of
+from bristle.core import InputError, Model, Variable, variables_of
 from bristle.engine.translation.scope import free_name
 from bristle.engine.translation.tree import Struct
 from bristle.exports import subject as subjects

@@ -19,8 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.experiment import Variant
-from bristle.core.status import Status
+from bristle.core import Status, Variant
 from bristle.exports.moves import TIMES, Limits, series_over
 from bristle.models.friction.slots import scaled
 from bristle.models.references import recorded

@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core import InputError, Model
 from bristle.exports.described import Request
 from bristle.exports.drive import behind_comments, rows_of, said_of_units
 from bristle.exports.effect import Drive

@@ -16,9 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.experiment import Variant
+from bristle.core import Axis, Model, Variant
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.engine.translation.scope import NotExportableError, ascii_name

@@ -13,11 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bristle.core.axis import Axis
+from bristle.core import Axis, InputError, printable, unit_of
 from bristle.core.contracts import STILL, Model
-from bristle.core.errors import InputError
-from bristle.core.typography import printable
-from bristle.core.variable import unit_of
 from bristle.exports.described import Request, plain
 from bristle.exports.targets import Product
 from bristle.identification.parameters import offset_of

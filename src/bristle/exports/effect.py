@@ -14,12 +14,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core import Axis, Model, Status, cached_property, number
 from bristle.core.experiment import Experiment, Feedforward, Start, Variant
-from bristle.core.lazy import cached_property
-from bristle.core.status import Status
-from bristle.core.typography import number
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import conditioned
 from bristle.engine.contact import level_of, sliding_level

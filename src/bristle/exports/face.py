@@ -6,20 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core import Axis, InputError, Model, Variable
 from bristle.core.edge import Amount, among, amount, guarded, model, optional, whole
-from bristle.core.errors import InputError
 from bristle.core.experiment import RESTS, Variant
-from bristle.core.variable import Variable
 from bristle.engine.checks import PERIOD
 from bristle.exports.described import Request, Source
 from bristle.exports.effect import Effect
 from bristle.exports.moves import moved_by
 from bristle.exports.targets import NAME, Product, Target
 from bristle.exports.writing import files_for, law_for, load_target_file, name_for, target_named
-from bristle.files.arguments import log_and_axis
-from bristle.files.results import results_folder
+from bristle.files import log_and_axis, results_folder
 
 STEP = 5e-4  # [s]
 POINTS = 20  # of a table

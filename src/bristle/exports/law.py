@@ -12,6 +12,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from bristle.core import InputError, Variable, kernel, unit_of, variables_of
 from bristle.core.contracts import (
     NOMINAL_LOAD,
     NOMINAL_TEMPERATURE,
@@ -20,10 +21,7 @@ from bristle.core.contracts import (
     Motion,
     Reference,
 )
-from bristle.core.errors import InputError
 from bristle.core.experiment import FEEDFORWARD, Variant
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable, unit_of, variables_of
 from bristle.engine.screwed import of_travel
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.scope import NotExportableError, defined, is_kernel

@@ -5,9 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
-from bristle.core.experiment import Feedforward, Variant
+from bristle.core import Feedforward, InputError, Model, Variant
 from bristle.models.controllers.wind_up import AROUND
 from bristle.models.friction.level import rises_with_effort
 from bristle.models.plants import inertia

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.experiment import Variant
+from bristle.core import Model, Variant
 from bristle.exports.described import Request
 from bristle.exports.moves import fastest_of
 from bristle.prediction.claims import in_samples, lateness_of, reach_of, samples_ahead

@@ -16,11 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core import InputError, Model, non_negative, number, with_unit
 from bristle.core.dimensions import Kind, unit_of
-from bristle.core.errors import InputError
-from bristle.core.least_squares import non_negative
-from bristle.core.typography import number, with_unit
 from bristle.engine import force_along, interpreted
 from bristle.engine.contact import steady_force
 from bristle.exports.described import Request

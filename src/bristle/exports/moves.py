@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model, Motion
+from bristle.core import Axis, Model, Motion
 from bristle.engine.contact import sliding_level
 from bristle.exports.described import Request
 from bristle.models.references.legs import legs_through

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model, Motion
-from bristle.core.lazy import cached_property
+from bristle.core import Model, Motion, cached_property
 from bristle.core.surroundings import motion_with
 from bristle.engine.screwed import Memories, ScrewedModel
 from bristle.engine.translation.build import Builder

@@ -15,8 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.errors import InputError
+from bristle.core import Axis, InputError
 from bristle.exports.described import Request
 from bristle.exports.drive import (
     Side,

@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import mathematics
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core import InputError, Model, mathematics
 from bristle.core.variable import Kind, Variable
 from bristle.models.friction import deflection, slip_law
 from bristle.models.friction.maxwell_stribeck import BEYOND

@@ -21,11 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core import InputError, Model, variables_of
 from bristle.core.fingerprint import fingerprint
 from bristle.core.packing import pack
-from bristle.core.variable import variables_of
 from bristle.engine.compilation import cache_folder
 
 PATIENCE = 120.0  # of the compiler [s]

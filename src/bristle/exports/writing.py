@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.content import Readable
-from bristle.core.errors import InputError, did_you_mean
+from bristle.core import InputError, Readable, did_you_mean
 from bristle.core.experiment import RESTS, Variant
 from bristle.exports.c_code import RESERVED
 from bristle.exports.described import Request, Source, hash_of_model
@@ -22,10 +21,8 @@ from bristle.exports.law import hash_of_law, law_of
 from bristle.exports.loops import cycle_of, late_of, lead_of, loop_for, reach_for
 from bristle.exports.targets import TARGETS, VALID_NAME, Product, Target
 from bristle.exports.tunable import refuse_beyond_single, single_note
+from bristle.files import SUMMARY, code_at, declared_in
 from bristle.files.owned import is_plain
-from bristle.files.permission import code_at
-from bristle.files.results import SUMMARY
-from bristle.files.user_model import declared_in
 from bristle.identification.parameters import Role, acts_in_sliding
 from bristle.models.friction.resting import rest_rule
 from bristle.models.friction.slots import scaled

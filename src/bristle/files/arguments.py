@@ -7,14 +7,19 @@ from functools import partial
 from typing import Any, TypeVar
 
 from bristle import files
-from bristle.core.axis import Axis
-from bristle.core.content import SIZE_LIMIT, Readable, size_of
+from bristle.core import (
+    SIZE_LIMIT,
+    Axis,
+    Experiment,
+    InputError,
+    InputWarning,
+    Readable,
+    TooShortError,
+    size_of,
+)
 from bristle.core.edge import Converter, instance
-from bristle.core.errors import InputError, InputWarning, TooShortError
-from bristle.core.experiment import Experiment
 from bristle.core.values import looked_at
-from bristle.logs import readers
-from bristle.logs.log import Log, is_table
+from bristle.logs import Log, is_table, readers
 
 A = TypeVar("A")
 

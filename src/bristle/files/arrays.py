@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import InputError, MissingExtraError
-from bristle.core.tabular import library
+from bristle.core import InputError, MissingExtraError, library
 from bristle.files.results import Results
 
 WANTED_BY = "the columns of a Parquet file"

@@ -8,10 +8,8 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
-from bristle.core import units
+from bristle.core import InputError, Readable, located, units
 from bristle.core.axis import CHANNELS, Axis, Cogging, Column, Injected, KnownColumn
-from bristle.core.content import Readable
-from bristle.core.errors import InputError, located
 from bristle.core.motion import Transmission
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.files.components import check_schema, controller_from, key_of, number_at, refuse_open

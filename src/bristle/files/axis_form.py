@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from bristle.core import Content, InputError
 from bristle.core.axis import COLUMNS
-from bristle.core.content import Content
 from bristle.core.dimensions import KINDS, unit_of
-from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
 from bristle.files.components import open_in
 from bristle.files.schema import by_number, long_form

@@ -6,13 +6,9 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from bristle.core import units
-from bristle.core.axis import Axis
+from bristle.core import TEXT, Axis, InputError, Variable, did_you_mean, units
 from bristle.core.contracts import Component, Controller, Model, make_model
 from bristle.core.dimensions import KINDS, Kind, exponents_of, unit_of
-from bristle.core.edge import TEXT
-from bristle.core.errors import InputError, did_you_mean
-from bristle.core.variable import Variable
 from bristle.models.controllers import CONTROLLERS
 
 

@@ -6,9 +6,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from bristle.core import units
-from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.errors import InputError, located
+from bristle.core import SIZE_LIMIT, InputError, Readable, located, size_of, units
 from bristle.core.variable import Kind, unit_of
 from bristle.files.components import check_schema
 from bristle.files.schema import ColumnName, Signal, SignalEntry, Strict, validated

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from bristle.core import units
+from bristle.core import InputError, did_you_mean, units
 from bristle.core.axis import COLUMNS, COUPLING_EFFORT, Column
-from bristle.core.errors import InputError, did_you_mean
 from bristle.core.motion import Side, Transmission
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 from bristle.files.schema import AxisFile, ColumnEntry

@@ -13,9 +13,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bristle.core.content import SIZE_LIMIT, Origin, Readable, content_of, size_of
-from bristle.core.errors import InputError, did_you_mean, located
-from bristle.core.experiment import Experiment, Variant
+from bristle.core import (
+    SIZE_LIMIT,
+    Experiment,
+    InputError,
+    Origin,
+    Readable,
+    Variant,
+    content_of,
+    did_you_mean,
+    located,
+    size_of,
+)
 from bristle.files.components import check_keys, check_schema, name_of, refuse_open, table_at
 from bristle.files.owned import NOTE, Folder, note_in, strangers_in
 from bristle.files.sources import Sources

@@ -9,10 +9,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.content import Content
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core import Axis, Content, InputError, Model
 from bristle.core.experiment import (
     FEEDFORWARD as FEEDFORWARD_FIELDS,
     LOOP_VARIANTS,

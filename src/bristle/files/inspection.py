@@ -5,12 +5,9 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-from bristle.core.axis import Axis
-from bristle.core.content import SIZE_LIMIT, Content, Readable
-from bristle.core.errors import InputError
+from bristle.core import SIZE_LIMIT, Axis, Content, InputError, Readable
 from bristle.files.proposal import Proposal, propose_axis
-from bristle.logs.log import Log
-from bristle.logs.passages import Passage
+from bristle.logs import Log, Passage
 from bristle.logs.readers import read_table, with_known
 from bristle.logs.summary import Summary, summary_of, summary_of_columns
 from bristle.logs.table import Table

@@ -4,9 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from bristle.core.axis import Axis
-from bristle.core.content import Content
-from bristle.core.errors import InputError
+from bristle.core import Axis, Content, InputError
 from bristle.files.axis import read_axis
 from bristle.files.components import table_at
 from bristle.files.toml import as_toml, read_toml

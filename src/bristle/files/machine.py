@@ -7,9 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from bristle.core.axis import Axis
-from bristle.core.content import Content, Readable
-from bristle.core.errors import InputError, located
+from bristle.core import Axis, Content, InputError, Readable, located
 from bristle.files.axis import read_axis
 from bristle.files.components import check_schema
 from bristle.files.motion import axis_of_motion

@@ -10,12 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.content import Readable, content_of
+from bristle.core import InputError, Readable, Slot, content_of, located
 from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.edge import array, guarded, many, mapping, model, optional
-from bristle.core.errors import InputError, located
 from bristle.core.experiment import COUPLING
-from bristle.core.slot import Slot
 from bristle.core.values import Converter
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import (

@@ -8,10 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis, Column
-from bristle.core.content import Readable
-from bristle.core.units import factor
-from bristle.core.variable import unit_of
+from bristle.core import Axis, Column, Readable, factor, unit_of
 from bristle.files.single import write_whole
 from bristle.logs.readers import read_table
 from bristle.logs.table import NONE, split_unit

@@ -5,10 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bristle.core.content import Readable, content_of
-from bristle.core.contracts import Model
-from bristle.core.edge import amount, guarded, model
-from bristle.core.errors import InputError, located
+from bristle.core import InputError, Model, Readable, amount, content_of, guarded, located, model
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.components import (
     check_keys,

@@ -5,10 +5,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from bristle.core import units
+from bristle.core import SIZE_LIMIT, InputError, Readable, size_of, units
 from bristle.core.axis import COLUMNS, Axis
-from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.files.axis import axis_from
 from bristle.files.components import FILL_IN, open_in

@@ -5,10 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from bristle.core.axis import Axis
-from bristle.core.content import SIZE_LIMIT, Content, Origin, content_of
+from bristle.core import SIZE_LIMIT, Axis, Content, InputError, Origin, content_of, located
 from bristle.core.contracts import Model, make_model
-from bristle.core.errors import InputError, located
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, model_from, parameters_in, table_at
@@ -19,8 +17,7 @@ from bristle.files.operator import OperatorFile, contact_over, holds_operator, r
 from bristle.files.permission import code_named
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import Own, component_in, origins_of_code
-from bristle.logs import read_log
-from bristle.logs.log import Log
+from bristle.logs import Log, read_log
 from bristle.logs.tables import content_of_log
 from bristle.models.hysteresis import OPERATORS
 from bristle.models.plants import PLANTS

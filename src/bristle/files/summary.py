@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
 
-from bristle.core.content import Origin
-from bristle.core.typography import escaped, printable
+from bristle.core import Origin, escaped, printable
 
 
 def as_json(data: Mapping[str, Any]) -> str:

@@ -11,18 +11,33 @@ from dataclasses import MISSING, dataclass, fields
 from pathlib import Path
 from typing import Any, TypeVar
 
-from bristle.core.content import Content, Origin, Readable
-from bristle.core.contracts import Component, Controller, FrictionModel, Plant, Sensor, Trajectory
+from bristle.core import (
+    LOADING,
+    Component,
+    Content,
+    Controller,
+    FrictionModel,
+    Origin,
+    Plant,
+    Readable,
+    Sensor,
+    Trajectory,
+    variables_of,
+)
 from bristle.core.documented import Documented
 from bristle.core.errors import OWN_CODE, BristleError, InputError, error_text, located
 from bristle.core.fingerprint import LETTERS
-from bristle.core.locks import LOADING
 from bristle.core.slot import Slot, refuse_unfit
-from bristle.core.variable import variables_of
 from bristle.files.permission import CodeRead, code_at
 from bristle.logs.formats import LogFormat
-from bristle.models.friction import base_of, channel_slots_of, find, with_slots
-from bristle.models.friction.slots import OPERATOR_SLOTS, SLOTS
+from bristle.models.friction import (
+    OPERATOR_SLOTS,
+    SLOTS,
+    base_of,
+    channel_slots_of,
+    find,
+    with_slots,
+)
 
 WORDS: dict[type[Documented], str] = {
     FrictionModel: "friction model",

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import experiment, units
-from bristle.core.axis import Axis
+from bristle.core import Axis, InputError, experiment, units
 from bristle.core.contracts import Controller, Model, Plant, Sensor, Trajectory, make_model
-from bristle.core.errors import InputError
 from bristle.core.experiment import (
     FEEDFORWARD,
     LEARNING,

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core import InputError, Model
 from bristle.core.values import check_relations, check_value, coerced, looked_at, numbers_of
 from bristle.files.components import key_of
 

@@ -6,11 +6,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from bristle.core import InputError, unit_of, with_unit
 from bristle.core.axis import COLUMNS, Axis
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.core.errors import InputError
-from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
 from bristle.logs.channel import CHANNELS, Channel, LogData
 from bristle.logs.clock import UNIFORM, Clock, clock_of
 from bristle.logs.gather import Gathered, gather

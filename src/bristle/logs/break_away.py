@@ -15,8 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.least_squares import unbounded
-from bristle.core.normal import NORMAL_95
+from bristle.core import NORMAL_95, unbounded
 from bristle.logs.passages import Stretch
 from bristle.logs.turns import Leg
 

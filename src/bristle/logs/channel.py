@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
+from bristle.core import Diagnostic, InputError, with_unit
 from bristle.core.axis import CHANNELS
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import (
     KIND,
     TEXT,
@@ -25,10 +25,8 @@ from bristle.core.edge import (
     optional,
     taken,
 )
-from bristle.core.errors import InputError
 from bristle.core.motion import RECORDED
 from bristle.core.tabular import SIGNALS, Signal, Tabular, ranged
-from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 
 ROUNDING = 1e-12  # of the largest value: smaller differences are rounding

@@ -8,10 +8,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from bristle.core import units
-from bristle.core.axis import Axis
+from bristle.core import Axis, guarded, instance, units
 from bristle.core.diagnostic import Diagnostic, Number, Severity
-from bristle.core.edge import guarded, instance
 from bristle.core.variable import Kind
 from bristle.logs.channel import LogData, clear_step
 from bristle.logs.lines import Line, lost_in

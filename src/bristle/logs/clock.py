@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import InputError
-from bristle.core.typography import number
+from bristle.core import InputError, number
 from bristle.logs.turns import runs
 
 LEAVE_OUT = "Leave the column of time out of the axis file and write sample_time in [timing]"

@@ -5,9 +5,8 @@ from functools import cache
 
 import numpy as np
 
+from bristle.core import InputError, Variable
 from bristle.core.edge import amount, guarded, vector
-from bristle.core.errors import InputError
-from bristle.core.variable import Variable
 
 
 @guarded(

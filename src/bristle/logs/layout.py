@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core import units
-from bristle.core.errors import InputError
+from bristle.core import InputError, units
 from bristle.logs.table import split_unit
 from bristle.logs.words import distinct, is_time, listed, plain_unit
 

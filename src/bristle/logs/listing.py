@@ -9,10 +9,7 @@ from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from pathlib import Path
 
-from bristle.core.content import SIZE_LIMIT, Content
-from bristle.core.edge import guarded
-from bristle.core.errors import InputError
-from bristle.core.typography import escaped
+from bristle.core import SIZE_LIMIT, Content, InputError, escaped, guarded
 from bristle.logs.readers import read_table
 from bristle.logs.table import NONE
 from bristle.logs.tables import WITHIN, content_of_log

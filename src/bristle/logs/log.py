@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bristle.core import InputError, Variable, did_you_mean, error_text, unit_of
 from bristle.core.axis import CHANNELS, OF_COUPLING, Axis, Column, Injected
 from bristle.core.edge import KIND, amount, guarded, optional
-from bristle.core.errors import InputError, did_you_mean, error_text
 from bristle.core.tabular import of_upper_layer
 from bristle.core.values import shown
-from bristle.core.variable import Variable, unit_of
 from bristle.logs.assembly import record_of
 from bristle.logs.channel import Channel, LogData  # noqa: F401  (asked for here)
 from bristle.logs.gather import kind_of

@@ -9,10 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.lazy import cached_property
-from bristle.core.least_squares import unbounded
+from bristle.core import Axis, Model, cached_property, unbounded
 from bristle.core.values import Thresholds, threshold
 from bristle.logs.channel import LogData
 from bristle.logs.lines import Line, Rows, piled_up, rows_of, work_share

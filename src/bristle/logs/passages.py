@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.edge import guarded, instance
+from bristle.core import Axis, guarded, instance
 from bristle.logs.log import Log
 from bristle.logs.turns import Leg, graininess, legs_of, rests_of
 

@@ -9,10 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core import Axis, InputError, Model, TooShortError
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.core.errors import InputError, TooShortError
 from bristle.logs.channel import Channel, quantisation
 from bristle.logs.gather import Gathered
 from bristle.logs.turns import runs

@@ -10,11 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core import units
-from bristle.core.axis import Axis
-from bristle.core.content import SIZE_LIMIT, Content, Readable
-from bristle.core.errors import InputError, MissingExtraError
-from bristle.core.typography import escaped
+from bristle.core import (
+    SIZE_LIMIT,
+    Axis,
+    Content,
+    InputError,
+    MissingExtraError,
+    Readable,
+    escaped,
+    units,
+)
 from bristle.logs.assembly import record_of
 from bristle.logs.catalogue import ARCHIVE, format_of
 from bristle.logs.formats import LogFormat

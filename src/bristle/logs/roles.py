@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bristle.core import units
+from bristle.core import unbounded, units
 from bristle.core.axis import LOAD_ENCODER
-from bristle.core.least_squares import unbounded
 from bristle.logs.table import Table, axis_in, without_index
 from bristle.logs.words import (
     Meaning,

@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.core import units
+from bristle.core import InputError, units
 from bristle.core.content import refuse_larger
-from bristle.core.errors import InputError
 from bristle.logs.check import SAMPLED
 from bristle.logs.clock import LONGEST, SHORTEST, UNIFORM
 from bristle.logs.layout import CLOCK, Layout, cells_of, numbers_in, why_no_number, without_comments

@@ -4,11 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.content import SIZE_LIMIT, Readable, size_of
-from bristle.core.edge import guarded
-from bristle.core.errors import InputError
-from bristle.core.typography import printable
+from bristle.core import SIZE_LIMIT, Axis, InputError, Readable, guarded, printable, size_of
 from bristle.logs.assembly import assembled, clock_for
 from bristle.logs.channel import Channel, quantisation
 from bristle.logs.check import CheckThresholds, checked

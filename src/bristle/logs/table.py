@@ -10,17 +10,17 @@ from unicodedata import normalize
 
 import numpy as np
 
-from bristle.core import units
-from bristle.core.axis import Axis
-from bristle.core.content import NOWHERE, Origin
-from bristle.core.errors import (
+from bristle.core import (
+    Axis,
     InputError,
     did_you_mean,
     error_text,
     place_in_own_code,
     said_by_library,
     shortened,
+    units,
 )
+from bristle.core.content import NOWHERE, Origin
 
 NUMBER_BYTES = 8
 # An axis of a SINUMERIK (its unit, its number), or one of several signals of the same name; not a unit.

@@ -9,8 +9,7 @@ from unicodedata import normalize
 
 import numpy as np
 
-from bristle.core import units
-from bristle.core.typography import printable
+from bristle.core import printable, units
 from bristle.logs.table import Table, split_unit, without_index
 
 

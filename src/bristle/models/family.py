@@ -4,8 +4,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import TypeVar
 
-from bristle.core.contracts import Component
-from bristle.core.lazy import cached_property
+from bristle.core import Component, cached_property
 from bristle.core.loading import places
 
 C = TypeVar("C", bound=Component, covariant=True)

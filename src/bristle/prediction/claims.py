@@ -14,11 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
-from bristle.core.normal import NORMAL_95
-from bristle.core.typography import number
+from bristle.core import NORMAL_95, Axis, InputError, Model, number
 from bristle.engine.contact import level_of
 from bristle.identification.position_loop import stiffness_of
 from bristle.identification.result import Bands

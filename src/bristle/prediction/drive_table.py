@@ -8,11 +8,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model, Motion
-from bristle.core.edge import guarded, instance, whole
-from bristle.core.errors import InputError
-from bristle.core.normal import DEVIATION_OVER_MEDIAN, NORMAL_95
+from bristle.core import (
+    DEVIATION_OVER_MEDIAN,
+    NORMAL_95,
+    Axis,
+    InputError,
+    Model,
+    Motion,
+    guarded,
+    instance,
+    whole,
+)
 from bristle.engine.checks import finite
 from bristle.engine.contact import steady_force
 from bristle.identification.dataset import transmitted_by

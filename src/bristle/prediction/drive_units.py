@@ -4,9 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bristle.core.axis import Axis, Column
+from bristle.core import Axis, Column, factor
 from bristle.core.dimensions import exponents_of
-from bristle.core.units import factor
 from bristle.core.variable import Kind, unit_of
 
 RPM = 2.0 * math.pi / 60.0  # rad/s

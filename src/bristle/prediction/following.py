@@ -11,20 +11,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.diagnostic import Diagnostic
+from bristle.core import Axis, Diagnostic, InputError, Model, Status
 from bristle.core.dimensions import exponents_of
-from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Start, Variant
-from bristle.core.status import Status
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.logs.log import Log
 from bristle.models.friction import with_presliding
 from bristle.models.plants.terms import effort_of_columns
 from bristle.prediction.claims import compensation_of, in_samples, lateness_of
 from bristle.prediction.predict import TREATED, unexplained_force
-from bristle.simulation import simulate
+from bristle.simulation import SimulationResult, Statistics, simulate, statistics_of
 from bristle.simulation.compensation import (
     AS_RECORDED,
     COMPENSATED,
@@ -32,8 +28,6 @@ from bristle.simulation.compensation import (
     settling,
 )
 from bristle.simulation.recorded.closed_loop import closed_loop_of
-from bristle.simulation.result import SimulationResult
-from bristle.simulation.statistics import Statistics, statistics_of
 
 FACTORS = 2.0 ** np.arange(-4.0, 4.5, 0.5)
 ALIKE = 1.1  # ratio below which two differences count as equal

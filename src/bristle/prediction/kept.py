@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.diagnostic import Diagnostic
+from bristle.core import Diagnostic, Model
 from bristle.files.model import NUMBERS
 from bristle.identification.estimate import Estimate
 from bristle.identification.result import Bands, Fit, Resampling, Scatter, Traces

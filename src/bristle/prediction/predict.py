@@ -7,13 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core import Diagnostic, InputError, Model, Status, unit_of
 from bristle.core.axis import DELAY, Axis
-from bristle.core.contracts import Model
-from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional
-from bristle.core.errors import InputError
-from bristle.core.status import Status
-from bristle.core.variable import unit_of
 from bristle.engine.checks import finite
 from bristle.files.arguments import AXIS, LOG, log_and_axis
 from bristle.files.model import TREATMENT

@@ -15,10 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core import Experiment, Feedforward, Variant, cached_property, guarded
 from bristle.core.diagnostic import Diagnostic, Number
-from bristle.core.edge import guarded
-from bristle.core.experiment import Experiment, Feedforward, Variant
-from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.simulation import linear_system as linear
 from bristle.simulation.linear_system import (

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.diagnostic import Diagnostic
+from bristle.core import Diagnostic, InputError, Model, digest
 from bristle.core.edge import Amount, among, amount, array, guarded, instance, model
-from bristle.core.errors import InputError
 from bristle.core.experiment import (
     FEEDFORWARD,
     LOOP_VARIANTS,
@@ -22,7 +20,6 @@ from bristle.core.experiment import (
     Start,
     Variant,
 )
-from bristle.core.fingerprint import digest
 from bristle.engine import Compensator, conditioned
 from bristle.engine.checks import FRICTION, PERIOD, check_run
 from bristle.engine.motion import compensation_along

@@ -6,12 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.experiment import Experiment
-from bristle.core.status import Status
+from bristle.core import Diagnostic, Experiment, Model, Status, with_unit
 from bristle.core.tabular import Card, Tabular, WithCard, library, plain
-from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.simulation.statistics import NO_STATISTICS, Statistics, mean_statistics
 

@@ -7,12 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.cores import Abreast
-from bristle.core.edge import Progress, guarded
-from bristle.core.errors import InputError
+from bristle.core import Abreast, InputError, Model, Progress, Status, guarded
 from bristle.core.experiment import Start, Variant
-from bristle.core.status import Status
 from bristle.engine import LoopTrace, Trace, run_closed_loop, settled
 from bristle.engine.loop import sensed
 from bristle.files.arguments import EXPERIMENT

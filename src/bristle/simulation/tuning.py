@@ -24,12 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.core import Experiment, Status, Variable, Variant, amount, guarded, optional, unbounded
 from bristle.core.contracts import Model, make_model
-from bristle.core.edge import amount, guarded, optional
-from bristle.core.experiment import Experiment, Variant
-from bristle.core.least_squares import unbounded
-from bristle.core.status import Status
-from bristle.core.variable import Variable
 from bristle.models.controllers import CONTROLLERS
 from bristle.simulation import Statistics, simulate
 from bristle.simulation.assessment import Assessment, Verdict, assess, law_stiffness

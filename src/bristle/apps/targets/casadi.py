@@ -3,12 +3,11 @@
 from dataclasses import replace
 from typing import Any
 
+from bristle.exports import Product, Request
 from bristle.exports.c import FILES, CFiles
 from bristle.exports.c_derivatives import derived_step
 from bristle.exports.c_parts import place_of
-from bristle.exports.described import Request
 from bristle.exports.subject import subject_of
-from bristle.exports.targets import Product
 
 
 class CasadiFiles(CFiles):

@@ -26,8 +26,7 @@ from bristle.apps.targets.fmu_content import (
     content_of_law,
 )
 from bristle.apps.targets.fmu_description import build_text, description_text
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core import InputError, Model
 from bristle.engine.screwed import through_screw
 from bristle.engine.translation.tree import Array, Function
 from bristle.exports.c import FLAGS, compiler

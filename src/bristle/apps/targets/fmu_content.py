@@ -10,10 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.apps.targets.fmu_exchange import Exchange, exchange_of, why_not
-from bristle.core.contracts import Model
-from bristle.core.dimensions import Kind
-from bristle.core.errors import InputError
-from bristle.core.variable import Variable, unit_of, variables_of
+from bristle.core import InputError, Kind, Model, Variable, unit_of, variables_of
 from bristle.engine.translation import tree
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.tree import (

@@ -14,9 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core import dispatch
-from bristle.core.contracts import Model, Motion
-from bristle.core.variable import Variable, variables_of
+from bristle.core import Model, Motion, Variable, dispatch, variables_of
 from bristle.engine.motion import FARTHER, SLOW
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.derivative import nowhere

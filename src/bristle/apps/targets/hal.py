@@ -15,12 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.errors import InputError
-from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
+from bristle.core import InputError, unit_of, with_unit
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.tree import REAL, Unit, struct_type
-from bristle.exports import subject as subjects
+from bristle.exports import NAME, Product, subject as subjects
 from bristle.exports.c import CFiles, law_code_facts
 from bristle.exports.c_parts import constant_text
 from bristle.exports.described import Request, Source, plain, rendered, with_rights
@@ -29,7 +27,6 @@ from bristle.exports.feed import fed
 from bristle.exports.law import Law, law_walk, samples_along, settled_law
 from bristle.exports.loops import cycle_of, late_of
 from bristle.exports.subject import Subject
-from bristle.exports.targets import NAME, Product
 from bristle.models.controllers.feedforward import Rule
 from bristle.models.plants.terms import Place, effort_at, place_of
 from bristle.prediction.drive_units import DriveUnit, signed_units

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from bristle.core import Axis, InputError, MissingExtraError, array
+from bristle.core import Axis, FrictionModel, InputError, MissingExtraError, array
 from bristle.files import AXIS
 from bristle.logs import is_table
 from bristle.prediction import effort_of_motion
@@ -19,7 +19,6 @@ try:
 except ImportError as error:
     raise MissingExtraError.of("an estimator of scikit-learn", "sklearn") from error
 
-from bristle.core import FrictionModel
 from bristle.identification import Settings
 from bristle.report.identified import Identified
 

@@ -13,9 +13,8 @@ import numpy as np
 
 from bristle.apps.targets.cuda import CudaFiles, CudaPrinter
 from bristle.core.errors import InputError
-from bristle.exports.described import Request
+from bristle.exports import Product, Request
 from bristle.exports.subject import settled_subject, subject_of
-from bristle.exports.targets import Product
 from bristle.exports.tunable import tunable_of
 
 

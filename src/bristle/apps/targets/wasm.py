@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.apps.targets.wasm_code import OP, Code, Types, emitted, flat, leb, signed_leb, vector
-from bristle.core.contracts import Model
-from bristle.core.errors import InputError
+from bristle.core import InputError, Model
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.tree import (
     REAL,

@@ -4,9 +4,8 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from bristle.core import mathematics
+from bristle.core import kernel, mathematics
 from bristle.core.exponent import mantissa
-from bristle.core.kernel import kernel
 from bristle.core.mathematics import LARGEST, exp, log
 from bristle.core.packing import kernel_of
 

@@ -46,10 +46,8 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import Controller, Relation
-from bristle.core.kernel import kernel
+from bristle.core import Controller, Relation, Variable, kernel
 from bristle.core.mathematics import relaxation
-from bristle.core.variable import Variable
 from bristle.models.controllers import quantities
 from bristle.models.controllers.surface import surface_at
 from bristle.models.controllers.velocity import motion_before

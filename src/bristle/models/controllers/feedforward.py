@@ -25,11 +25,10 @@ motion, and in every export.
 import math
 from typing import Annotated, Any, NamedTuple
 
+from bristle.core import Variable, kernel
 from bristle.core.contracts import STILL, Motion
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.experiment import FEEDFORWARD
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
 
 
 class Shape(NamedTuple):

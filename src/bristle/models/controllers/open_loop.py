@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from bristle.core.contracts import Controller
-from bristle.core.kernel import kernel
+from bristle.core import Controller, kernel
 
 
 class Parameters(NamedTuple):

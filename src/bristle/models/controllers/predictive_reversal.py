@@ -31,10 +31,7 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import Controller
-from bristle.core.kernel import kernel
-from bristle.core.mathematics import exp
-from bristle.core.variable import Variable
+from bristle.core import Controller, Variable, exp, kernel
 from bristle.models.controllers import quantities
 from bristle.models.controllers.surface import surface_at
 from bristle.models.controllers.velocity import motion_before

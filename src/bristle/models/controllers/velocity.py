@@ -18,9 +18,7 @@ The observer follows a steady motion without lag, and its velocity has smaller j
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.core.kernel import kernel
-from bristle.core.mathematics import exp
-from bristle.core.variable import Variable
+from bristle.core import Variable, exp, kernel
 
 ESTIMATORS = ("filtered_difference", "tracking_observer")
 FILTERED_DIFFERENCE, TRACKING_OBSERVER = range(2)

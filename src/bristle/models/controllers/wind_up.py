@@ -15,8 +15,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import Variable, kernel
 
 AROUND = 3  # twists on each side of a sample that its outputs need
 

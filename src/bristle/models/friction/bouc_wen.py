@@ -19,10 +19,8 @@ References
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import FrictionModel
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, Variable, kernel
 from bristle.core.mathematics import direction
-from bristle.core.variable import Variable
 from bristle.models.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 from bristle.models.friction.slip_law import SlipLaw, slip, stretch
 

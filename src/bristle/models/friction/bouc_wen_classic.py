@@ -23,10 +23,9 @@ References
 
 from typing import Annotated, NamedTuple
 
+from bristle.core import Variable, kernel
 from bristle.core.contracts import FrictionModel, Redundancy
-from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, exp, log, power
-from bristle.core.variable import Variable
 from bristle.models.friction.slip_law import SlipLaw, stretch
 
 SMALL = 1e-4  # exponent below which a series is more accurate than the exponential

@@ -14,9 +14,8 @@ it turns only after the ratio has passed 1 by a small `PASSED`, and the gate clo
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.core.kernel import kernel
+from bristle.core import Variable, kernel
 from bristle.core.mathematics import sin
-from bristle.core.variable import Variable
 from bristle.models.friction.deflection import onward
 from bristle.models.friction.slip_law import slip
 from bristle.models.hysteresis.turning_points import Branch, branch_output

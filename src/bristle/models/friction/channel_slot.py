@@ -10,16 +10,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel
+from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.dispatch import friction_rate, friction_trial
 from bristle.core.documented import relations_of
-from bristle.core.errors import InputError
 from bristle.core.formula import Paragraph
-from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.slot import LEVEL, Slot
 from bristle.core.surroundings import Surrounding, motion_with, reader_of
-from bristle.core.variable import Variable
 from bristle.models.friction.enclosing import EnclosingModel, enclosed
 from bristle.models.friction.level import viscous_of
 from bristle.models.friction.variation import SMALLEST_FACTOR

@@ -17,10 +17,8 @@ References
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import FrictionModel
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, Variable, kernel
 from bristle.core.mathematics import direction, exp, hyperbolic_mean, power, relaxation
-from bristle.core.variable import Variable
 from bristle.models.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 
 

@@ -29,11 +29,9 @@ References
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Relation
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, Relation, Variable, kernel
 from bristle.core.mathematics import direction, exp, relaxation
 from bristle.core.surroundings import OF_MOTION
-from bristle.core.variable import Variable
 from bristle.models.friction.level import TRANSMITTED
 from bristle.models.friction.quantities import ViscousCoefficient
 

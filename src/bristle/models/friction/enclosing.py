@@ -4,12 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
-from bristle.core.contracts import FrictionModel
+from bristle.core import FrictionModel, Surrounding, Variable, kernel, variables_of
 from bristle.core.dispatch import friction_commit
 from bristle.core.documented import Enclosing, relations_of
-from bristle.core.kernel import kernel
-from bristle.core.surroundings import Surrounding
-from bristle.core.variable import Variable, variables_of
 
 
 @kernel

@@ -20,10 +20,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, Variable, kernel
 from bristle.core.mathematics import direction, relaxation
-from bristle.core.variable import Variable
 from bristle.models.friction.lugre import stribeck_force
 from bristle.models.friction.maxwell_slip import RELATIONS
 from bristle.models.friction.quantities import (

@@ -26,10 +26,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bristle.core.contracts import FrictionModel
-from bristle.core.lazy import cached_property
+from bristle.core import FrictionModel, Variable, cached_property, variables_of
 from bristle.core.read_only import ReadOnly
-from bristle.core.variable import Variable, variables_of
 from bristle.models.friction.preisach_lugre import LEUVEN, MODEL as COMPOSITE
 
 # Values that the model fixes.

@@ -16,13 +16,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core import FrictionModel, Model, Variable, kernel
 from bristle.core.dispatch import friction_trial
-from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.mathematics import cos, sin
 from bristle.core.surroundings import OF_MOTION
-from bristle.core.variable import Variable
 from bristle.models.friction.enclosing import CoefficientsModel, enclosed
 from bristle.models.friction.variation import PITCH, SMALLEST_FACTOR
 

@@ -22,10 +22,8 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import FrictionModel
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, Variable, kernel
 from bristle.core.mathematics import decay, direction, relaxation
-from bristle.core.variable import Variable
 from bristle.models.friction.quantities import (
     BristleStiffness,
     CoulombForceAboveZero,

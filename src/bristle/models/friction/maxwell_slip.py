@@ -16,9 +16,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel, Relation
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import FrictionModel, Relation, Variable, kernel
 from bristle.models.friction.quantities import (
     CoulombForceAboveZero,
     ElementStiffness,

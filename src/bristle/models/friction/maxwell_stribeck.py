@@ -21,11 +21,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, Variable, kernel
 from bristle.core.mathematics import direction, exp
 from bristle.core.random_numbers import SEED_MAX, normal
-from bristle.core.variable import Variable
 from bristle.models.friction.maxwell_slip import RELATIONS
 from bristle.models.friction.quantities import (
     CoulombForceAboveZero,

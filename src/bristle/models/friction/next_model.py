@@ -1,8 +1,7 @@
 """The next model to try, if a model lacks a cause of friction."""
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core import FrictionModel, Model, Slot
 from bristle.core.motion import RECORDED
-from bristle.core.slot import Slot
 from bristle.core.surroundings import OF_MOTION
 from bristle.models.friction import (
     CHANNEL_SLOTS,

@@ -13,13 +13,20 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, HysteresisOperator, Model, Relation
+from bristle.core import (
+    KINDS,
+    FrictionModel,
+    HysteresisOperator,
+    InputError,
+    Model,
+    Relation,
+    Variable,
+    kernel,
+    variables_of,
+)
 from bristle.core.dispatch import operator_commit, operator_trial
-from bristle.core.errors import InputError
-from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property, once
 from bristle.core.read_only import ReadOnly
-from bristle.core.variable import KINDS, Variable, variables_of
 from bristle.models.hysteresis import (
     everett_table,
     prandtl_ishlinskii,

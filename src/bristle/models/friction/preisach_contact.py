@@ -16,9 +16,8 @@ References
 
 from typing import Annotated, Any, NamedTuple
 
+from bristle.core import Variable, kernel
 from bristle.core.dispatch import operator_measure, operator_trial
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
 from bristle.models.friction.deflection import TOLERANCE, mean_output
 from bristle.models.friction.operator_kernel import (
     Form,

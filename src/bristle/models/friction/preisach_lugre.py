@@ -37,11 +37,9 @@ References
 import math
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import Relation
+from bristle.core import Relation, Variable, kernel
 from bristle.core.dispatch import operator_measure
-from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
-from bristle.core.variable import Variable
 from bristle.models.friction.branchwise import Contact, deflection_rate, piece_at
 from bristle.models.friction.deflection import TOLERANCE, deflect
 from bristle.models.friction.lugre import micro_damping, stribeck_force

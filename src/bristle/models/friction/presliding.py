@@ -20,14 +20,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core import (
+    Amount,
+    FrictionModel,
+    Model,
+    Variable,
+    amount,
+    guarded,
+    kernel,
+    model as of_family,
+)
 from bristle.core.dispatch import friction_trial
-from bristle.core.edge import Amount, amount, guarded, model as of_family
-from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.mathematics import direction, relaxation
 from bristle.core.surroundings import at_rest
-from bristle.core.variable import Variable
 from bristle.models.friction.enclosing import EnclosingModel, enclosed
 
 PRESLIDING = "presliding"

@@ -16,14 +16,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from bristle.core import Variable, kernel
 from bristle.core.contracts import STILL, FrictionModel, Model
 from bristle.core.dimensions import canonical
 from bristle.core.dispatch import friction_trial
 from bristle.core.experiment import RESTS
-from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.surroundings import on_side
-from bristle.core.variable import Variable
 from bristle.models.friction.enclosing import EnclosingModel, enclosed
 from bristle.models.friction.presliding import is_static
 

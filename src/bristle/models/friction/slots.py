@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Model, Relation
+from bristle.core import FrictionModel, InputError, Model, Relation, Variable, did_you_mean, kernel
 from bristle.core.dimensions import exponents_of
 from bristle.core.dispatch import (
     friction_arrival,
@@ -29,12 +29,9 @@ from bristle.core.dispatch import (
     friction_trial_sided,
 )
 from bristle.core.edge import component, guarded, model
-from bristle.core.errors import InputError, did_you_mean
-from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property, once
 from bristle.core.mathematics import direction
 from bristle.core.read_only import ReadOnly
-from bristle.core.variable import Variable
 from bristle.models.friction.channel_slot import ChannelSlotModel, channel_slots_of
 from bristle.models.friction.channels import CHANNEL_SLOTS
 from bristle.models.friction.enclosing import EnclosingModel

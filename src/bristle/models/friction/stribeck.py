@@ -13,10 +13,8 @@ References
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Relation
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, Relation, Variable, kernel
 from bristle.core.mathematics import direction, exp, power
-from bristle.core.variable import Variable
 from bristle.models.friction.quantities import (
     CoulombForce,
     StaticForce,

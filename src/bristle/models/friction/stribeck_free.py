@@ -15,10 +15,8 @@ References
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import FrictionModel
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, Variable, kernel
 from bristle.core.mathematics import direction
-from bristle.core.variable import Variable
 from bristle.models.friction.quantities import CoulombForce, StribeckVelocity, ViscousCoefficient
 from bristle.models.friction.stribeck import stribeck_force
 

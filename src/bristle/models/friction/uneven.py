@@ -17,15 +17,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core import FrictionModel, Model, Variable, kernel, variables_of
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.documented import relations_of
-from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property, once
 from bristle.core.mathematics import direction, sin
 from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.read_only import ReadOnly
-from bristle.core.variable import Variable, variables_of
 
 TWO_PI = 2.0 * math.pi
 SMALLEST_FACTOR = 0.05

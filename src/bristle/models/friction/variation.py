@@ -15,15 +15,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
+from bristle.core import Variable, kernel
 from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Motion, Relation
 from bristle.core.dimensions import exponents_of
 from bristle.core.dispatch import friction_rate, friction_trial
 from bristle.core.documented import relations_of
-from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.mathematics import cos, sin
 from bristle.core.surroundings import OF_MOTION
-from bristle.core.variable import Variable
 from bristle.models.friction.enclosing import CoefficientsModel, enclosed
 
 SMALLEST_FACTOR = 0.01

@@ -10,8 +10,7 @@ References
 
 from typing import NamedTuple
 
-from bristle.core.contracts import FrictionModel
-from bristle.core.kernel import kernel
+from bristle.core import FrictionModel, kernel
 from bristle.models.friction.quantities import ViscousCoefficient
 
 

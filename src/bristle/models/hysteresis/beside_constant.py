@@ -10,12 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
-from bristle.core.contracts import HysteresisOperator, Model
+from bristle.core import HysteresisOperator, Model, Variable, kernel
 from bristle.core.dispatch import operator_commit, operator_trial
 from bristle.core.documented import Enclosing, relations_of
-from bristle.core.kernel import kernel
 from bristle.core.lazy import once
-from bristle.core.variable import Variable
 
 CONSTANT = "offset"
 VARIABLE = Variable("force", "constant added to the output of the operator")

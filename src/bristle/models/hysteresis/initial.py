@@ -5,8 +5,7 @@ Any sequence of inputs is a history. These functions give the two usual initial 
 
 import numpy as np
 
-from bristle.core.edge import Amount, amount, guarded, whole
-from bristle.core.variable import Variable
+from bristle.core import Amount, Variable, amount, guarded, whole
 
 
 @guarded(extent=amount(Variable("length", "input at the end")))

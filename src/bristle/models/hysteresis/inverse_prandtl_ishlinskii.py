@@ -20,10 +20,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import HysteresisOperator, Model
-from bristle.core.errors import InputError
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import HysteresisOperator, InputError, Model, Variable, kernel
 from bristle.models.hysteresis.play import played
 from bristle.models.hysteresis.prandtl_ishlinskii import SAME_LENGTH, Move, State
 

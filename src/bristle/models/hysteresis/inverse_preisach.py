@@ -16,10 +16,7 @@ References
 
 import math
 
-from bristle.core.contracts import HysteresisOperator, Model
-from bristle.core.edge import guarded, model
-from bristle.core.errors import InputError
-from bristle.core.kernel import kernel
+from bristle.core import HysteresisOperator, InputError, Model, guarded, kernel, model
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update, direction
 from bristle.models.hysteresis.everett import REFORMED_DAHL_EXACT, loading_inverse
 from bristle.models.hysteresis.inverse_prandtl_ishlinskii import inverse_of as inverse_of_stops

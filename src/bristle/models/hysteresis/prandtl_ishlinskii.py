@@ -16,9 +16,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import HysteresisOperator, Relation
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import HysteresisOperator, Relation, Variable, kernel
 from bristle.models.hysteresis.play import played
 
 

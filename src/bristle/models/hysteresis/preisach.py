@@ -13,9 +13,7 @@ References
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import HysteresisOperator
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import HysteresisOperator, Variable, kernel
 from bristle.models.hysteresis.everett import KERNELS, ClosedForm
 from bristle.models.hysteresis.turning_points import (
     SMALLEST_CAPACITY,

@@ -17,12 +17,20 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import HysteresisOperator, Model, Relation
-from bristle.core.dispatch import everett
-from bristle.core.edge import Amount, amount, guarded, model, whole
-from bristle.core.errors import InputError
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import (
+    Amount,
+    HysteresisOperator,
+    InputError,
+    Model,
+    Relation,
+    Variable,
+    amount,
+    everett,
+    guarded,
+    kernel,
+    model,
+    whole,
+)
 
 
 class Parameters(NamedTuple):

@@ -26,10 +26,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import HysteresisOperator, Relation
+from bristle.core import HysteresisOperator, Relation, Variable, kernel
 from bristle.core.dispatch import register
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
 from bristle.models.hysteresis.demagnetised import virgin, virgin_slope
 from bristle.models.hysteresis.preisach import CAPACITY, TOLERANCE
 from bristle.models.hysteresis.preisach_grid import OUTPUT_OFFSET

@@ -12,9 +12,7 @@ References
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import HysteresisOperator
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import HysteresisOperator, Variable, kernel
 from bristle.models.hysteresis.play import played
 
 

@@ -11,9 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core import InputError, Model
 from bristle.core.edge import CURVE, KIND, Amount, among, amount, guarded, many, whole
-from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.models.hysteresis.everett_table import MODEL
 from bristle.models.hysteresis.reversal_table import MODEL as REVERSAL_TABLE, Curves

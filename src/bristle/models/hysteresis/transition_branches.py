@@ -31,9 +31,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core import InputError, Model
 from bristle.core.edge import KIND, Amount, amount, guarded, whole
-from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 from bristle.models.hysteresis.everett import loop_tip
 from bristle.models.hysteresis.tabulate import from_reversal_curves

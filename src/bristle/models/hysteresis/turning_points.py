@@ -23,9 +23,8 @@ do the whole step.
 import math
 from typing import Annotated, NamedTuple
 
+from bristle.core import Variable, kernel
 from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_slope
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
 
 # With fewer, forgetting the innermost pair would leave no outer loop to return to.
 SMALLEST_CAPACITY = 4

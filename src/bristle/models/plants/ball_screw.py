@@ -22,9 +22,8 @@ References
 import math
 from typing import Annotated, NamedTuple
 
+from bristle.core import Variable, kernel
 from bristle.core.contracts import Plant, Screw
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
 from bristle.models.plants.inertia import (
     Parameters as Inertia,
     State,

@@ -8,9 +8,7 @@ constant effort and friction, the mean velocity is :math:`v_0 + \frac{h}{2M}(u -
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import Plant
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import Plant, Variable, kernel
 
 
 class Parameters(NamedTuple):

@@ -12,9 +12,7 @@ is affine in the friction force. The free motion of a step loses energy in the d
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import Plant
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import Plant, Variable, kernel
 
 
 class Parameters(NamedTuple):

@@ -16,9 +16,7 @@ References
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import Plant
-from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.core import Plant, Variable, kernel
 
 
 class Parameters(NamedTuple):

@@ -23,12 +23,10 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model, Plant
+from bristle.core import InputError, Model, Plant, kernel
 from bristle.core.dispatch import plant_port, plant_rate, plant_rest, plant_step
 from bristle.core.documented import Enclosing
 from bristle.core.edge import TEXT, among, component, guarded, many, mapping, optional, whole
-from bristle.core.errors import InputError
-from bristle.core.kernel import kernel
 from bristle.core.lazy import once
 from bristle.core.mathematics import cos, sin
 from bristle.core.variable import Kind, Variable

@@ -10,8 +10,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Relation
-from bristle.core.variable import Variable
+from bristle.core import Relation, Variable
 from bristle.models.references.fade import fade
 from bristle.models.references.passing import Passing
 

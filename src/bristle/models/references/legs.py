@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.edge import amount, guarded, many
-from bristle.core.variable import Variable
+from bristle.core import Variable, amount, guarded, many
 
 Samples = tuple[np.ndarray, np.ndarray, np.ndarray]
 

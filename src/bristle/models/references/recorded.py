@@ -8,8 +8,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Relation, Trajectory
-from bristle.core.variable import Variable
+from bristle.core import Relation, Trajectory, Variable
 
 
 class Parameters(NamedTuple):

@@ -10,8 +10,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Trajectory
-from bristle.core.variable import Variable
+from bristle.core import Trajectory, Variable
 from bristle.models.references.fade import fade
 
 

@@ -9,10 +9,8 @@ of `k` only: equal seeds give equal noise.
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.core.contracts import Sensor
-from bristle.core.kernel import kernel
+from bristle.core import Sensor, Variable, kernel
 from bristle.core.random_numbers import SEED_MAX, normal
-from bristle.core.variable import Variable
 
 # Beyond it every number is already a whole count, and does not fit an integer of compiled code.
 COUNTS_MAX = 2.0**52

@@ -13,9 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.edge import Amount, amount, array, guarded
-from bristle.core.errors import InputError
-from bristle.core.variable import Variable
+from bristle.core import Amount, InputError, Variable, amount, array, guarded
 
 
 @guarded(

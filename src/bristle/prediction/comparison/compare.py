@@ -6,9 +6,8 @@ from itertools import pairwise, product
 
 import numpy as np
 
+from bristle.core import InputError, guarded
 from bristle.core.diagnostic import Diagnostic, Number, Severity
-from bristle.core.edge import guarded
-from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.logs.log import Log
 from bristle.prediction.comparison.cycles import SAME_PERIOD, LogAndAxis, Side, sides_of

@@ -10,8 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.errors import InputError
+from bristle.core import Axis, InputError
 from bristle.identification.preprocessing import CUTOFF_SHARE, treat
 from bristle.logs.log import Log
 from bristle.logs.turns import graininess, turning_points

@@ -9,8 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core import (
+    Axis,
+    InputError,
+    Model,
+    Variable,
+    cached_property,
+    did_you_mean,
+    located,
+    quantity,
+    unit_of,
+    with_unit,
+)
 from bristle.core.edge import (
     NAMES,
     Amount,
@@ -21,11 +31,6 @@ from bristle.core.edge import (
     optional,
     whole,
 )
-from bristle.core.errors import InputError, did_you_mean, located
-from bristle.core.lazy import cached_property
-from bristle.core.typography import with_unit
-from bristle.core.units import quantity
-from bristle.core.variable import Variable, unit_of
 from bristle.files.arguments import AXIS
 from bristle.files.motion import gcode_of, moves_table, write_motion
 from bristle.identification import OPEN, Fit, Identification, half_width, identify

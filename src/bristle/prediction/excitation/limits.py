@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core.axis import Axis
+from bristle.core import Axis, InputError, with_unit
 from bristle.core.contracts import Model, make_model
-from bristle.core.errors import InputError
-from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.engine import force_along, settled
 from bristle.models.friction import find, is_static, with_presliding

@@ -6,8 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.lazy import cached_property
+from bristle.core import Model, cached_property
 from bristle.core.variable import Kind
 from bristle.files.motion import Move
 

@@ -5,10 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.edge import Progress
-from bristle.core.status import Status
-from bristle.core.variable import unit_of
+from bristle.core import Axis, Progress, Status, unit_of
 from bristle.engine import Trace, force_along, run_closed_loop
 from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log

@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core import FrictionModel, Model, kernel
 from bristle.core.dispatch import operator_commit, operator_trial, register
-from bristle.core.kernel import kernel
 
 
 @dataclass(frozen=True)

@@ -19,14 +19,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import HysteresisOperator, Model
-from bristle.core.edge import guarded, many, model as of_family, optional
-from bristle.core.errors import InputError
-from bristle.core.typography import number, with_unit
-from bristle.core.units import quantity
-from bristle.core.variable import Variable, unit_of, variables_of
-from bristle.engine import force_along
-from bristle.engine.contact import Contact
+from bristle.core import (
+    HysteresisOperator,
+    InputError,
+    Model,
+    Variable,
+    guarded,
+    many,
+    model as of_family,
+    number,
+    optional,
+    quantity,
+    unit_of,
+    variables_of,
+    with_unit,
+)
+from bristle.engine import Contact, force_along
 from bristle.models.friction import unvaried
 from bristle.simulation.certificates.certificate import (
     Certificate,

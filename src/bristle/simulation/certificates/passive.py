@@ -33,9 +33,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
-from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
+from bristle.core import Model, unit_of, with_unit
 from bristle.models.friction.lugre import Parameters as OfLuGre, micro_damping, stribeck_force
 from bristle.models.friction.slip_law import slip
 from bristle.models.friction.slots import Slotted

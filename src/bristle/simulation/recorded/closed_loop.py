@@ -8,13 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.axis import Axis
+from bristle.core import Axis, Diagnostic, InputError, Status
 from bristle.core.contracts import NOT_KNOWN, Model, Reference
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
 from bristle.core.packing import pack
-from bristle.core.status import Status
 from bristle.engine import LoopTrace, Trace, run_closed_loop, run_open_loop, settled
 from bristle.engine.loop import begun
 from bristle.engine.loop_derivatives import Sensitive, closed_loop_with_derivatives

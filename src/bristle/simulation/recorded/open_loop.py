@@ -5,12 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.diagnostic import Diagnostic
-from bristle.core.errors import InputError
-from bristle.core.least_squares import unbounded
-from bristle.core.status import Status
+from bristle.core import Axis, Diagnostic, InputError, Model, Status, unbounded
 from bristle.engine import run_open_loop
 from bristle.engine.loop import held
 from bristle.engine.loop_derivatives import Sensitive, open_loop_with_derivatives

@@ -27,10 +27,16 @@ from bristle.apps.targets.page.sliders import (
     slider_for,
 )
 from bristle.apps.targets.wasm import Module, module_of
-from bristle.core.contracts import FrictionModel, Model, example_of
-from bristle.core.symbols import GREEK, symbolic
-from bristle.core.typography import typeset
-from bristle.core.variable import Variable, unit_of
+from bristle.core import (
+    GREEK,
+    FrictionModel,
+    Model,
+    Variable,
+    example_of,
+    symbolic,
+    typeset,
+    unit_of,
+)
 from bristle.engine.mechanism import Mechanism, mechanism
 from bristle.engine.translation.build import Builder
 from bristle.engine.translation.tree import Function

@@ -18,13 +18,8 @@ from bristle.apps.targets.page.described import (
 from bristle.apps.targets.page.packing import differences, packed, packed_numbers
 from bristle.apps.targets.page.rows import fitted_rows
 from bristle.apps.targets.wasm import Part, module_of_parts
-from bristle.core.axis import Axis
-from bristle.core.contracts import Controller, Model, Reference
-from bristle.core.errors import InputError
+from bristle.core import Axis, Controller, InputError, Model, Reference, Status, typeset, unit_of
 from bristle.core.experiment import Feedforward, Start, Variant
-from bristle.core.status import Status
-from bristle.core.typography import typeset
-from bristle.core.variable import unit_of
 from bristle.engine.loop import begun
 from bristle.engine.mechanism import drive_over
 from bristle.engine.motion import settled
@@ -39,8 +34,7 @@ from bristle.models.friction.level import rises_with_effort
 from bristle.models.plants.pulled_inertia import MODEL as BODY
 from bristle.models.sensors.encoder import MODEL as ENCODER
 from bristle.prediction.following import Following
-from bristle.simulation.compensation import COMPENSATED
-from bristle.simulation.result import SimulationResult
+from bristle.simulation import COMPENSATED, SimulationResult
 
 # State array of a law: flag for the first sample, inputs, state of the controller.
 BEGUN = 0

@@ -7,10 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Component, Model
-from bristle.core.symbols import symbolic
-from bristle.core.typography import typeset
-from bristle.core.variable import Variable, unit_of
+from bristle.core import Component, Model, Variable, symbolic, typeset, unit_of
 from bristle.exports.subject import Subject, presliding_distance
 from bristle.models.friction import gms, maxwell_slip, maxwell_stribeck
 from bristle.models.plants import pulled_inertia

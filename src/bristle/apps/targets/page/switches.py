@@ -26,6 +26,7 @@ from bristle.apps.targets.page.described import (
 from bristle.apps.targets.page.packing import as_json, packed, unpacked
 from bristle.apps.targets.page.sliders import Scales, Slider, pulled_by, scales_of
 from bristle.apps.targets.wasm import Module, module_of
+from bristle.core import InputError, Surrounding, Variable, kernel, symbolic
 from bristle.core.contracts import (
     NOMINAL_LOAD,
     NOMINAL_TEMPERATURE,
@@ -37,12 +38,7 @@ from bristle.core.contracts import (
     make_model,
 )
 from bristle.core.dispatch import friction_trial
-from bristle.core.errors import InputError
-from bristle.core.kernel import kernel
 from bristle.core.lazy import once
-from bristle.core.surroundings import Surrounding
-from bristle.core.symbols import symbolic
-from bristle.core.variable import Variable
 from bristle.exports.cycle import at_rest_of
 from bristle.exports.subject import subject_of
 from bristle.models.friction import MODELS, base_of, channel_slots_of, with_slots

@@ -16,10 +16,8 @@ References
 
 from typing import Annotated, NamedTuple
 
-from bristle.core.kernel import kernel
+from bristle.core import Surrounding, Variable, kernel
 from bristle.core.slot import LEVEL, Slot
-from bristle.core.surroundings import Surrounding
-from bristle.core.variable import Variable
 
 # A rotational axis may also have a pressure, such as that of a vane actuator.
 PRESSURE = "force of travel/travel^2"
