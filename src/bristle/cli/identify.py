@@ -240,8 +240,12 @@ def _identify_friction(
         name = log[0].stem
         if axes[0]:
             name = axes[0].name
-        words = {"command": output.command, "axis_name": name}
-        words |= {"figures": further, "files": {"axis": axis, "figure": code}}
+        words = {
+            "command": output.command,
+            "axis_name": name,
+            "figures": further,
+            "files": {"axis": axis, "figure": code},
+        }
         work.ahead = REPORT * reading
         try:
             outcome = identification.outcome_with(

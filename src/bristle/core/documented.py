@@ -231,16 +231,16 @@ def _docstring_of(component: Documented) -> str:
         for name, variable in component.variables.items()
     ]
     named += [
-        f"kind : {KIND}, optional\n    Kind of axis; by default from the units of the values, or else translational."
+        f"kind : {KIND}, optional\n    Kind of axis; by default from the units of the values, or else translational.",
+        "validate : bool, default True\n    False accepts values that violate a range or a relation.",
     ]
-    named += [
-        "validate : bool, default True\n    False accepts values that violate a range or a relation."
-    ]
-    sections = {"Parameters": "\n".join(named)}
-    sections["Notes"] = "\n".join(
-        f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}."
-        for relation in component.relations
-    )
+    sections = {
+        "Parameters": "\n".join(named),
+        "Notes": "\n".join(
+            f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}."
+            for relation in component.relations
+        ),
+    }
     if component.example and not hasattr(component, "inner"):
         values = ", ".join(f"{name}={_written(value)}" for name, value in component.example.items())
         sections["Examples"] = f">>> model = {component.name}({values})"

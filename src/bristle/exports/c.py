@@ -225,8 +225,9 @@ class CFiles:
         handed = {
             "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
             "motion": ("motion", motion),
+            "p": (CONSTANT, ""),
+            "memory": ("axis->memory", ""),
         }
-        handed |= {"p": (CONSTANT, ""), "memory": ("axis->memory", "")}
         if self.request.tunable:
             handed["p"] = ("p", assembling)
         handed |= {"input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""), "move": ("step.part_1", "")}
@@ -518,8 +519,11 @@ def _law_step(law: Law, printer: Printer) -> list[str]:
         lines = [f"const {printer.named(p, 'p')} = assembled(&axis->parameters);"]
     if arrays:
         lines += [f"float {name}[{law.samples_ahead}];" for name in arrays]
-        lines.append(f"for (int32_t i = 0; i < {law.samples_ahead}; ++i) {{")
-        lines += [*(f"    {name}[i] = (float)inputs->{name}[i];" for name in arrays), "}"]
+        lines += [
+            f"for (int32_t i = 0; i < {law.samples_ahead}; ++i) {{",
+            *(f"    {name}[i] = (float)inputs->{name}[i];" for name in arrays),
+            "}",
+        ]
     if "lasting" in needed:
         lines.append(f"const {printer.named(lasting, 'lasting')} = {_gathered(lasting, ())};")
     call = f"{law.entry.name}({', '.join(handed[name] for name in needed)})"

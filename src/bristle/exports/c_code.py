@@ -396,14 +396,14 @@ HELPED = {
     "floor": "next_below",
     "isinf": "is_infinite",
     "isnan": "is_nan",
-}
-HELPED |= {
     "min": "least",
     "max": "greatest",
     "whole_min": "whole_least",
     "whole_max": "whole_greatest",
+    "whole_abs": "whole_magnitude",
+    "mantissa": "mantissa_of",
+    "exponent": "exponent_of",
 }
-HELPED |= {"whole_abs": "whole_magnitude", "mantissa": "mantissa_of", "exponent": "exponent_of"}
 
 
 def _first_value(block: list[tree.Statement], name: str) -> tree.Assign | None:

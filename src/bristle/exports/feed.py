@@ -52,8 +52,9 @@ def feed_facts(feed: Feed, rule: Rule, printer: Printer, kind: Kind) -> dict[str
         "portion": feed.portion.name,
         "rule": printer.type_name(feed.rule),
         "result": printer.type_name(feed.result),
+        "share": share,
+        "effort": effort,
     }
-    names |= {"share": share, "effort": effort}
     return {"feed": names | {"constants": constants, "cast": cast}}
 
 

@@ -252,8 +252,14 @@ class Law:
         efforts = np.zeros(len(samples))
         memories = {name: memory.copy() for name, memory in self.memories.items()}
         for k, sample in enumerate(samples):
-            handed = {**sample._asdict(), **memories, "dt": self.dt, "p": self.p, "begun": k > 0}
-            handed["lasting"] = lasting
+            handed = {
+                **sample._asdict(),
+                **memories,
+                "dt": self.dt,
+                "p": self.p,
+                "begun": k > 0,
+                "lasting": lasting,
+            }
             efforts[k], lasting = self.written(*[handed[name] for name in self.arguments])
         return efforts
 
@@ -508,16 +514,12 @@ def _fed(law: Law) -> list[str]:
     if isinstance(law.p, LeadingParameters):
         half = law.p.screw.weights.size // 2
         clear = law.p.screw.clear
-        lines.append(
-            "both masses and the wind-up of the screw along the desired motion of the table, converted to the motor"
-        )
-        lines.append(
-            f"the wind-up is a mean over {half} samples ({1e3 * half * law.dt:g} ms) before and after each sample"
-        )
-        lines.append(f"the motor changes the flank of the screw at a force beyond {clear:.4g} N")
-        lines.append(
-            "both numbers are those of the motion of the experiment, and wind_up_time sets the mean"
-        )
+        lines += [
+            "both masses and the wind-up of the screw along the desired motion of the table, converted to the motor",
+            f"the wind-up is a mean over {half} samples ({1e3 * half * law.dt:g} ms) before and after each sample",
+            f"the motor changes the flank of the screw at a force beyond {clear:.4g} N",
+            "both numbers are those of the motion of the experiment, and wind_up_time sets the mean",
+        ]
         if feedforward.table is not None:
             lines.append(
                 f"friction of the table along the desired motion by {feedforward.table.name}"

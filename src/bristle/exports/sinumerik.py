@@ -89,8 +89,8 @@ def write(request: Request) -> Product:
         ("32490", "FRICT_COMP_MODE", "1", ""),
         ("32500", "FRICT_COMP_ENABLE", "1", ""),
         ("32510", "FRICT_COMP_ADAPT_ENABLE", "0", ""),
+        ("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit),
     ]
-    rows.append(("32520", "FRICT_COMP_CONST_MAX", f"{pulse / si:.6g}", unit))
     if lasts is not None:
         rows += [("32540", "FRICT_COMP_TIME", f"{lasts:.6g}", "s")]
     lines = [

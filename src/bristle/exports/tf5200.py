@@ -84,8 +84,10 @@ def write(request: Request) -> Product:
         f"position_delay: 95 % of the force reverses within {delay} x {delay_unit}; the largest value is {LONGEST_DELAY}.",
         f"reversal_lookahead: cycles by which the current leads a reversal; this axis needs {ahead}, the largest value is {MOST_AHEAD}.",
     ]
-    rows = {"mode": 3, "table_entries": len(entries), "position_delay": min(delay, LONGEST_DELAY)}
-    rows |= {
+    rows = {
+        "mode": 3,
+        "table_entries": len(entries),
+        "position_delay": min(delay, LONGEST_DELAY),
         "reversal_lookahead": min(ahead, MOST_AHEAD),
         "scaling_factor": SCALE_OF_ONE,
         "delay_cycles": 0,

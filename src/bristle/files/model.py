@@ -206,16 +206,16 @@ def write_model(
         tables["plant"] = described(plant)
     values = described(friction)
     del values["model"]
-    tables["friction"] = _name_of(friction, target.parent) | values
-    tables["uncertainty"] = {}
+    tables |= {"friction": _name_of(friction, target.parent) | values, "uncertainty": {}}
     for estimate in estimates:
         if estimate.std is not None or estimate.status != "identified":
             entry = {
                 "std": estimate.std,
                 "robust_std": estimate.robust_std,
                 "status": estimate.status,
+                "note": (notes or {}).get(estimate.name),
+                "interval": estimate.interval,
             }
-            entry |= {"note": (notes or {}).get(estimate.name), "interval": estimate.interval}
             tables["uncertainty"][key_of(estimate.name)] = {
                 key: value for key, value in entry.items() if value
             }

@@ -496,8 +496,9 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
         "constant": f"1 {force}/{drive}",
         "resolution": f"1 {unit_of('length', kind)}",
         "gear_ratio": 1.0,
+        "sample_time": "1 s",
+        "lead": "1 m",
     }
-    unity |= {"sample_time": "1 s", "lead": "1 m"}
     for name in {"effort", "encoder", "timing", "transmission"} & set(tables):
         assumed[name] = {
             key: unity[key] if value == FILL_IN else value for key, value in tables[name].items()

@@ -100,8 +100,11 @@ def summary_of_columns(table: Table) -> Summary:
 def _as_log(table: Table, axis: Axis) -> Summary:
     gathered = gather(table, axis)
     problems = [*gathered.problems, *problems_of(gathered, str(table.source))]
-    part: dict[str, Any] = {"kind": axis.kind, "notes": gathered.notes}
-    part["channels"] = [_entry(name, channel) for name, channel in gathered.named()]
+    part: dict[str, Any] = {
+        "kind": axis.kind,
+        "notes": gathered.notes,
+        "channels": [_entry(name, channel) for name, channel in gathered.named()],
+    }
     channels = [gathered.channels.get("time"), gathered.motion]
     fit = all(
         channel is None or (channel.values.size > 1 and np.all(np.isfinite(channel.values)))
@@ -114,8 +117,9 @@ def _as_log(table: Table, axis: Axis) -> Summary:
     except InputError as problem:
         problems.append(problem)
     if clock is not None:
-        part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
         part |= {
+            "sample_time": clock.sample_time,
+            "segments": len(clock.pieces),
             "duration": clock.time.size * clock.sample_time,
             "notes": [*gathered.notes, *clock.notes],
         }

@@ -323,16 +323,16 @@ def excitation_summary(
         "model": best.name,
         "peak_effort": rehearsal.peak_effort,
         "diagnostics": as_data(best.diagnostics),
-    }
-    data["following_error"] = rehearsal.following_error if rehearsal.loop else None
-    data["parameters"] = {
-        estimate.name: picked(estimate, "value", "unit", "interval_percent", "status")
-        | {
-            "put_in": rehearsal.truth.get(estimate.name),
-            "error_percent": _error(estimate, rehearsal.truth.get(estimate.name)),
-            "note": note_of(estimate),
-        }
-        for estimate in best.estimates
+        "following_error": rehearsal.following_error if rehearsal.loop else None,
+        "parameters": {
+            estimate.name: picked(estimate, "value", "unit", "interval_percent", "status")
+            | {
+                "put_in": rehearsal.truth.get(estimate.name),
+                "error_percent": _error(estimate, rehearsal.truth.get(estimate.name)),
+                "note": note_of(estimate),
+            }
+            for estimate in best.estimates
+        },
     }
     return data
 

@@ -293,10 +293,10 @@ def _doubts(fit: Fit, following: Following | None) -> list[object]:
     warned = [*warnings_of(fit)]
     if following is not None and following.contradiction:
         warned.append(message(following.contradiction))
-    doubts: list[object] = [why_only_similar(fit)]
-    doubts.append(
-        Block("items", warned, ("warnings",)) if warned else "This log determines every parameter."
-    )
+    doubts: list[object] = [
+        why_only_similar(fit),
+        Block("items", warned, ("warnings",)) if warned else "This log determines every parameter.",
+    ]
     measurements = next_measurements(fit)
     if measurements:
         motions = [

@@ -133,8 +133,12 @@ def log_report(
     if explanation is not None:
         parts = [explanation.verdict, *tables_of(explanation), *explanation.notes]
         sections.insert(1, Section("explanation", "Forces", parts))
-    facts = {"log": log, "passages": segments, "log_name": log.source.name.strip("<>")}
-    facts["explanation"] = explanation
+    facts = {
+        "log": log,
+        "passages": segments,
+        "log_name": log.source.name.strip("<>"),
+        "explanation": explanation,
+    }
     return report_page("log", facts, _front(log, ruling, segments, name), sections, **options)
 
 

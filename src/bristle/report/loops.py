@@ -64,8 +64,8 @@ def variant_table(result: SimulationResult, measured: Statistics | None = None) 
             "Following error, peak to peak": "following_error.peak_to_peak",
             "rms": "following_error.rms",
             "mean": "following_error.mean",
+            "True error, peak to peak": "true_error.peak_to_peak",
         }
-        words |= {"True error, peak to peak": "true_error.peak_to_peak"}
         length = _error_column(result)
     efforts = {
         f"{'Torque' if kind == 'rotational' else 'Force'}, rms": "effort_rms",

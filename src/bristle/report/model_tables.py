@@ -219,9 +219,11 @@ def comparison_table(identification: Identification, *, details: bool = True) ->
             "Error of the fit [%]": short_text(fit.error_percent),
         }
         if details:
-            row["AIC, above the best"] = "–" if information is None else short_text(information.aic)
-            row["BIC, above the best"] = "–" if information is None else short_text(information.bic)
-            row["Condition number"] = short_text(fit.condition_number)
+            row |= {
+                "AIC, above the best": "–" if information is None else short_text(information.aic),
+                "BIC, above the best": "–" if information is None else short_text(information.bic),
+                "Condition number": short_text(fit.condition_number),
+            }
         rows.append(row | {"Not identified": ", ".join(unknown) or "–"})
     return Table.of(RANKED_BY_FIT if smallest is None else RANKED, rows)
 

@@ -55,8 +55,10 @@ def simulation_report(
         "gain_pair": None,
     }
     if (rank := None if is_open else standing(result)) is not None:
-        facts["at_reversal"] = list(dict.fromkeys((rank.base.name, rank.best.name)))
-        facts["loops"] = result
+        facts |= {
+            "at_reversal": list(dict.fromkeys((rank.base.name, rank.best.name))),
+            "loops": result,
+        }
     gain = None if is_open else gain_of(result)
     if gain is not None and gain.alone and len(gain.steps) > 1:
         facts["gain_pair"] = tuple(step.name for step in gain.steps[-2:])
@@ -238,8 +240,10 @@ def _front(result: SimulationResult, warnings: Sequence[str]) -> Front:
         else None
     )
     swings = [_swing(result, loop) for loop in (best, base)]
-    cards = [Card("Error, peak to peak", length_text(peak, kind), best.name, half)]
-    cards += [Card("Error, rms", length_text(rms, kind), _instead(best, base, old_rms))]
+    cards = [
+        Card("Error, peak to peak", length_text(peak, kind), best.name, half),
+        Card("Error, rms", length_text(rms, kind), _instead(best, base, old_rms)),
+    ]
     if swings[0] is not None and swings[1] is not None:
         cards.append(
             Card("Worst reversal", length_text(swings[0], kind), _instead(best, base, swings[1]))

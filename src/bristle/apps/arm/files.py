@@ -91,8 +91,8 @@ def arm_scene(
             "name": name,
             "type": "slide" if slides else "hinge",
             "axis": _text(along[:3] if slides else along[3:]),
+            "armature": repr(float(rotor)),
         }
-        attributes |= {"armature": repr(float(rotor))}
         friction = JointFriction({}, [], [])
         try:
             friction = (

@@ -81,10 +81,13 @@ def lab_page(
         joined(SCRIPTS, PACKAGE),
         colour_variables() + joined(STYLES, PACKAGE),
     )
-    texts = {"mark": MARK, "style": style, "shared": shared, "script": script}
-    texts["data"] = as_json(
-        lab_described(FIRST if model is None else model, paper_loop(), **options)
-    )
+    texts = {
+        "mark": MARK,
+        "style": style,
+        "shared": shared,
+        "script": script,
+        "data": as_json(lab_described(FIRST if model is None else model, paper_loop(), **options)),
+    }
     return (
         environment(PACKAGE)
         .get_template("lab.html")

@@ -326,12 +326,15 @@ def _data(content: Content, printer: Printer) -> tuple[str, dict[str, str]]:
         if argument in content.ports.tuned:
             tuned, _ = content.ports.tuned[argument]
             fields = [f"    {line}" for line in declared(tuned, printer)]
-            texts += ["typedef struct {", *fields, f"}} {argument}_parameters;", ""]
-            texts.append(
+            texts += [
+                "typedef struct {",
+                *fields,
+                f"}} {argument}_parameters;",
+                "",
                 assembled(
                     values, tuned, printer, kind, f"{argument}_parameters", f"made_{argument}"
-                )
-            )
+                ),
+            ]
             handed[argument] = f"made_{argument}(&given_{argument})"
         else:
             handed[argument] = f"constant_{argument}"
@@ -363,10 +366,10 @@ def _called(entry: Function, content: Content, handed: Mapping[str, str]) -> lis
     arguments = []
     for argument, (_, first) in content.ports.tuned.items():
         if argument in [parameter.name for parameter in entry.parameters]:
-            lines.append(f"{argument}_parameters given_{argument};")
-            lines.append(
-                f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});"
-            )
+            lines += [
+                f"{argument}_parameters given_{argument};",
+                f"memcpy(&given_{argument}, now->values + {first}, sizeof given_{argument});",
+            ]
     for parameter in entry.parameters:
         name = parameter.name
         if name in content.memory_at:

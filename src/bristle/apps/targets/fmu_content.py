@@ -279,8 +279,9 @@ def content_of(subject: Subject, plant: Model | None, source: Source) -> Content
         "begin": core.begin,
         "memory": memory,
         "memory_at": places_of(subject.memories),
+        "most": core.most,
+        "layout": layout,
     }
-    lasting |= {"most": core.most, "layout": layout}
     if plant is not None:
         lasting |= {"failures_at": core.begin.size - 1}
     texts = {"tables": table.splitlines(), "notes": (guidance, *notes, *ports.fixed)}

@@ -80,8 +80,6 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
         "description": content.title,
         "version": model_version(source),
         "author": author,
-    }
-    facts |= {
         "copyright": copyright_line(),
         "license": rights,
         "generationTool": made,
@@ -95,23 +93,24 @@ def description_text(content: Content, setting: Setting, token: str) -> str:
     model = element("Model", sha256=source.model_hash)
     tools = element("VendorAnnotations", element("Tool", model, name="bristle"))
     annotations = element("Annotation", model, type="bristle")
-    inside = [*_kinds(setting, exchanged=bool(ports.states)), _units(content)]
-    inside += [
+    inside = [
+        *_kinds(setting, exchanged=bool(ports.states)),
+        _units(content),
         element(
             "LogCategories",
             element("Category", name="logStatusError", description="reason of a refused call"),
-        )
+        ),
+        element("DefaultExperiment", startTime="0", **common),
     ]
-    inside += [element("DefaultExperiment", startTime="0", **common)]
     if fmi == 2 and source.model_hash:
         inside += [tools]
     inside += [
         element(
             "ModelVariables",
             *(_variable(i, port, content, fmi) for i, port in enumerate(ports.listed)),
-        )
+        ),
+        _structure(content, fmi),
     ]
-    inside += [_structure(content, fmi)]
     if fmi == 3 and source.model_hash:
         inside += [element("Annotations", annotations)]
     return _xml(element("fmiModelDescription", *inside, **facts))
@@ -177,8 +176,11 @@ def _variable(reference: int, port: Port, content: Content, fmi: int) -> Element
     unit = port.variable.unit(content.kind)
     states = content.ports.states
     rates = content.ports.in_role(RATE)
-    head = {"name": port.name, "valueReference": str(reference)}
-    head["description"] = port.variable.description
+    head = {
+        "name": port.name,
+        "valueReference": str(reference),
+        "description": port.variable.description,
+    }
     if port.sure:
         head["description"] += f" ({port.sure})"
     head |= {"causality": role.causality, "variability": role.variability}

@@ -184,8 +184,6 @@ def hal_law_files(law: Law, name: str, source: Source) -> Product:
             "data",
         ],
         "pins_of": pins,
-    }
-    facts |= {
         "scale": repr(position.si),
         "effort_scale": repr(effort.si),
         "values": ", ".join(values),
@@ -318,8 +316,9 @@ def _facts(
         "effort-scale": settings.effort.si,
         "lead": settings.lead,
         "limit": 0,
+        "slew": "1e9",
+        "gain": 1,
     }
-    presets |= {"slew": "1e9", "gain": 1}
     values = {
         "scale": settings.position.si,
         "effort_scale": settings.effort.si,

@@ -136,8 +136,10 @@ def _scene(request: Request, friction: JointFriction) -> str:
     parts["option"] = ""
     if "frictionloss" in friction.attributes:
         parts["option"] = f' noslip_iterations="{ITERATIONS}"'
-    parts["of_joint"] = "".join(f' {key}="{value}"' for key, value in friction.attributes.items())
-    parts["tendons"] = tendons and f"  <tendon>\n{tendons}  </tendon>\n"
+    parts |= {
+        "of_joint": "".join(f' {key}="{value}"' for key, value in friction.attributes.items()),
+        "tendons": tendons and f"  <tendon>\n{tendons}  </tendon>\n",
+    }
     return TEXT.format(model=plain(model.name), version=version(), name=name, step=step, **parts)
 
 

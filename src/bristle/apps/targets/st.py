@@ -111,8 +111,10 @@ def st_files(subject: Subject, request: Request) -> dict[str, str]:
         "unit_in": plain(facts["unit_x"]),
         "unit_out": plain(facts["unit_force"]),
         "input": IN[operator],
+        "count": COUNT,
+        "output": OUT[operator],
+        "result": OUT[operator],
     }
-    facts |= {"count": COUNT, "output": OUT[operator], "result": OUT[operator]}
     facts |= st_project.bounds(single=single, farthest=farthest)
     block = _block(subject, feed, request, printer, facts)
     body = body_lines(
@@ -144,8 +146,8 @@ def _block(
         "dt": printer.narrowed("period"),
         "p": "parameters",
         "input": printer.narrowed(IN[True]),
+        "move": f"tried.{printer.field(tried, '_1')}",
     }
-    handed["move"] = f"tried.{printer.field(tried, '_1')}"
     trial = arguments_left(subject.trial, TRIAL[operator])
     commit = []
     committed = ""
@@ -246,8 +248,9 @@ def _own_variables(subject: Subject, needed: Collection[str]) -> list[tuple[str,
     held: dict[str, tuple[str, Type]] = {
         "state": ("state", subject.state),
         "memory": ("memory", Array(subject.memory_size)),
+        "motion": ("motion", subject.motion),
+        "p": ("parameters", subject.parameters),
     }
-    held |= {"motion": ("motion", subject.motion), "p": ("parameters", subject.parameters)}
     own = [pair for key, pair in held.items() if key in needed]
     own.append(("tried", subject.trial.result))
     if subject.commits:
@@ -475,8 +478,6 @@ def _law_selftest(
     of_test = {
         "told": ", ".join(f"{name} := {ALONG_WALK.get(name, name)}" for name in law.inputs),
         "positions": positions,
-    }
-    of_test |= {
         "per_velocity": real_literal(PER_VELOCITY),
         "last_call": f"measured := {real_literal(10.0 * FARTHEST)}",
     }

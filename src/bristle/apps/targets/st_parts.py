@@ -404,8 +404,14 @@ def helpers_of(
     called = {name: named(name) for name in TEXTS if name in needed}
     types = {"whole": integer, "real": scalar}
     least, most = WHOLE_POWERS[scalar]
-    facts: dict[str, Any] = {**types, **called, "least": least, "most": most}
-    facts |= {"far": real_literal(LARGEST_WRITTEN, scalar), "none": real_literal(math.nan, scalar)}
+    facts: dict[str, Any] = {
+        **types,
+        **called,
+        "least": least,
+        "most": most,
+        "far": real_literal(LARGEST_WRITTEN, scalar),
+        "none": real_literal(math.nan, scalar),
+    }
     pous = []
     for name, own in called.items():
         gives, arguments, variables, meaning, body = TEXTS[name]
@@ -418,8 +424,9 @@ def helpers_of(
         parts |= {
             "smaller": CHOICE.format(own=own, than="<"),
             "larger": CHOICE.format(own=own, than=">"),
+            "magnitude": SIZE.format(to=own),
+            "sized": SIZE.format(to="size"),
         }
-        parts |= {"magnitude": SIZE.format(to=own), "sized": SIZE.format(to="size")}
         text = body.format(**facts, **parts, own=own)
         # Some compilers read a number without a type as double.
         if scalar != LREAL:

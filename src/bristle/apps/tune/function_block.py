@@ -136,12 +136,10 @@ class FunctionBlock(ABC):
             "max_error": limits.following_error / abs(self._unit),
             "low": low,
             "high": high,
-        }
-        values |= {
             "max_effort": limits.effort / abs(self._effort_unit),
             "ramp": SLEW * self.sample_time,
+            "patience": max(round(self._patience * self._clock / self.sample_time), 1),
         }
-        values |= {"patience": max(round(self._patience * self._clock / self.sample_time), 1)}
         for name, value in values.items():
             self._write(name, value)
         self._sign_of_life()

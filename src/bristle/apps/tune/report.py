@@ -36,10 +36,8 @@ def sentences_of(result: Tuning) -> list[str]:
         lines += [
             f"Saved, and read back: {', '.join(facts['places'])}.",
             *([facts["loads"]] if facts["loads"] else []),
+            "Restart the controller, and repeat this command: it refuses if the feedforward was not loaded again.",
         ]
-        lines.append(
-            "Restart the controller, and repeat this command: it refuses if the feedforward was not loaded again."
-        )
     elif result.outcome == "kept":
         lines.append(f"Kept, at gain {result.facts['comparison']['gain']:.3g}.")
     else:

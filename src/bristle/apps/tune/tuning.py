@@ -298,8 +298,8 @@ def _steps(run: Run, link: Connection) -> Tuning:
         "sha256": _checksum(run.file),
         "options": vars(run.options),
         "link": link.as_data(),
+        "code": code_of(link),
     }
-    begun["code"] = code_of(link)
     try:
         for number, step in enumerate(STEPS):
             _do(run, step, number, begun)
@@ -430,8 +430,10 @@ def _planned(file: MachineFile, machine: Machine, options: Options) -> dict[str,
         "excitation": options.duration,
         "stages": len(GAINS) * STAGE_CYCLES * cycle,
     }
-    seconds["refinement"] = seconds["excitation"] + STAGE_CYCLES * cycle + seconds["stages"]
-    seconds["comparison"] = len(ORDER) * (cycles_compared(file.cycles) + RUN_IN) * cycle
+    seconds |= {
+        "refinement": seconds["excitation"] + STAGE_CYCLES * cycle + seconds["stages"],
+        "comparison": len(ORDER) * (cycles_compared(file.cycles) + RUN_IN) * cycle,
+    }
     low, high = float(file.cycle.min()), float(file.cycle.max())
     stroke = file.axis.stroke
     travel = dict.fromkeys(seconds, (low, high)) | {

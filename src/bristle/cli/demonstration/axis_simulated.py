@@ -46,8 +46,10 @@ def motion(seed: int, duration: float = 24.0) -> np.ndarray:
             )
         )
         speed = 10 ** generator.uniform(-2.3, -0.6)
-        pieces.append(_move(position, target, speed, acceleration=2.0))
-        pieces.append(np.full(int(generator.integers(20, 120)), target))
+        pieces += [
+            _move(position, target, speed, acceleration=2.0),
+            np.full(int(generator.integers(20, 120)), target),
+        ]
         position = target
     return np.concatenate(pieces)[: round(duration / SAMPLE_TIME)]
 

@@ -32,9 +32,18 @@ from bristle.apps.lab.server.tune import TunedMachine
 
 REPORT, LONGEST_REPORT_TICKET = "report.html", 60.0  # [s]
 # Job -> its result.
-LEAVES = {"look": "looked", "check": "checked", "identify": "identified", "predict": "predicted"}
-LEAVES |= {"compensate": "compensated", "export": "exported", "excite": "excited"}
-LEAVES |= {"plan": "planned", "tune": "tuned", "undo": "undone"}
+LEAVES = {
+    "look": "looked",
+    "check": "checked",
+    "identify": "identified",
+    "predict": "predicted",
+    "compensate": "compensated",
+    "export": "exported",
+    "excite": "excited",
+    "plan": "planned",
+    "tune": "tuned",
+    "undo": "undone",
+}
 # Jobs that the next request waits for.
 SHORT = ("look", "check", "predict", "compensate", "export", "plan", "undo")
 # Result of a job -> its archive; an export names its own.

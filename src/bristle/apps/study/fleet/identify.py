@@ -201,8 +201,8 @@ class Identifier:
             "error": 0.01 * fit.error_percent,
             "diagnostics": ", ".join(codes),
             "duration": log.duration,
+            "verdict": self.level_of(identification),
         }
-        row["verdict"] = self.level_of(identification)
         if fit.held_out is not None:
             row["held_out_error"] = 0.01 * fit.held_out.mean_percent
         if fit.resampling is not None:
