@@ -194,8 +194,11 @@ def _bytes_of(source: Path, limit: int) -> bytes:
         try:
             opened = sys.stdin.fileno()
         except (AttributeError, ValueError):  # missing, closed, or the standard input of a notebook
-            mend = "Name a file, or pipe it: cat log.csv | bristle log -"
-            raise InputError("has no input", path="<stdin>", mend=mend) from None
+            raise InputError(
+                "has no input",
+                path="<stdin>",
+                mend="Name a file, or pipe it: cat log.csv | bristle log -",
+            ) from None
         return _within(_pieces(opened, source), limit, "<stdin>")
     mode = os.stat(source).st_mode
     for is_kind, kind, mend in (

@@ -217,11 +217,10 @@ def _refuse_two_kinds(models: Mapping[str, Model]) -> None:
     for name, argument in of_axis[1:]:
         first, before = of_axis[0]
         if argument.kind != before.kind:
-            value = f"{argument.name}, {argument.kind}"
             raise InputError(
                 f"is not of the kind of {first}",
                 path=name,
-                value=value,
+                value=f"{argument.name}, {argument.kind}",
                 allowed=f"{before.kind} models",
                 mend=f"Write kind={before.kind!r}, or give {first} of the other kind",
             )
@@ -247,9 +246,12 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
                 raise
             number = quantity(value, variable, KINDS[1], path=path, infinite=endless)
         if 0.0 < abs(number) < SMALLEST:
-            allowed = f"0, or {SMALLEST:g} and more in SI"
             raise InputError(
-                "is too close to 0", path=path, value=value, allowed=allowed, mend="Check the unit"
+                "is too close to 0",
+                path=path,
+                value=value,
+                allowed=f"0, or {SMALLEST:g} and more in SI",
+                mend="Check the unit",
             )
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
@@ -510,9 +512,11 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
             )
         if finite and not is_finite(numbers):
             place = int(np.flatnonzero(~np.isfinite(numbers))[0])
-            value, mend = f"{numbers.flat[place]} at index {place}", "Remove NaN and infinity"
             raise InputError(
-                "contains values that are not finite", path=path, value=value, mend=mend
+                "contains values that are not finite",
+                path=path,
+                value=f"{numbers.flat[place]} at index {place}",
+                mend="Remove NaN and infinity",
             )
         return numbers
 

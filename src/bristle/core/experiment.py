@@ -103,20 +103,21 @@ class Run:
 
     def __post_init__(self) -> None:
         if self.tolerance and self.substeps:
-            message = "conflicts with the tolerance, which determines the steps"
             raise InputError(
-                message, path="substeps", value=self.substeps, mend="Remove substeps or tolerance"
+                "conflicts with the tolerance, which determines the steps",
+                path="substeps",
+                value=self.substeps,
+                mend="Remove substeps or tolerance",
             )
         if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
         if self.duration < self.sample_time * (1.0 - OF_A_SAMPLE):
-            allowed, mend = f">= {self.sample_time:g} s, the sample time", "Check the units"
             raise InputError(
                 "is shorter than a sample",
                 path="duration",
                 value=self.duration,
-                allowed=allowed,
-                mend=mend,
+                allowed=f">= {self.sample_time:g} s, the sample time",
+                mend="Check the units",
             )
         if self.settle and self.settle >= self.duration:
             raise InputError(
@@ -126,11 +127,12 @@ class Run:
                 allowed=f"< {self.duration:g} s, the duration",
             )
         if self.duration / self.sample_time > SAMPLES_MAX:
-            message, allowed = (
+            raise InputError(
                 f"gives {self.duration / self.sample_time:.3g} samples at this sample time",
-                f"up to {SAMPLES_MAX} samples",
+                path="duration",
+                value=self.duration,
+                allowed=f"up to {SAMPLES_MAX} samples",
             )
-            raise InputError(message, path="duration", value=self.duration, allowed=allowed)
 
 
 RUN = variables_in(Run)
@@ -241,32 +243,27 @@ class Feedforward:
     def __post_init__(self) -> None:
         has_screw = self.plant is not None and self.plant.component.screw is not None
         if self.table is not None and not has_screw:
-            mend, name = (
-                "Feed a ball_screw forward, or omit the friction of the table",
-                self.plant and self.plant.name,
-            )
+            name = self.plant and self.plant.name
             raise InputError(
                 "needs a plant with a table behind a screw",
                 path="feedforward.table",
                 value=name,
                 allowed="ball_screw",
-                mend=mend,
+                mend="Feed a ball_screw forward, or omit the friction of the table",
             )
         if self.table is not None and self.table.kind != "translational":
-            mend = "The table travels: its friction is in N and m"
             raise InputError(
                 "must be translational",
                 path="feedforward.table",
                 value=f"{self.table.name}, {self.table.kind}",
-                mend=mend,
+                mend="The table travels: its friction is in N and m",
             )
         if has_screw and self.mass:
-            mend = "Omit mass: the plant contains the masses of motor and table"
             raise InputError(
                 "conflicts with a plant that has two masses",
                 path="feedforward.mass",
                 value=self.mass,
-                mend=mend,
+                mend="Omit mass: the plant contains the masses of motor and table",
             )
 
 

@@ -61,15 +61,11 @@ class Slot(Documented):
         if isinstance(self.channel, str) and self.channel in CHANNELS:
             object.__setattr__(self, "channel", CHANNELS[self.channel])
         if not isinstance(self.channel, Surrounding):
-            place, allowed = (
-                f"channel of {self.name}",
-                f"{', '.join(CHANNELS)}, or a further channel",
-            )
             raise InputError(
                 "is not a channel of a log",
-                path=place,
+                path=f"channel of {self.name}",
                 value=self.channel,
-                allowed=allowed,
+                allowed=f"{', '.join(CHANNELS)}, or a further channel",
                 mend='Write channel=Surrounding("humidity", Variable("1", "relative humidity"), usual=0.5)',
             )
         if self.of not in (FRICTION, LEVEL):
@@ -95,10 +91,11 @@ def refuse_unfit(slot: Slot) -> None:
     """Refuse a slot of invalid form, without running a model."""
     for name, variable in slot.variables.items():
         if name not in slot.defaults:
-            mend = (
-                "Give each parameter a default with which the channel does not change the friction"
+            raise InputError(
+                "has no default",
+                path=f"Parameters.{name}",
+                mend="Give each parameter a default with which the channel does not change the friction",
             )
-            raise InputError("has no default", path=f"Parameters.{name}", mend=mend)
         if slot.is_array(name) or variable.choices:
             raise InputError(
                 "is not a number",
@@ -113,8 +110,11 @@ def refuse_unfit(slot: Slot) -> None:
                 allowed=f'"{EXCITATION}", or empty',
             )
     if not slot.identified:
-        mend = f'Write Variable(..., excitation="{EXCITATION}") for each parameter to identify'
-        raise InputError("has no parameter to identify from a log", path="Parameters", mend=mend)
+        raise InputError(
+            "has no parameter to identify from a log",
+            path="Parameters",
+            mend=f'Write Variable(..., excitation="{EXCITATION}") for each parameter to identify',
+        )
     if slot.factor not in kernels():
         raise InputError(
             "is not a kernel", path="factor", mend="Decorate factor with @kernel from bristle.core"

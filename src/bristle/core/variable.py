@@ -69,11 +69,10 @@ class Variable:
 
     def __post_init__(self) -> None:
         if not self.description:
-            mend = 'Write both, such as Variable("force", "Coulomb friction force")'
             raise InputError(
                 "lacks the quantity or the description",
                 path=f"Variable({self.quantity!r})",
-                mend=mend,
+                mend='Write both, such as Variable("force", "Coulomb friction force")',
             )
         with located(f"quantity of {self.description!r}"):
             object.__setattr__(self, "quantity", canonical(self.quantity))
@@ -93,13 +92,12 @@ class Variable:
                 f"excitation of {self.description!r}",
                 f"{', '.join(EXCITATIONS[1:])}, or empty text",
             )
-            mend = did_you_mean(self.excitation, EXCITATIONS[1:])
             raise InputError(
                 "is not an excitation",
                 path=place,
                 value=self.excitation,
                 allowed=allowed,
-                mend=mend,
+                mend=did_you_mean(self.excitation, EXCITATIONS[1:]),
             )
 
     def unit(self, kind: Kind = "translational") -> str:

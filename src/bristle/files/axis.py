@@ -339,12 +339,12 @@ def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:
                 * transmission.travel("rotational", "motor" if entry.turn == "motor" else "load")
             )
         except InputError:
-            message, mend = (
-                "needs the travel of the axis per turn",
-                'Write lead = "10 mm" (and gear_ratio if there is a gear)',
-            )
+            mend = 'Write lead = "10 mm" (and gear_ratio if there is a gear)'
             raise InputError(
-                message, path=path, value=entry.turn, mend=f"{mend} under [transmission]"
+                "needs the travel of the axis per turn",
+                path=path,
+                value=entry.turn,
+                mend=f"{mend} under [transmission]",
             ) from None
         harmonics = None if entry.harmonics == "identify" else tuple(sorted(set(entry.harmonics)))
         coggings.append(Cogging(entry.turn, turn, harmonics))

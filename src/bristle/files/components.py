@@ -31,9 +31,12 @@ def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> 
     names = list(expected)
     for key in table:
         if key not in names:
-            full, allowed = f"{path}.{key}" if path else key, f"keys: {', '.join(names)}"
+            full = f"{path}.{key}" if path else key
             raise InputError(
-                "unknown key", path=full, allowed=allowed, mend=did_you_mean(key, names)
+                "unknown key",
+                path=full,
+                allowed=f"keys: {', '.join(names)}",
+                mend=did_you_mean(key, names),
             )
 
 

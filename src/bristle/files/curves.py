@@ -119,12 +119,11 @@ def read_curves(
         ]
     chosen = [curve for curve in candidates if curve.u.size >= shortest]
     if not chosen:
-        allowed = f"at least {shortest} samples per curve"
         raise InputError(
             "has only curves with too few samples",
             path=place,
             value=f"{len(candidates)} curves",
-            allowed=allowed,
+            allowed=f"at least {shortest} samples per curve",
         )
     if len(chosen) < len(candidates):
         notes.append(

@@ -91,8 +91,12 @@ class Drive:
             units.factor(unit, base, path=path)
             return Scale(base, self._carried(path, EFFORTS[base], side, effort=True))
         if (base := units.like(unit, DRIVE_UNITS, path=path)) is None:
-            allowed = "N or N*m; also V, A, % or count with a constant under [effort]"
-            raise InputError("is not a unit of effort", path=path, value=unit, allowed=allowed)
+            raise InputError(
+                "is not a unit of effort",
+                path=path,
+                value=unit,
+                allowed="N or N*m; also V, A, % or count with a constant under [effort]",
+            )
         if base == "rated" and self.rated is not None:  # the rated effort of the motor
             path, text = "effort.rated", self.rated
             _, own = units.split(text, path)
@@ -122,9 +126,11 @@ class Drive:
                 mend=f"{mend} under [effort]",
             )
         if base != self.constant.drive:
-            allowed = f"{self.constant.drive.replace('rated', '%')} or a multiple"
             raise InputError(
-                "does not match the constant under [effort]", path=path, value=unit, allowed=allowed
+                "does not match the constant under [effort]",
+                path=path,
+                value=unit,
+                allowed=f"{self.constant.drive.replace('rated', '%')} or a multiple",
             )
         measured = EFFORTS[self.constant.effort]
         return Scale(
@@ -161,11 +167,12 @@ class Drive:
                 mend="Remove the key `side`",
             )
         if measured == "rotational" and side is None and self.transmission.gear_ratio != 1:
-            message, mend = (
+            raise InputError(
                 "has no key `side`, but a gear has a motor side and a load side",
-                'Write side = "motor" or side = "load"',
+                path=path,
+                allowed="motor or load",
+                mend='Write side = "motor" or side = "load"',
             )
-            raise InputError(message, path=path, allowed="motor or load", mend=mend)
         try:
             return (self.transmission.effort if effort else self.transmission.travel)(
                 measured, side or "load"

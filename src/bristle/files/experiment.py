@@ -68,12 +68,16 @@ class Planned:
         except (OSError, UnicodeDecodeError):
             return False
         if NOTE in changed:
-            mend = f"Remove {self.folder} to identify the model again"
-            raise InputError("is damaged or was changed", path=str(self.folder / NOTE), mend=mend)
-        if MODEL in changed:
-            mend = f'To use the changed model, rename this file and name it with file = "...". Otherwise, remove {self.folder}'
             raise InputError(
-                "was changed after its identification", path=str(self.folder / MODEL), mend=mend
+                "is damaged or was changed",
+                path=str(self.folder / NOTE),
+                mend=f"Remove {self.folder} to identify the model again",
+            )
+        if MODEL in changed:
+            raise InputError(
+                "was changed after its identification",
+                path=str(self.folder / MODEL),
+                mend=f'To use the changed model, rename this file and name it with file = "...". Otherwise, remove {self.folder}',
             )
         return MODEL in names and DEPENDS_ON not in changed and f'"{self.digest}"' in text
 
@@ -181,12 +185,11 @@ def _excited(
     override = table_at(variants[name], f"compare.{name}")
     tables = merged(base, override)
     for place, model in _uses(tables):
-        mend = f'Write friction = "none" under [compare.{name}.controller.feedforward]'
         raise InputError(
             "must not be used in this loop, because the loop runs before the identification",
             path=f"compare.{name}.{place}",
             value=model,
-            mend=mend,
+            mend=f'Write friction = "none" under [compare.{name}.controller.feedforward]',
         )
     own = Sources(sources.folder, sources.allow_code, sources.size_limit)
     variant = variant_from(name, Tables(tables, override, f"compare.{name}"), own)

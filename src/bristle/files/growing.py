@@ -82,12 +82,11 @@ class Growing:
                     ) from error
                 if error.errno not in _FULL:
                     raise
-                reason, mend = (
-                    os.strerror(error.errno or 0).lower(),
-                    "Make room on the disk and repeat the command. Existing files stay",
-                )
+                reason = os.strerror(error.errno or 0).lower()
                 raise InputError(
-                    f"cannot be written: {reason}", path=str(self.path / name), mend=mend
+                    f"cannot be written: {reason}",
+                    path=str(self.path / name),
+                    mend="Make room on the disk and repeat the command. Existing files stay",
                 ) from error
         return self.path / name
 
@@ -182,11 +181,10 @@ def growing_folder(
                     holder = (
                         f" (process {note.process})" if note is not None and note.process else ""
                     )
-                    mend = "Wait for its end, or name another folder"
                     raise InputError(
                         f"another process{holder} is writing to this folder",
                         path=str(path),
-                        mend=mend,
+                        mend="Wait for its end, or name another folder",
                     ) from None
                 damaged = _looked_through(folder, note, path, kind, made_anew, used) if note else []
                 owned.complete(opened)
@@ -204,11 +202,12 @@ def growing_folder(
             str(path)
         ):
             raise
-        reason, mend = (
-            (error.strerror or str(error)).lower(),
-            "Name another folder, or repeat the command",
-        )
-        raise InputError(f"cannot be written: {reason}", path=str(path), mend=mend) from error
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(
+            f"cannot be written: {reason}",
+            path=str(path),
+            mend="Name another folder, or repeat the command",
+        ) from error
 
 
 def _new_note_in(folder: Folder, path: Path, kind: str) -> int:
@@ -270,18 +269,18 @@ def _looked_through(
         if used(name) and not re.search(rf"{re.escape(DAMAGED)}(-\d+)?$", name)
     ]
     if foreign:
-        mend = "Move these files to another place, because the command would replace or read them"
         raise InputError(
             f"contains files that bristle did not write: {owned.listed(foreign)}",
             path=str(path),
-            mend=mend,
+            mend="Move these files to another place, because the command would replace or read them",
         )
     # Others are unfinished
     changed = [name for name in changed if not UNFINISHED.fullmatch(name) or note.sums[name]]
     if altered := [name for name in changed if UNFINISHED.fullmatch(name) or not made_anew(name)]:
-        mend = "Move these files to another place, because the command would replace them"
         raise InputError(
-            f"contains files that were changed: {owned.listed(altered)}", path=str(path), mend=mend
+            f"contains files that were changed: {owned.listed(altered)}",
+            path=str(path),
+            mend="Move these files to another place, because the command would replace them",
         )
     return changed
 

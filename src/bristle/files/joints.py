@@ -73,16 +73,25 @@ def _base_of_names(
     """Return the number from which the names of joints count; refuse a table that could take the columns of another joint."""
     text, path = as_toml(table), f"{JOINT}[{number - 1}].name"
     if f"[{NUMBER}]" in text:
-        mend = f"The columns of arrays in MAT, HDF5 and NPZ files count from 0: write [{INDEX}]. If yours count from 1, write [{{joint1}}]"
-        raise InputError(f"uses [{NUMBER}], which counts from 1", path=path, value=name, mend=mend)
+        raise InputError(
+            f"uses [{NUMBER}], which counts from 1",
+            path=path,
+            value=name,
+            mend=f"The columns of arrays in MAT, HDF5 and NPZ files count from 0: write [{INDEX}]. "
+            "If yours count from 1, write [{joint1}]",
+        )
     in_name = re.search(r"(\d+)$", name)
     if in_name is None or not any(place in text for place in (NUMBER, INDEX, "{joint1}")):
         return base
     own = int(in_name[1]) - number + 1
     if own not in ((0, 1) if base is None else (base,)):
         message = f"is the table of joint {number}, because {NUMBER} counts the tables"
-        mend = f"List all joints in order, or write the columns of this joint into its table without {NUMBER}"
-        raise InputError(message, path=path, value=name, mend=mend)
+        raise InputError(
+            message,
+            path=path,
+            value=name,
+            mend=f"List all joints in order, or write the columns of this joint into its table without {NUMBER}",
+        )
     return own
 
 

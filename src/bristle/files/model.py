@@ -261,18 +261,20 @@ def _beside(described: FrictionModel | Slot, function: Callable[..., Any], folde
         try:
             code = content_of(inspect.getfile(function))
         except (InputError, TypeError, OSError):
-            mend = "Save the model in a separate file and load it from there"
             raise InputError(
                 "is not defined in a file, so a model file cannot refer to it",
                 path=described.name,
-                mend=mend,
+                mend="Save the model in a separate file and load it from there",
             ) from None
     target = folder / code.source.name
     if not os.path.lexists(target):
         write_whole(target, code.data, new=True)
     elif content_of(target).data != code.data:
-        mend = "Write the model file to another folder, or move the existing file"
-        raise InputError("exists already with different content", path=str(target), mend=mend)
+        raise InputError(
+            "exists already with different content",
+            path=str(target),
+            mend="Write the model file to another folder, or move the existing file",
+        )
     return code.source.name
 
 

@@ -41,12 +41,13 @@ def code_at(path: Readable) -> Content:
             if source.suffix == ".toml"
             else mend
         )
-        message, value = (
-            "is not a Python file, so bristle does not run it",
-            source.suffix or source.name,
-        )
+        value = source.suffix or source.name
         raise InputError(
-            message, path=str(source), value=value, allowed="a name that ends with .py", mend=mend
+            "is not a Python file, so bristle does not run it",
+            path=str(source),
+            value=value,
+            allowed="a name that ends with .py",
+            mend=mend,
         )
     return content
 

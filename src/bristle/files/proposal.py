@@ -282,12 +282,11 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
             | {key: roles.channels[key] for key in {"time"} & set(roles.channels)},
         )
     if not {"position", "velocity"} & set(roles.channels):
-        message, mend = (
-            "has no column that bristle recognises as the position",
-            "Write an axis file that names the columns, and add --axis AXIS.toml",
-        )
+        message = "has no column that bristle recognises as the position"
         raise InputError(
-            f"{message}, only {some_of(table.names, 40)}", path=str(table.source), mend=mend
+            f"{message}, only {some_of(table.names, 40)}",
+            path=str(table.source),
+            mend="Write an axis file that names the columns, and add --axis AXIS.toml",
         )
     transmission = facts_of_speeds(table, roles)
     if joints > 1:  # each joint has its own gear

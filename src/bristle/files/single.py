@@ -34,6 +34,8 @@ def write_whole(path: str | os.PathLike[str], content: str | bytes, *, new: bool
                 os.unlink(place)
         if not isinstance(error, OSError):
             raise
-        reason, mend = (error.strerror or str(error)).lower(), "Name a file in a writable folder"
-        raise InputError(f"cannot be written: {reason}", path=str(file), mend=mend) from None
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(
+            f"cannot be written: {reason}", path=str(file), mend="Name a file in a writable folder"
+        ) from None
     return file

@@ -208,9 +208,11 @@ def _replayed(section: str, tables: Tables, run: Run, sources: Sources) -> np.nd
     record = sources.loop_record(entries.get("file"), f"{path}.file")
     force = record.unexplained if section == "disturbance" else record.injected
     if force is None:
-        mend = f"Remove [{path}] from the file"
         raise InputError(
-            "has no column of known inputs", path=f"{path}.file", value=entries["file"], mend=mend
+            "has no column of known inputs",
+            path=f"{path}.file",
+            value=entries["file"],
+            mend=f"Remove [{path}] from the file",
         )
     described, mend = (
         f"the force in {entries['file']}",
@@ -308,13 +310,12 @@ def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> 
         entries.get("friction", "none"),
     )
     if isinstance(friction, str) and friction != "none":
-        mend = f'Write [{place}] and, below it, model = "coulomb_viscous" or file = "model.toml"'
         raise InputError(
             "must be a table",
             path=place,
             value=friction,
             allowed='"none", or a friction model as in [friction]',
-            mend=mend,
+            mend=f'Write [{place}] and, below it, model = "coulomb_viscous" or file = "model.toml"',
         )
     values: dict[str, Any] = numbers_in(entries, FEEDFORWARD, kind, path)
     scaled: Any = choice_at(

@@ -317,12 +317,11 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
         (stated for base in OF_DRIVES if converts(stated, base)),
         USUAL_UNITS.get(column.base, column.base),
     )
-    allowed = f"{column.base}, or a unit that converts to it"
     raise InputError(
         "has the wrong unit",
         path=place,
         value=stated,
-        allowed=allowed,
+        allowed=f"{column.base}, or a unit that converts to it",
         mend=f'Write the unit of the numbers in the axis file, such as unit = "{usual}"',
     )
 

@@ -64,12 +64,11 @@ def read(data: bytes, request: Request) -> Table:
             for i, row in zip(at, rows, strict=True)
             if _ROW.fullmatch(row) is None or row.count(b" ") != width
         )
-        text, mend = (
-            row[:60].decode("ascii", "replace"),
-            "Record again, or delete the lines from here on",
-        )
         raise InputError(
-            "is not a row of halsampler", path=f"{place}: line {i + 1}", value=text, mend=mend
+            "is not a row of halsampler",
+            path=f"{place}: line {i + 1}",
+            value=row[:60].decode("ascii", "replace"),
+            mend="Record again, or delete the lines from here on",
         ) from None
     counters = [k for k in range(width) if counts_rows(values[:, k])]
     # After its buffer was full once, HAL leaves one old row, which is the first of the next record.

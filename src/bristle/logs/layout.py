@@ -144,9 +144,8 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
             if layout is not None and (score := _score(rows, layout)) > best_score:
                 best, best_score = layout, score
     if best is None:
-        message = "holds no rows of numbers, or is truncated before them"
         raise InputError(
-            message,
+            "holds no rows of numbers, or is truncated before them",
             path=str(source),
             mend="Export one row per sample, with cells separated by a comma, a semicolon, a tab or blanks",
         )

@@ -53,9 +53,11 @@ def read_table(
             if content.data.startswith(magic):
                 raise InputError("is not a log that bristle can read", path=place, mend=mend)
     if content.part is not None and not log_format.holds_tables:
-        mend = "Remove the table name after the file name"
         raise InputError(
-            "is not a file with several tables", path=place, value=content.part, mend=mend
+            "is not a file with several tables",
+            path=place,
+            value=content.part,
+            mend="Remove the table name after the file name",
         )
     if log_format.name != "csv" and any(name.startswith("column_") for name in choice.names or ()):
         choice = ALL  # column numbers refer to the file

@@ -205,12 +205,11 @@ def read_mcap(data: bytes, request: Request) -> Table:
         if table is None or key[0] == table or key[1].startswith(f"{table}.")
     }
     if not chosen:
-        message, allowed = (
-            "holds no readable messages with numbers",
-            f"topics: {', '.join(sorted({topic for topic, _ in fields})[:8])}" if fields else "",
+        allowed = (
+            f"topics: {', '.join(sorted({topic for topic, _ in fields})[:8])}" if fields else ""
         )
         raise InputError(
-            message,
+            "holds no readable messages with numbers",
             path=str(request.source),
             value=table,
             allowed=allowed,

@@ -188,12 +188,11 @@ def carried_effort(
         inner = inner.inner
         p = p.inner
     if inner.inverse is None:
-        known = "inertia, oscillator"
         raise InputError(
             "is a plant without inverse dynamics",
             path="feedforward.carries",
             value=plant.name,
-            allowed=known,
+            allowed="inertia, oscillator",
             mend="Remove carries, so that the transmitted effort is the effort of the feedforward",
         )
     effort = inner.inverse(

@@ -118,9 +118,8 @@ def write(request: Request) -> Product:
 def refuse_velocity_mode(request: Request, target: str) -> None:
     """Refuse an axis whose amplifier does not follow an effort."""
     if request.mode != "torque":
-        message = "feeds an effort forward, but the output of this axis is the velocity command of its amplifier"
         raise InputError(
-            message,
+            "feeds an effort forward, but the output of this axis is the velocity command of its amplifier",
             path=target,
             value=request.mode,
             allowed="an amplifier in torque mode",

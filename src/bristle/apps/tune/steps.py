@@ -130,14 +130,14 @@ def _answer(run: Run) -> dict[str, Any]:
             return {"test_effort": offset, "moved": moved, "loop_answer": loop / offset}
         unrest = unrest or bool(np.ptp(steps) > 4.0 * count)
     if unrest:
-        reason = "the axis does not rest: equal test efforts move it differently"
         raise MachineRefusedError(
-            "hunts", reason, "Lower the integral gain, or add damping, until the axis rests"
+            "hunts",
+            "the axis does not rest: equal test efforts move it differently",
+            "Lower the integral gain, or add damping, until the axis rests",
         )
-    reason = f"a test effort of {OFFSETS[-1]:.0%} of the limit moves nothing and changes nothing in the loop"
     raise MachineRefusedError(
         "no_effect",
-        reason,
+        f"a test effort of {OFFSETS[-1]:.0%} of the limit moves nothing and changes nothing in the loop",
         "The effort does not reach the motor: the drive must be in a mode that accepts an effort",
     )
 

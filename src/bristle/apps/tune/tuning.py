@@ -203,9 +203,10 @@ def save(
     with _reopened(folder, machine, allow_code=allow_code) as run, answering():
         journal, used = run.journal, run.machine
         if not isinstance(used, SavingMachine):
-            mend = "Its feedforward lasts until the controller restarts. Then run bristle tune again, or export the model: bristle export"
             raise MachineRefusedError(
-                "no_memory", f"the machine {run.link.machine} has no non-volatile memory", mend
+                "no_memory",
+                f"the machine {run.link.machine} has no non-volatile memory",
+                "Its feedforward lasts until the controller restarts. Then run bristle tune again, or export the model: bristle export",
             )
         kept, identified = journal.last("kept"), journal.last("done", step="identity")
         if kept is None or identified is None or not journal.is_kept:
@@ -229,9 +230,10 @@ def save(
         journal.write("save", "saving", places=dict(used.saved()))
         written, places = dict(used.save(run.folder / results)), dict(used.saved())
         if written != places or not all(places.values()):
-            mend = f"Remove it: bristle tune --undo {run.folder}"
             raise MachineRefusedError(
-                "not_saved", f"the memory differs from what was written: {', '.join(places)}", mend
+                "not_saved",
+                f"the memory differs from what was written: {', '.join(places)}",
+                f"Remove it: bristle tune --undo {run.folder}",
             )
         journal.write("save", "saved", places=places)
     return Tuning(

@@ -246,14 +246,11 @@ def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
         or path.size < 2
         or not np.all(np.diff(path) > 0.0)
     ):
-        way, mend = (
-            "rise" if side > 0.0 else "fall",
-            "Begin each curve at its reversal, and remove curves of one sample",
-        )
+        way = "rise" if side > 0.0 else "fall"
         raise InputError(
             f"must {way} throughout, and so must every other curve",
             path=f"curves[{index}]",
-            mend=mend,
+            mend="Begin each curve at its reversal, and remove curves of one sample",
         )
     return Curve(path, output)
 

@@ -49,9 +49,8 @@ def compare(
         signals = "positions (compared because a log has no reference)"
         if follows:
             signals = "references"
-        reason = f"no cycle of the {signals} is the same before and after the change"
         raise InputError(
-            reason,
+            f"no cycle of the {signals} is the same before and after the change",
             path="after",
             mend="Record both logs with the same reference: the same positions at the same speed",
         )

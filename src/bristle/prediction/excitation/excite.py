@@ -233,11 +233,10 @@ def excite(
     try:
         prior = prior_of(axis, *mechanism)
     except InputError as error:
-        mend = "Correct velocity, acceleration, stroke and mass in the axis file"
         raise InputError(
             f"do not fit a real axis, because the typical friction is out of range ({error})",
             path="[limits]",
-            mend=mend,
+            mend="Correct velocity, acceleration, stroke and mass in the axis file",
         ) from None
     sample_time = axis.sample_time or SAMPLE_TIME
     count = seconds / sample_time
@@ -246,13 +245,12 @@ def excite(
         longer = "Extend the duration"
         if count > SAMPLES_MOST:
             longer = "Record the motion in parts"
-        mend = f"{longer}, or correct the sample time, {with_unit(sample_time, 's')}"
         raise InputError(
             f"contains {count:.3g} samples",
             path="duration",
             value=with_unit(seconds, "s"),
             allowed=allowed,
-            mend=mend,
+            mend=f"{longer}, or correct the sample time, {with_unit(sample_time, 's')}",
         )
     begin = None
     if start is not None:
@@ -527,20 +525,21 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
     if purposes is not None:
         names = list(purposes)
     if not names:
-        mend = "Name a purpose, or omit the option for all possible purposes"
         raise InputError(
-            "names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES), mend=mend
+            "names no purpose of a motion",
+            path="purposes",
+            allowed=", ".join(PURPOSES),
+            mend="Name a purpose, or omit the option for all possible purposes",
         )
     for name in names:
         if name not in PURPOSES:
             allowed = ", ".join(PURPOSES)
-            mend = did_you_mean(name, PURPOSES)
             raise InputError(
                 "is not a purpose of a motion",
                 path="purposes",
                 value=name,
                 allowed=allowed,
-                mend=mend,
+                mend=did_you_mean(name, PURPOSES),
             )
     reasons = {name: PURPOSES[name].missing(limits) for name in names}
     if purposes is None and all(reasons.values()):
@@ -577,9 +576,8 @@ def _in_time(
             pieces = min(pieces, _pieces(chosen, limits, target), key=length_of)
         asked, needed = (f"{time + ExcitationMotion.rest:.3g} s" for time in (seconds, takes))
         if len(chosen) == 1 or not may_drop:
-            reason = f"is too short, because a motion for {', '.join(chosen)} needs {needed} on this axis"
             raise InputError(
-                reason,
+                f"is too short, because a motion for {', '.join(chosen)} needs {needed} on this axis",
                 path="duration",
                 value=asked,
                 mend="Extend the duration to this time, or name fewer purposes: a faster motion would not identify the parameters",

@@ -119,9 +119,8 @@ def limits_of(
             )
 
     if axis.stroke and math.ulp(max(map(abs, axis.stroke))) > LEAST:
-        reason = "is so far from zero that positions have too few digits"
         raise InputError(
-            reason,
+            "is so far from zero that positions have too few digits",
             path="limits.stroke",
             value=axis.stroke,
             mend="Measure positions from a point near the stroke",
@@ -129,17 +128,18 @@ def limits_of(
     if axis.stroke and start is not None:
         stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
         if stroke < LEAST:
-            allowed = f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI"
             raise InputError(
                 "leaves no travel on one side of the start",
                 path="start",
                 value=start,
-                allowed=allowed,
+                allowed=f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI",
             )
     if travel is not None and stroke is not None and travel > stroke:
-        allowed = f"up to {with_unit(stroke, unit_of('length', axis.kind))}"
         raise InputError(
-            "is more than the stroke of the axis", path="travel", value=travel, allowed=allowed
+            "is more than the stroke of the axis",
+            path="travel",
+            value=travel,
+            allowed=f"up to {with_unit(stroke, unit_of('length', axis.kind))}",
         )
     if travel is None:
         travel = _usable(stroke)
