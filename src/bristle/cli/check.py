@@ -206,8 +206,11 @@ def _of_code(model: Path, options: dict[str, str | None], *, move: bool) -> _Jud
             allowed="a file .toml or .py, or a folder of results",
             mend="For the built-in models see: bristle models",
         )
-    mend = f'Write a model file with file = "{model.name}" and its parameters, and check the model file'
-    refuse(options, "needs a model with parameter values", mend)
+    refuse(
+        options,
+        "needs a model with parameter values",
+        f'Write a model file with file = "{model.name}" and its parameters, and check the model file',
+    )
     content = code_in(model)
     module = SourceText(content).module()
     if not {"MODEL", "SLOT", *KINDS} & vars(module).keys():

@@ -240,9 +240,13 @@ def opposes_sliding(model: Model) -> Fact:
         (_steady(model, speed), _steady(model, -speed), speed) for speed in (1e-4, 1e-3, 1e-2, 1e-1)
     ]
     forward, backward, speed = min(steady, key=lambda entry: entry[0] - entry[1])
-    detail = f"smallest force at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward"
     return judged(
-        Fact(detail, forward - backward, unit_of("force", model.kind), 0.0),
+        Fact(
+            f"smallest force at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward",
+            forward - backward,
+            unit_of("force", model.kind),
+            0.0,
+        ),
         "Check signs",
         unmet=forward < backward,
     )

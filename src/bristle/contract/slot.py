@@ -82,8 +82,12 @@ def factor_above_zero(slot: Slot) -> Fact:
     factors = _factors(slot, slot.assemble(slot.defaults | dict(slot.example)))
     low, high = range_of(slot)
     ends = f"{slot.channel.name} from {low:g} to {high:g} {slot.channel.variable.unit().removesuffix('1')}".rstrip()
-    detail = f"{np.min(factors):.4g} to {np.max(factors):.4g} for {ends}"
-    fact = Fact(detail, float(np.min(factors)), "1", SMALLEST_FACTOR)
+    fact = Fact(
+        f"{np.min(factors):.4g} to {np.max(factors):.4g} for {ends}",
+        float(np.min(factors)),
+        "1",
+        SMALLEST_FACTOR,
+    )
     if not np.all(np.isfinite(factors)) or np.min(factors) <= SMALLEST_FACTOR:
         raise UnmetError(
             fact, "Friction must not change its sign: change the equation, the example or the range"

@@ -109,8 +109,11 @@ class Former(MetaPathFinder, Loader):
         if package in self._warned:
             return
         self._warned.add(package)
-        text = f"{former} is now {present}. The former name is removed in bristle 0.4"
-        warnings.warn(text, DeprecationWarning, stacklevel=3)
+        warnings.warn(
+            f"{former} is now {present}. The former name is removed in bristle 0.4",
+            DeprecationWarning,
+            stacklevel=3,
+        )
 
 
 def _is_present(name: str, path: Sequence[str] | None) -> bool:

@@ -53,8 +53,11 @@ def check_relations(
         values = component.values(parameters)
         facts = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
         if relation.advisory:
-            message = f"{path}: should have {relation.condition}, but {facts}. {relation.mend}"
-            warnings.warn(message, InputWarning, stacklevel=4)
+            warnings.warn(
+                f"{path}: should have {relation.condition}, but {facts}. {relation.mend}",
+                InputWarning,
+                stacklevel=4,
+            )
         else:
             allowed = relation.allowed(parameters) if relation.allowed else ""
             raise InputError(

@@ -346,8 +346,9 @@ def _text_of_joints(
                 if stated == FILL_IN
                 else ""
             )
-            unit = f"{channel} = {{ unit = {quoted(stated)} }}{hint}"
-            text = re.sub(rf"(?m)^{channel} = .*$", unit, text)
+            text = re.sub(
+                rf"(?m)^{channel} = .*$", f"{channel} = {{ unit = {quoted(stated)} }}{hint}", text
+            )
     text = "".join(
         line for line in text.splitlines(keepends=True) if not line.startswith("# unused columns")
     )

@@ -117,8 +117,12 @@ def read_csv(data: bytes, request: Request) -> Table:
     texts = {}
     for i, column in words.items():
         message, mend = why_no_number(column[0])  # for a caller that needs this column
-        place = f"{request.source}: line {layout.first + 1}, column {layout.names[i]!r}"
-        texts[layout.names[i]] = InputError(message, path=place, value=column[0], mend=mend)
+        texts[layout.names[i]] = InputError(
+            message,
+            path=f"{request.source}: line {layout.first + 1}, column {layout.names[i]!r}",
+            value=column[0],
+            mend=mend,
+        )
     names = [name for i, name in enumerate(layout.names) if i not in words]
     units = {
         layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]

@@ -104,9 +104,12 @@ def gather(table: Table, axis: Axis) -> Gathered:
         if channel is not None:
             gathered.regressors.append(replace(channel, unit="1"))
     if motion is None:
-        mend = "Name this column in [columns]"
         gathered.problems.append(
-            InputError("names no column of the position", path=f"axis {axis.name}", mend=mend)
+            InputError(
+                "names no column of the position",
+                path=f"axis {axis.name}",
+                mend="Name this column in [columns]",
+            )
         )
     if implied:
         _onto_one_time(table, gathered, time.unit if time else "")
@@ -161,8 +164,13 @@ def _compare_columns(table: Table, gathered: Gathered) -> None:
     sizes = {channel.column: channel.values.size for _, channel in gathered.named()}
     if len(set(sizes.values())) > 1:
         message = f"has columns with different numbers of samples ({', '.join(f'{column}: {size}' for column, size in sizes.items())})"
-        mend = "Export all channels with the same sample rate and duration. A shorter column may be truncated"
-        gathered.problems.append(InputError(message, path=str(table.source), mend=mend))
+        gathered.problems.append(
+            InputError(
+                message,
+                path=str(table.source),
+                mend="Export all channels with the same sample rate and duration. A shorter column may be truncated",
+            )
+        )
     error, position = (
         gathered.channels.pop("following_error", None),
         gathered.channels.get("position"),

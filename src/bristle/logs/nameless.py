@@ -303,8 +303,14 @@ class _Search:
         place = int(np.argmax(gaps)) + 1 if gaps else 0
         if not gaps or gaps[place - 1] < GAP:
             return [], names, {}
-        text = f"it is smooth: the next column is {gaps[place - 1]:.0f} times as rough"
-        return ordered[:place], ordered[place:], dict.fromkeys(ordered[:place], text)
+        return (
+            ordered[:place],
+            ordered[place:],
+            dict.fromkeys(
+                ordered[:place],
+                f"it is smooth: the next column is {gaps[place - 1]:.0f} times as rough",
+            ),
+        )
 
     def _efforts(self, positions: list[str], candidates: list[str]) -> dict[str, tuple[str, str]]:
         """Return the effort of each position with the evidence: the column that depends on the direction of this joint."""

@@ -60,10 +60,13 @@ def first_answer(identification: Identification) -> list[Line]:
         *_parameters(identification.best),
         verdict(ruling_of(identification)),
     ]
-    provisional = (
-        "first of the models, the others follow; intervals from simulated logs may be wider"
-    )
-    return [Line("Provisional", provisional), *lines]
+    return [
+        Line(
+            "Provisional",
+            "first of the models, the others follow; intervals from simulated logs may be wider",
+        ),
+        *lines,
+    ]
 
 
 def advice_to_record(fit: Fit) -> str:

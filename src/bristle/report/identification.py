@@ -394,10 +394,11 @@ def _correlations(fit: Fit) -> Table:
         (fit.correlation_names[i], fit.correlation_names[j], f"{value:+.2f}".replace("-", "−"))
         for value, i, j in strongest
     ]
-    caption = (
-        "Correlation of the estimates, strongest first. Near ± 1 the two parameters are confounded"
+    return Table(
+        "Correlation of the estimates, strongest first. Near ± 1 the two parameters are confounded",
+        ("Parameter", "With", "Correlation"),
+        rows,
     )
-    return Table(caption, ("Parameter", "With", "Correlation"), rows)
 
 
 def _for_the_drive(

@@ -224,9 +224,8 @@ class ModelInHand(WithCard):
         columns = [index for index, head in enumerate(table.heads) if head in COLUMNS]
         rows = tuple(tuple(row[index] for index in columns) for row in table.rows)
         logs, remarks = self._words()
-        title = f"{self.best.name}, identified{f' from {logs}' if logs else ''}: error {self.best.error_percent:.3g} %"
         return Card(
-            title,
+            f"{self.best.name}, identified{f' from {logs}' if logs else ''}: error {self.best.error_percent:.3g} %",
             tuple(table.heads[index] for index in columns),
             rows,
             (*remarks, *(f"warning: {warning}" for warning in warnings_of(self.best))),

@@ -179,10 +179,9 @@ def two_masses_table(identification: Identification) -> Table | None:
             half = (
                 math.inf if estimate.ends is None else 0.5 * (estimate.ends[1] - estimate.ends[0])
             )
-            side_of = f"friction of the {name}: {fit.name}"
             rows.append(
                 (
-                    capital(side_of),
+                    capital(f"friction of the {name}: {fit.name}"),
                     estimate.name,
                     with_unit(estimate.value, estimate.unit),
                     _width(half, estimate.value),

@@ -301,7 +301,8 @@ def table(cost: Economy, still: Economy) -> Table:
         for row, count in enumerate(cost.counts)
     ]
     heads = ("Branches", *WAYS, *(f"{name}, no scatter" for name in WAYS))
-    caption = (
-        "Error on unseen motions [% of the largest torque]; mean and standard deviation over seeds"
+    return Table(
+        "Error on unseen motions [% of the largest torque]; mean and standard deviation over seeds",
+        heads,
+        rows,
     )
-    return Table(caption, heads, rows)

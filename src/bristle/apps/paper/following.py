@@ -197,8 +197,11 @@ def _by_variant(tracked: Tracked) -> Table:
         "Effort rms [mN·m]",
     )
     runs = next(iter(tracked.result.variants.values())).runs
-    caption = f"Following error: mean ± standard deviation over {runs} runs with different noise and scatter"
-    return Table(caption, heads, rows).without_empty_columns()
+    return Table(
+        f"Following error: mean ± standard deviation over {runs} runs with different noise and scatter",
+        heads,
+        rows,
+    ).without_empty_columns()
 
 
 def figure_13(tracked: Tracked) -> Reproduced:

@@ -101,8 +101,13 @@ def _cards(figures: Sequence[Reproduced], loop: Reproduced) -> list[Card]:
         ("No compensator", BEFORE, BEFORE),
         ("Its compensator", PRINTED, COMPENSATED),
     ):
-        text = f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm"
-        cards.append(Card(label, text, f"paper: {1e6 * IN_PAPER[published]:.2f}\u00a0µm"))
+        cards.append(
+            Card(
+                label,
+                f"{with_spread(1e6 * peaks[name], 1e6 * spreads.get(name, 0.0))}\u00a0µm",
+                f"paper: {1e6 * IN_PAPER[published]:.2f}\u00a0µm",
+            )
+        )
     return cards
 
 
@@ -220,7 +225,6 @@ def _section(figure: Reproduced) -> Section:
                 published=published,
             )
         )
-    claim = '<p class="note">Claim: {} <strong>Here: {}.</strong> Experiment: <code>{}</code>.</p>'
     blocks = [
         Markup("<blockquote><p>{}</p></blockquote>").format(words.quotation),
         drawn._replace(id=f"fig-{number}"),
@@ -229,7 +233,9 @@ def _section(figure: Reproduced) -> Section:
         *figure.tables,
         *further,
         Markup("<p><strong>Why it differs.</strong> {}</p>").format(words.differs),
-        Markup(claim).format(words.claim, figure.verdict, figure.origin.name),
+        Markup(
+            '<p class="note">Claim: {} <strong>Here: {}.</strong> Experiment: <code>{}</code>.</p>'
+        ).format(words.claim, figure.verdict, figure.origin.name),
     ]
     return Section(f"figure-{number}", f"Figure {number}: {words.title}", blocks, "Figures")
 

@@ -141,7 +141,6 @@ def figure_9(setting: Setting) -> Reproduced:
         )
         for name, shares in by_run.items()
     ]
-    caption = "Torque on return to D and B minus that at the turn [% of the largest]; mean and standard deviation over the runs"
     return Reproduced(
         number=9,
         verdict=verdict_if(worst < REPEATS, "built in"),
@@ -152,7 +151,13 @@ def figure_9(setting: Setting) -> Reproduced:
         origin=setting.origin,
         numbers={"missing_at_return": missing, "missing_of_runs": by_run, "torque_sensor": sensor}
         | {"missing_of_friction": {name: _missing_of(path) for name, path in friction.items()}},
-        tables=(Table(caption, ("Contact", "Runs", *RETURNS), rows),),
+        tables=(
+            Table(
+                "Torque on return to D and B minus that at the turn [% of the largest]; mean and standard deviation over the runs",
+                ("Contact", "Runs", *RETURNS),
+                rows,
+            ),
+        ),
     )
 
 

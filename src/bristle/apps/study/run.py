@@ -146,8 +146,11 @@ def _crew(
             return OwnCluster(study, make, count)
         except MissingExtraError as error:
             if workers is not None:
-                text = f"{error}. Until then, threads of one process do the work"
-                warnings.warn(text, InputWarning, stacklevel=2)
+                warnings.warn(
+                    f"{error}. Until then, threads of one process do the work",
+                    InputWarning,
+                    stacklevel=2,
+                )
     return Here(make(study).columns, count)
 
 

@@ -185,8 +185,11 @@ class Cluster:
     def _announce_code(self) -> None:
         """Warn of code of the user, which runs on machines of others."""
         for origin in self.study.origins.get("code", ()):
-            sentence = f"bristle runs the code in {origin.name} (SHA-256 {origin.checksum}) on every worker of {self.address}"
-            warnings.warn(sentence, InputWarning, stacklevel=2)
+            warnings.warn(
+                f"bristle runs the code in {origin.name} (SHA-256 {origin.checksum}) on every worker of {self.address}",
+                InputWarning,
+                stacklevel=2,
+            )
 
     def _threads(self, client: Any) -> int:
         """Return the present count of threads of the workers."""
@@ -196,10 +199,10 @@ class Cluster:
             raise self._scheduler_lost() from None
 
     def _scheduler_lost(self) -> BristleError:
-        mend = (
-            "The results written so far remain. Start scheduler and workers, and repeat the command"
+        return self._fault(
+            "the scheduler no longer answers",
+            "The results written so far remain. Start scheduler and workers, and repeat the command",
         )
-        return self._fault("the scheduler no longer answers", mend)
 
     def _fault(self, message: str, mend: str) -> BristleError:
         return InputError(message, path="--scheduler", value=self.address, mend=mend)

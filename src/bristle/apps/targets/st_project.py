@@ -150,8 +150,14 @@ def interface(anew: str, output: str, meaning: str, units: CommandUnits | None) 
     """Return the further inputs and the outputs of a block: command in units of a drive, and flags of repeated output."""
     command = []
     if units is not None:
-        same = f"the same in the units of the drive [{plain(units.effort.name)}]"
-        command = [Variable("command", "LREAL", same, "VAR_OUTPUT")]
+        command = [
+            Variable(
+                "command",
+                "LREAL",
+                f"the same in the units of the drive [{plain(units.effort.name)}]",
+                "VAR_OUTPUT",
+            )
+        ]
     return [
         Variable("restart", "BOOL", f"begin anew: {anew}", "VAR_INPUT"),
         Variable("clear", "BOOL", "reset the flags", "VAR_INPUT"),

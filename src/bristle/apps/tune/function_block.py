@@ -299,10 +299,12 @@ class FunctionBlock(ABC):
         reason = (
             "the program of the controller does not report that the persistent variables are stored"
         )
-        mend = (
-            "Connect store and stored of the function block, as the head of FB_BristleTune.st shows"
+        self._until(
+            lambda: not self._read("save"),
+            reason,
+            STORING,
+            "Connect store and stored of the function block, as the head of FB_BristleTune.st shows",
         )
-        self._until(lambda: not self._read("save"), reason, STORING, mend)
 
     def restore(self, state: State) -> None:
         """Fade the feedforward, and write all variables back."""
@@ -310,9 +312,10 @@ class FunctionBlock(ABC):
             for name in ("gain", "offset"):
                 self._write(name, 0.0)
             self._sign_of_life()
-            reason = "the feedforward does not fade: the function block does not run"
             self._until(
-                lambda: self._read("gain_now") == 0.0, reason, 1.0 + 1.0 / (SLEW * self._clock)
+                lambda: self._read("gain_now") == 0.0,
+                "the feedforward does not fade: the function block does not run",
+                1.0 + 1.0 / (SLEW * self._clock),
             )
         self._write("armed", False)
         self._write("clear", True)

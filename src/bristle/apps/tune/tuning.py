@@ -293,8 +293,13 @@ def _held(machine: Machine | None, link: Connection, *, allow_code: bool) -> Ite
 
 def _steps(run: Run, link: Connection) -> Tuning:
     """Do the steps; restore the machine after whatever ends them."""
-    again = f"bristle tune {run.file.source} --out {run.folder} --move"
-    result = Tuning(run.folder, "kept", facts=run.facts, kind=run.axis.kind, again=again)
+    result = Tuning(
+        run.folder,
+        "kept",
+        facts=run.facts,
+        kind=run.axis.kind,
+        again=f"bristle tune {run.file.source} --out {run.folder} --move",
+    )
     begun = {
         "file": str(link.source),
         "sha256": _checksum(run.file),

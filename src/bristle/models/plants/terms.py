@@ -356,8 +356,9 @@ def _variables(
     for turner, order in orders:
         often = "once" if order == 1 else f"{order} times"
         for part, word in (("cos", "cosine"), ("sin", "sine")):
-            text = f"cogging {often} a turn of the {turner}, {word}"
-            variables[_wave(turner, order, part)] = Variable("force", text, excitation="place")
+            variables[_wave(turner, order, part)] = Variable(
+                "force", f"cogging {often} a turn of the {turner}, {word}", excitation="place"
+            )
     variables |= {name: _SPRING[name] for name in tuple(_SPRING)[:degree]}
     for name in columns:
         variables[f"known_{name}"] = Variable(

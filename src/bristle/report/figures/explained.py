@@ -43,8 +43,13 @@ def forces(explanation: Explanation) -> Figure:
             colour = LIGHT["with"]
         share = 100.0 * part.share
         bars.barh(place, share, 0.6, color=colour)
-        text = f" {number(share, digits=2)} %"
-        bars.text(share, place, text, color=style.INK, verticalalignment="center")
+        bars.text(
+            share,
+            place,
+            f" {number(share, digits=2)} %",
+            color=style.INK,
+            verticalalignment="center",
+        )
     bars.set_ylim(len(parts) - 0.5, -0.5)
     bars.tick_params(axis="y", length=0)
     bars.set(xlim=(0.0, 118.0 * parts[0].share), xlabel="Share of the forces [%]")

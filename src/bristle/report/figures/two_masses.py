@@ -172,11 +172,10 @@ def response_of_motor(fit: Fit, identification: Identification) -> Figure:
     )
     for name, side in (("antiresonance", "right"), ("resonance", "left")):
         axes.axvline(facts[name], **style.DOTTED)
-        text = f" {name} {facts[name]:.3g} Hz "
         axes.text(
             facts[name],
             1.02,
-            text,
+            f" {name} {facts[name]:.3g} Hz ",
             transform=axes.get_xaxis_transform(),
             color=style.INK,
             horizontalalignment=side,

@@ -252,11 +252,12 @@ def error_table(trial: Trial, place: str) -> Table:
         for truth in trial.plan.truths
         for condition in trial.plan.conditions
     ]
-    caption = (
+    return Table(
         f"{SET_NAMES[place]}: following error peak to peak [µm], mean over {trial.plan.seeds} runs with different noise "
-        "and scatter, and its 95 % interval"
+        "and scatter, and its 95 % interval",
+        ("Friction of the rig", "Condition", *LOOPS.values()),
+        rows,
     )
-    return Table(caption, ("Friction of the rig", "Condition", *LOOPS.values()), rows)
 
 
 def claim_table(trial: Trial) -> Table:
@@ -329,11 +330,12 @@ def family_table(trial: Trial, place: str) -> Table:
                 *(share + (OWN if family in truth.families else "") for truth, share in shares),
             )
         )
-    caption = (
+    return Table(
         f"{SET_NAMES[place]}: remaining error with feedforward [% of the error without compensation]; {OWN} if "
-        "the family has the structure of the simulated friction"
+        "the family has the structure of the simulated friction",
+        ("Family", *(truth.name for truth in trial.plan.truths)),
+        rows,
     )
-    return Table(caption, ("Family", *(truth.name for truth in trial.plan.truths)), rows)
 
 
 def _percent(share: float) -> str:

@@ -173,9 +173,15 @@ def _front(trial: Trial) -> Front:
         for label, error, limit in worst
     ]
     step = Step.of("try your own friction: `bristle paper --robust model.toml`")
-    basis = "(peak to peak, simulated)"
     return Front(
-        HEADING, facts, ruling_of(trial), title, basis, cards, step, figures=[_picture(trial)]
+        HEADING,
+        facts,
+        ruling_of(trial),
+        title,
+        "(peak to peak, simulated)",
+        cards,
+        step,
+        figures=[_picture(trial)],
     )
 
 
