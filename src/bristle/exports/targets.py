@@ -161,47 +161,10 @@ def at(place: str, **fixed: Any) -> Callable[..., Any]:
     return called
 
 
-_C = (
-    "C99: a header, a source without dependencies, an example, and a self-test that checks the results of the target bit by bit. The "
-    "export needs no compiler"
-)
-_ST = "a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen"
-_TABLE = (
-    "effort over velocity as CSV, in the units of the log and of the drive of AXIS.toml. With --points 3: gravity, the inertia, and "
-    "level and viscous friction of each direction"
-)
-_TF5200 = (
-    "the list of compensation values for the friction compensation of a Beckhoff TF5200 CNC. AXIS.toml must contain the rated effort "
-    "of the drive"
-)
-_AX8000 = (
-    "static and dynamic friction for objects 0x3144:02 and 0x3144:03 of a Beckhoff AX8000 or AMP8000 drive; also the spring rate, "
-    "object 0x3144:01, if the model has a pre-sliding distance"
-)
-_START_VALUES = (
-    "start values for the friction compensation of a SINUMERIK. Tune them with the circularity test"
-)
-_COGGING = "the identified harmonics of the cogging force"
-_HAL = (
-    "a HAL component of LinuxCNC for an amplifier in torque mode, a HAL file for the machine, a table for the component lincurve, and a "
-    "self-test that checks the results bit by bit. The component needs halcompile"
-)
-_ROS2 = (
-    "a ROS 2 package with a chainable controller of ros2_control: it adds the friction along the reference of joints to their effort. The "
-    "controller contains the C files, bit-identical to Python"
-)
 _FMU = (
     "FMUs for FMI {}.0. The first FMU contains the friction. If the model file has a plant, a second FMU contains friction and plant. Both "
     "support co-simulation and, if the model has continuous time, model exchange. The FMU of a control law supports co-simulation. "
     "Each FMU contains a library for each platform whose compiler is installed"
-)
-_WASM = "a WebAssembly module and the script that loads it, for a browser or node"
-_CUDA = "CUDA C++: thousands of axes in parallel on a graphics processor"
-_WARP = (
-    "friction of thousands of joints in Warp, as a drive of Newton and as an actuator of Isaac Lab"
-)
-_CASADI = (
-    "C with exact first derivatives, as external functions of CasADi. The parameters are inputs"
 )
 
 
@@ -230,14 +193,15 @@ _LISTED = (
         derivatives=True,
         write=at("bristle.exports.c:write"),
         write_law=at("bristle.exports.c:law_files"),
-        description=_C,
+        description="C99: a header, a source without dependencies, an example, and a self-test that checks the results of"
+        " the target bit by bit. The export needs no compiler",
     ),
     Target(
         name="wasm",
         title="WebAssembly",
         rest="middle",
         write=at("bristle.apps.targets.wasm:write"),
-        description=_WASM,
+        description="a WebAssembly module and the script that loads it, for a browser or node",
     ),
     Target(
         name="st",
@@ -249,7 +213,7 @@ _LISTED = (
         operators=True,
         write=at("bristle.apps.targets.st:write"),
         write_law=at("bristle.apps.targets.st:st_law_files"),
-        description=_ST,
+        description="a function block in Structured Text for a PLC, its self-test, and both as XML of PLCopen",
     ),
     Target(
         name="hal",
@@ -259,7 +223,9 @@ _LISTED = (
         compares=True,
         write=at("bristle.apps.targets.hal:write"),
         write_law=at("bristle.apps.targets.hal:hal_law_files"),
-        description=_HAL,
+        description="a HAL component of LinuxCNC for an amplifier in torque mode, a HAL file for the machine, a table for"
+        " the component lincurve, and a self-test that checks the results bit by bit. The component needs "
+        "halcompile",
     ),
     Target(
         name="ros2",
@@ -268,7 +234,8 @@ _LISTED = (
         pushes=True,
         tunable=True,
         write=at("bristle.apps.targets.ros2:write"),
-        description=_ROS2,
+        description="a ROS 2 package with a chainable controller of ros2_control: it adds the friction along the "
+        "reference of joints to their effort. The controller contains the C files, bit-identical to Python",
     ),
     Target(
         name="cuda",
@@ -276,17 +243,20 @@ _LISTED = (
         rest="middle",
         operators=True,
         write=at("bristle.apps.targets.cuda:write"),
-        description=_CUDA,
+        description="CUDA C++: thousands of axes in parallel on a graphics processor",
     ),
     Target(
-        name="warp", title="Warp", write=at("bristle.apps.targets.warp:write"), description=_WARP
+        name="warp",
+        title="Warp",
+        write=at("bristle.apps.targets.warp:write"),
+        description="friction of thousands of joints in Warp, as a drive of Newton and as an actuator of Isaac Lab",
     ),
     Target(
         name="casadi",
         title="CasADi",
         rest="held",
         write=at("bristle.apps.targets.casadi:write"),
-        description=_CASADI,
+        description="C with exact first derivatives, as external functions of CasADi. The parameters are inputs",
     ),
     Target(
         name="table",
@@ -296,7 +266,8 @@ _LISTED = (
         compares=True,
         write=at("bristle.exports.drive:write"),
         reads=at("bristle.exports.drive:reads"),
-        description=_TABLE,
+        description="effort over velocity as CSV, in the units of the log and of the drive of AXIS.toml. With --points 3:"
+        " gravity, the inertia, and level and viscous friction of each direction",
     ),
     Target(
         name="tf5200",
@@ -305,7 +276,8 @@ _LISTED = (
         compares=True,
         write=at("bristle.exports.tf5200:write"),
         reads=at("bristle.exports.tf5200:reads"),
-        description=_TF5200,
+        description="the list of compensation values for the friction compensation of a Beckhoff TF5200 CNC. AXIS.toml "
+        "must contain the rated effort of the drive",
     ),
     Target(
         name="ax8000",
@@ -313,7 +285,8 @@ _LISTED = (
         pushes=True,
         write=at("bristle.exports.ax8000:write"),
         reads=at("bristle.exports.ax8000:reads"),
-        description=_AX8000,
+        description="static and dynamic friction for objects 0x3144:02 and 0x3144:03 of a Beckhoff AX8000 or AMP8000 "
+        "drive; also the spring rate, object 0x3144:01, if the model has a pre-sliding distance",
     ),
     Target(
         name="sinumerik",
@@ -321,7 +294,7 @@ _LISTED = (
         pushes=True,
         write=at("bristle.exports.sinumerik:write"),
         reads=at("bristle.exports.sinumerik:reads"),
-        description=_START_VALUES,
+        description="start values for the friction compensation of a SINUMERIK. Tune them with the circularity test",
     ),
     Target(
         name="cogging",
@@ -329,7 +302,7 @@ _LISTED = (
         of_cogging=True,
         write=at("bristle.exports.cogging:write"),
         reads=at("bristle.exports.cogging:reads"),
-        description=_COGGING,
+        description="the identified harmonics of the cogging force",
     ),
     Target(
         name="mjcf",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bristle.core import number, typeset, unit_of
+from bristle.core import Axis, Diagnostic, number, typeset, unit_of
 from bristle.prediction import drive_units, level_values
 from bristle.report.cards import Line, labelled, no_gain
 from bristle.report.compensation import gain_of
@@ -23,7 +23,6 @@ from bristle.report.table import capital, fixed, percent_text
 from bristle.report.two_masses import two_masses_lines
 
 if TYPE_CHECKING:
-    from bristle.core import Axis, Diagnostic
     from bristle.identification import Estimate, Fit, Identification
     from bristle.prediction import Following
     from bristle.simulation import SimulationResult

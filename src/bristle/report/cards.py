@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from bristle.core import DEVIATION_OVER_MEDIAN, NORMAL_95, number, scale_of, typeset, unit_of
+from bristle.core import DEVIATION_OVER_MEDIAN, NORMAL_95, Axis, number, scale_of, typeset, unit_of
 from bristle.prediction import drive_units, level_values, reversal_distance
 from bristle.report.table import capital, percent_text
 
 if TYPE_CHECKING:
-    from bristle.core import Axis
     from bristle.identification import Estimate, Fit
     from bristle.prediction import Following
     from bristle.report.compensation import Gain

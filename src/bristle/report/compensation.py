@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from bristle.core import Kind, Status, number, scale_of, unit_of, with_unit
+from bristle.core import Experiment, Kind, Status, Variant, number, scale_of, unit_of, with_unit
 from bristle.report.messages import message
 from bristle.report.table import length_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.core import Experiment, Variant
     from bristle.prediction import Claim, Following
     from bristle.simulation import SimulationResult, Statistics, VariantResult
 

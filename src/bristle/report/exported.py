@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from bristle.core import Axis, Content, InputError, Variable, amount, content_of
+from bristle.core import Axis, Content, InputError, Model, Variable, Variant, amount, content_of
 from bristle.files import SUMMARY, TOML_LIMIT, as_json, origins_of_code, provenance
 
 if TYPE_CHECKING:
-    from bristle.core import Model, Variant
     from bristle.exports import Product, Target
     from bristle.files import Results
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from bristle.core import unit_of, with_unit
+from bristle.core import Axis, Kind, unit_of, with_unit
 from bristle.prediction import fit_at_samples, largest_deviation, reversal_distance, steady_curve
 from bristle.report.brief import advice_to_record
 from bristle.report.cards import COMPARE, Step, cards_of, gain_card, no_gain
@@ -63,7 +63,6 @@ from bristle.report.two_masses import (
 )
 
 if TYPE_CHECKING:
-    from bristle.core import Axis, Kind
     from bristle.identification import Fit, Identification
     from bristle.prediction import Following
     from bristle.report.compensation import Gain

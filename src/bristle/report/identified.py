@@ -9,7 +9,7 @@ from inspect import Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec
 
-from bristle.core import Axis, InputError, Origin, Progress, cached_property
+from bristle.core import Axis, Experiment, InputError, Origin, Progress, cached_property
 from bristle.files import axis_text, logs_and_axes, origins_of_code, provenance
 from bristle.identification import Identification, axis_with, identify as models_fitted, models_of
 from bristle.logs import Log
@@ -19,7 +19,6 @@ from bristle.report.model_in_hand import ModelInHand
 from bristle.report.results import Result
 
 if TYPE_CHECKING:
-    from bristle.core import Experiment
     from bristle.files import NextExperiment, Results
     from bristle.prediction import Compensation, Following
     from bristle.report.figures import ReportFigure

@@ -6,13 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.core import Kind, number, printable, scale_of, typeset, unit_of, with_unit
+from bristle.core import Axis, Kind, number, printable, scale_of, typeset, unit_of, with_unit
 from bristle.identification import OPEN
 from bristle.prediction import drive_units, level_values
 from bristle.report.table import Quantity, Table, interval_text, short_text
 
 if TYPE_CHECKING:
-    from bristle.core import Axis
     from bristle.identification import Estimate, Fit, Identification, Settings
     from bristle.simulation.certificates import Certificate
 

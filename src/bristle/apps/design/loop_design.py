@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from bristle.core import number, unit_of
+from bristle.core import Kind, number, unit_of
 from bristle.core.palette import LIGHT
 from bristle.report.figures import style
 from bristle.report.figures.bars import draw_bars
@@ -18,7 +18,6 @@ from bristle.report.figures.report_figure import shown
 
 if TYPE_CHECKING:
     from bristle.apps.design import Assessment, Circle
-    from bristle.core import Kind
 
 
 LOWEST = 0.003  # of the Nyquist frequency

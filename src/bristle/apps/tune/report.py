@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from bristle.apps.tune.machine import STOPS
-from bristle.core import number, unit_of, with_unit
+from bristle.core import Kind, number, unit_of, with_unit
 from bristle.report.cards import Step
 from bristle.report.comparison import comparison_report
 from bristle.report.page import Block, Front, Ruling, Section, about, report_page
@@ -13,7 +13,6 @@ from bristle.report.table import Table, capital
 
 if TYPE_CHECKING:
     from bristle.apps.tune.run import Run, Tuning
-    from bristle.core import Kind
 
 
 QUANTITIES = {

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from bristle.core import NORMAL_95
+from bristle.core import NORMAL_95, Kind
 from bristle.core.palette import LIGHT
 from bristle.report.figures import style
 from bristle.report.figures.first_screen import LOW, SIDE, draw_pair, over_a_strip
 from bristle.report.figures.report_figure import shown
 
 if TYPE_CHECKING:
-    from bristle.core import Kind
     from bristle.identification import Fit
     from bristle.simulation import Prediction
 

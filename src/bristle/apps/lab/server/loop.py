@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bristle.apps.lab.server.errand import Answer, Errand, as_table, zipped
-from bristle.core import InputError, between
+from bristle.core import Axis, Component, InputError, between
 from bristle.files import edited, form_of, key_of, logs_and_axes, write_whole
 from bristle.models import controllers
 
 if TYPE_CHECKING:
-    from bristle.core import Axis, Component
     from bristle.identification import Fit
     from bristle.logs import Log
     from bristle.prediction import Following
