@@ -304,8 +304,8 @@ def test_signals_are_unchanged_outside_the_main_thread():
 
 
 def test_modules_are_imported_by_frames_of_the_interpreter():
-    assert not signals._imports(sys._getframe())
-    assert not signals._imports(None)
+    assert not signals.is_importing(sys._getframe())
+    assert not signals.is_importing(None)
 
 
 # --- memory ---------------------------------------------------------------------------------------------------------

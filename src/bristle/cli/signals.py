@@ -99,7 +99,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         now = time.monotonic()
         if self._is_over or (self._first is not None and now - self._first[1] < 1.0):
             return
-        if _imports(frame):
+        if is_importing(frame):
             # A module that is being imported may drop the exception, or turn it into its own error.
             self._waiting = number
             self._send_again(number)
@@ -226,7 +226,8 @@ def _end_at_once(number: int) -> NoReturn:
     os._exit(128 + number)
 
 
-def _imports(frame: FrameType | None) -> bool:
+def is_importing(frame: FrameType | None) -> bool:
+    """Return whether a frame is inside an import, which an interruption would leave incomplete."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             return True

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 from bristle.apps.lab.server.limits import RESTORING
+from bristle.cli.signals import is_importing
 from bristle.core import BristleError, error_text
 
 REFUSED = {
@@ -73,12 +74,7 @@ class Interruption:
 
 
 def _imports() -> bool:
-    frame = sys._current_frames().get(threading.main_thread().ident or 0)
-    while frame is not None:
-        if frame.f_code.co_filename.startswith("<frozen importlib"):
-            return True
-        frame = frame.f_back
-    return False
+    return is_importing(sys._current_frames().get(threading.main_thread().ident or 0))
 
 
 def main() -> None:
