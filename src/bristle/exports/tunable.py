@@ -1,7 +1,5 @@
 """Options of an export: parameters that change at run time, and single precision."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Container, Iterator, Mapping
 from dataclasses import dataclass

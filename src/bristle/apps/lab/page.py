@@ -1,7 +1,5 @@
 """The page of the lab: one file that contains all scripts and styles, which the page identifies by their hashes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import cache
 from importlib import resources

@@ -1,7 +1,5 @@
 """The steps of a run, each behind a gate: check, warm-up, record, excite, identify, load, refine, compare, keep."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """`tune`: run the steps on a machine, keep the feedforward if it helps, and restore the machine in every other case."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

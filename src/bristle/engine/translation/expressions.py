@@ -1,7 +1,5 @@
 """Expressions of kernels, with their types."""
 
-from __future__ import annotations
-
 import ast
 import math
 import operator

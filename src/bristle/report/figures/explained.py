@@ -1,7 +1,5 @@
 """Figure of the forces that explain the effort of a log."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
