@@ -240,7 +240,9 @@ def _share_fed(request: Request, drive: Drive, target: Target) -> float:
     turn = 2.0 * np.pi * np.arange(0.0, 2.0, request.dt)
     x = (request.speed or 0.1) / (2.0 * np.pi) * np.sin(turn)
     if target.of_cogging:
-        terms = None if request.plant is None else terms_of(request.plant)
+        terms = None
+        if request.plant is not None:
+            terms = terms_of(request.plant)
         effort = np.zeros(x.size)
         if terms is not None:
             effort = effort_of_place(x, terms)

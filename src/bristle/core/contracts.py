@@ -80,11 +80,9 @@ class Component(Documented):
 
     def __reduce__(self) -> tuple[Any, ...]:
         made_by = self._made_by()
-        return (
-            made_by
-            if made_by is not None and made_by[0](*made_by[1]) is self
-            else super().__reduce__()
-        )
+        if made_by is not None and made_by[0](*made_by[1]) is self:
+            return made_by
+        return super().__reduce__()
 
     def _made_by(self) -> tuple[Callable[..., Component], tuple[Any, ...]] | None:
         """Return the cached factory of this component and its arguments; None without a factory."""

@@ -243,11 +243,9 @@ class _Reader:
         if sign == "|":
             self.bars += 1
             return Piece("|", OPENS if self.bars % 2 else CLOSES)
-        return (
-            Piece(" ", BLANK)
-            if sign.isspace()
-            else Piece(PRINTED.get(sign, sign), ROLES.get(sign, ATOM))
-        )
+        if sign.isspace():
+            return Piece(" ", BLANK)
+        return Piece(PRINTED.get(sign, sign), ROLES.get(sign, ATOM))
 
     def _command(self, name: str) -> Piece:
         if name in COMMANDS:

@@ -84,9 +84,9 @@ def pack(value: Any) -> np.ndarray:
     """
     numbers: list[float | np.ndarray] = []
     arrays = _extend(value, numbers)
-    return (
-        np.hstack(numbers).astype(float, copy=False) if arrays else np.array(numbers, dtype=float)
-    )
+    if arrays:
+        return np.hstack(numbers).astype(float, copy=False)
+    return np.array(numbers, dtype=float)
 
 
 def _extend(value: Any, numbers: list[float | np.ndarray]) -> bool:

@@ -276,9 +276,9 @@ def _unseen(request: Request) -> tuple[str, ...]:
     notes = []
     for name, variable in request.model.component.variables.items():
         entry = request.source.uncertainty.get(name, {})
-        doubt = entry.get("note") or (
-            "" if entry.get("status", "identified") in SEEN else "not identified"
-        )
+        doubt = entry.get("note")
+        if not doubt and entry.get("status", "identified") not in SEEN:
+            doubt = "not identified"
         of_sliding = acts_in_sliding(variable) and not Role.BREAK_AWAY.fits(variable)
         if of_sliding and entry.get("status") != "held" and doubt:
             notes.append(f"do not use {name} until a log determines this force: {doubt}")

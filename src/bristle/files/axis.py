@@ -314,11 +314,9 @@ def _mass_of(file: AxisFile) -> str:
 
 
 def _positive(raw: Any, variable: Variable, kind: Kind, path: str) -> float | None:
-    return (
-        None
-        if raw is None
-        else _above_zero(units.quantity(raw, variable, kind, path=path), path, raw)
-    )
+    if raw is None:
+        return None
+    return _above_zero(units.quantity(raw, variable, kind, path=path), path, raw)
 
 
 def _cogging(file: AxisFile, transmission: Transmission) -> tuple[Cogging, ...]:

@@ -204,7 +204,9 @@ def extended(path: str) -> str:
     # For the folder only; Windows accepts 260 characters with the name of a file.
     if len(path) < 200 or path.startswith(_AS_IT_IS):
         return path
-    return f"{_AS_IT_IS}UNC\\{path[2:]}" if path.startswith("\\\\") else _AS_IT_IS + path
+    if path.startswith("\\\\"):
+        return f"{_AS_IT_IS}UNC\\{path[2:]}"
+    return _AS_IT_IS + path
 
 
 def _rename(old: Path, new: Path, flag: int) -> bool:

@@ -234,7 +234,9 @@ def write_model(
 
 
 def _short(value: Any) -> Any:
-    return list(map(_short, value)) if isinstance(value, list) else float(f"{value:.7g}")
+    if isinstance(value, list):
+        return list(map(_short, value))
+    return float(f"{value:.7g}")
 
 
 def _name_of(friction: Model, folder: Path) -> dict[str, Any]:

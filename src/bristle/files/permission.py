@@ -105,8 +105,7 @@ def allow(content: Content) -> None:
         if record is not None:  # an incomplete record on a full disk would also allow it
             with suppress(OSError):
                 record.unlink()
-        warnings.warn(
-            f"{content.source.name}: cannot save the permission to run its code ({error.strerror})",
-            InputWarning,
-            stacklevel=2,
+        remark = (
+            f"{content.source.name}: cannot save the permission to run its code ({error.strerror})"
         )
+        warnings.warn(remark, InputWarning, stacklevel=2)

@@ -32,11 +32,9 @@ Quantity = Annotated[Any, AfterValidator(_number_or_text)]
 
 def by_number(value: Any) -> Any:
     """Return the name of a column that is given by its number, from 1."""
-    return (
-        f"column_{value}"
-        if isinstance(value, int) and not isinstance(value, bool) and value > 0
-        else value
-    )
+    if isinstance(value, int) and not isinstance(value, bool) and value > 0:
+        return f"column_{value}"
+    return value
 
 
 # The name of a column, or its number, counted from 1
@@ -153,11 +151,9 @@ class ColumnEntry(SignalEntry):
 
 def long_form(value: Any) -> Any:
     """Accept the bare name of a column as a complete entry."""
-    return (
-        {"column": value}
-        if isinstance(value, (str, int)) and not isinstance(value, bool)
-        else value
-    )
+    if isinstance(value, (str, int)) and not isinstance(value, bool):
+        return {"column": value}
+    return value
 
 
 Signal = Annotated[SignalEntry, BeforeValidator(long_form)]

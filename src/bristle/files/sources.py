@@ -114,11 +114,9 @@ class Sources:
     def own(self, table: Any, family: type[Own], path: str) -> Own | None:
         """Return the user component in the `file` of a table; None if the table has no `file`."""
         entries = table_at(table, path)
-        return (
-            component_in(entries, family, path=path, read_code=self.code)
-            if "file" in entries
-            else None
-        )
+        if "file" in entries:
+            return component_in(entries, family, path=path, read_code=self.code)
+        return None
 
     def code(self, file: str, path: str) -> Content:
         """Return the code in a file that may run."""

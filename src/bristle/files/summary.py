@@ -33,7 +33,9 @@ def plain(value: Any) -> Any:
         return [plain(item) for item in value]
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
-    return value if isinstance(value, (int, bool)) or value is None else escaped(str(value))
+    if isinstance(value, (int, bool)) or value is None:
+        return value
+    return escaped(str(value))
 
 
 def provenance(command: str, **files: Any) -> dict[str, str]:

@@ -98,7 +98,9 @@ def _mend(content: Content, text: str, message: str) -> str:
     value = line.partition("=")[2].strip()
     if value and value[0].isdigit() and not value.endswith(('"', "'")):
         return f'Write a value with a unit in quotation marks: "{value}"'
-    return f"The line reads: {line}" if line else "Is a bracket or a quotation mark missing?"
+    if line:
+        return f"The line reads: {line}"
+    return "Is a bracket or a quotation mark missing?"
 
 
 def _refuse_absurdities(data: dict[str, Any]) -> None:

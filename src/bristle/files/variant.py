@@ -539,4 +539,6 @@ def variables_of_section(
         return RUN
     if section == "controller.feedforward" and variant.effort is None:
         return FEEDFORWARD
-    return LEARNING if section == "controller.learning" and variant.learning is not None else None
+    if section == "controller.learning" and variant.learning is not None:
+        return LEARNING
+    return None

@@ -164,11 +164,11 @@ def _irregular(
     if columns is None and has_clocks:
         return dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
     with suppress(InputError):  # a column that is not needed may hold anything
-        return (
-            dict(zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True))
-            if columns is None and has_words
-            else columns
-        )
+        if columns is None and has_words:
+            return dict(
+                zip(numeric, _numbers(body, layout, request, numeric, encoding), strict=True)
+            )
+        return columns
     return None
 
 

@@ -276,9 +276,6 @@ def _piled(values: np.ndarray, run: int) -> np.ndarray:
     near, low = top - width, top - (1.0 + BELOW) * width
     at, below = values > near, (values > low) & (values <= near)
     # A pile holds at least 3.0 times the samples below; a sine reaches 2.7.
-    return (
-        at
-        if longest_run(at)[1] >= run
-        and np.count_nonzero(at) * BELOW >= 3.0 * np.count_nonzero(below)
-        else none
-    )
+    if longest_run(at)[1] >= run and np.count_nonzero(at) * BELOW >= 3.0 * np.count_nonzero(below):
+        return at
+    return none

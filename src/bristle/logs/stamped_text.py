@@ -201,12 +201,11 @@ def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.nda
         except ValueError:
             return None
     is_empty = any(np.isnan(values).any() for values in columns.values())
-    return (
-        columns
-        if any(map(is_slow, columns.values()))
-        or (is_empty and not any(map(lacks_inside, columns.values())))
-        else None
-    )
+    if any(map(is_slow, columns.values())) or (
+        is_empty and not any(map(lacks_inside, columns.values()))
+    ):
+        return columns
+    return None
 
 
 def lacks_inside(values: np.ndarray) -> bool:

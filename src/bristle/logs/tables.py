@@ -174,14 +174,12 @@ def flattened(
 
 def note_of_text(names: Sequence[str]) -> list[str]:
     """Return the note on columns of text."""
-    return (
-        [
+    if names:
+        return [
             f"bristle ignores columns of text: {', '.join(names[:20])}"
             + (" and others" if len(names) > 20 else "")
         ]
-        if names
-        else []
-    )
+    return []
 
 
 class Series(NamedTuple):

@@ -187,8 +187,6 @@ def _text(value: Any, key: str = "", kind: Kind = "translational") -> str:
         return " to ".join(_text(part, key, kind) for part in value)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return str(value)
-    return (
-        with_unit(float(value), unit_of(QUANTITIES[key], kind))
-        if key in QUANTITIES
-        else number(float(value), digits=3)
-    )
+    if key in QUANTITIES:
+        return with_unit(float(value), unit_of(QUANTITIES[key], kind))
+    return number(float(value), digits=3)

@@ -61,7 +61,8 @@ class Step(NamedTuple):
 
 def identity(run: Run) -> None:
     """Read identity and limits; refuse a machine that changed since the run began."""
-    identified, before = dict(run.machine.identity()), run.journal.last("done", step="identity")
+    identified = dict(run.machine.identity())
+    before = run.journal.last("done", step="identity")
     if before is not None and before["facts"]["identity"] != identified:
         changed = [
             name
@@ -205,7 +206,8 @@ def warm_up(run: Run) -> None:
 def before(run: Run) -> None:
     """Record the user's motion; refuse an axis that hunts at rest."""
     recording = run.record("before", run.motion(run.file.cycles))
-    at_rest, moving = _at_rest(run, recording.effort), rms(cycles_of(run, recording.effort))
+    at_rest = _at_rest(run, recording.effort)
+    moving = rms(cycles_of(run, recording.effort))
     if at_rest > HUNTS * moving:
         raise MachineRefusedError(
             "hunts",

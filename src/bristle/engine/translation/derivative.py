@@ -35,11 +35,9 @@ ROUNDS = 30  # limit of iterations to find the tangents of all variables
 
 def activity_of(kind: Type) -> Activity:
     """Return the activity of a type: all real numbers may have tangents."""
-    return (
-        tuple(activity_of(part) for _, part in kind.fields)
-        if isinstance(kind, Struct)
-        else kind == REAL or isinstance(kind, Array)
-    )
+    if isinstance(kind, Struct):
+        return tuple(activity_of(part) for _, part in kind.fields)
+    return kind == REAL or isinstance(kind, Array)
 
 
 def is_active(activity: Activity) -> bool:
@@ -369,11 +367,9 @@ class Rules(PythonText):
             return Dual(value, a.activity or b.activity, alone)
         if node.operator == "*":
             # An infinite number stays infinite.
-            return (
-                Dual(value)
-                if _is_infinite(node.left) or _is_infinite(node.right)
-                else self._combined(value, [(b.value, a), (a.value, b)])
-            )
+            if _is_infinite(node.left) or _is_infinite(node.right):
+                return Dual(value)
+            return self._combined(value, [(b.value, a), (a.value, b)])
         if not (a.activity or b.activity):
             return Dual(value)
         value = self._held(value)
@@ -384,11 +380,11 @@ class Rules(PythonText):
         """Return a value whose tangent is the sum of several tangents, each times its slope."""
         active = [(slope, dual.tangent) for slope, dual in terms if dual.activity]
         rule = "tangent_scaled" if len(active) == 1 else "tangent_combined"
-        return (
-            Dual(value, True, f"{rule}({', '.join(part for pair in active for part in pair)})")
-            if active
-            else Dual(value)
-        )
+        if active:
+            return Dual(
+                value, True, f"{rule}({', '.join(part for pair in active for part in pair)})"
+            )
+        return Dual(value)
 
     def _dual_select(self, node: tree.Select) -> Dual:
         choice = tree.Variable(

@@ -84,11 +84,9 @@ def is_named_tuple(value: Any) -> bool:
 
 def free_name(first: str, used: Container[str]) -> str:
     """Return this name, or this name with the first unused number from 2."""
-    return (
-        first
-        if first not in used
-        else next(name for n in count(2) if (name := f"{first}_{n}") not in used)
-    )
+    if first not in used:
+        return first
+    return next(name for n in count(2) if (name := f"{first}_{n}") not in used)
 
 
 def ascii_name(name: str) -> str:

@@ -94,11 +94,9 @@ def _beside(component: FrictionModel, base: FrictionModel, slot: str) -> str:
         not has_level(base) or any(map(base.is_array, base.variables))
     ):
         return ""
-    return (
-        ""
-        if slot in component.name.split("+")
-        else with_slots(base, (*_slots_of(component), slot)).name
-    )
+    if slot in component.name.split("+"):
+        return ""
+    return with_slots(base, (*_slots_of(component), slot)).name
 
 
 def _slots_of(component: FrictionModel) -> tuple[str | Slot, ...]:

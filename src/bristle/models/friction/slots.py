@@ -229,7 +229,9 @@ def base_of(component: FrictionModel) -> FrictionModel:
 def by_direction(component: FrictionModel, name: str) -> tuple[str, ...]:
     """Return the names of a parameter of the model inside: forward and backward separately if they may differ."""
     layer = _slotted_layer(component)
-    return layer.keys(name) if layer is not None and name in layer.inner.variables else (name,)
+    if layer is not None and name in layer.inner.variables:
+        return layer.keys(name)
+    return (name,)
 
 
 @cache

@@ -271,11 +271,9 @@ def with_terms(
         (turner, int(order)) for turner in TURNS for order in sorted(set(orders.get(turner, ())))
     )
     named, degree = tuple(columns), SPRINGS[spring] if spring else 0
-    return (
-        _termed(plant, gravity, pairs, named, degree)
-        if gravity or pairs or named or degree
-        else plant
-    )
+    if gravity or pairs or named or degree:
+        return _termed(plant, gravity, pairs, named, degree)
+    return plant
 
 
 def terms_in(names: Iterable[str]) -> dict[str, Any]:
@@ -314,13 +312,17 @@ def effort_of_place(x: np.ndarray, terms: Terms) -> np.ndarray:
 
 def terms_of(plant: Model) -> Terms | None:
     """Return the terms of a plant with their values; None for a plant without terms."""
-    return plant.parameters.terms if isinstance(plant.parameters, Termed) else None
+    if isinstance(plant.parameters, Termed):
+        return plant.parameters.terms
+    return None
 
 
 def place_of(plant: Model | None) -> Place:
     """Return the position-dependent terms of a plant; `NOWHERE` for a plant without terms."""
     terms = None if plant is None else terms_of(plant)
-    return NOWHERE if terms is None else Place(*(getattr(terms, name) for name in Place._fields))
+    if terms is None:
+        return NOWHERE
+    return Place(*(getattr(terms, name) for name in Place._fields))
 
 
 def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray | None:

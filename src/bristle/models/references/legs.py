@@ -105,6 +105,6 @@ def _fastest(distance: float, acceleration: float, jerk: float) -> float:
     """Return the speed [m/s or rad/s] that a leg without a cruise reaches."""
     rise = acceleration / jerk
     peak = 0.5 * acceleration * (math.sqrt(rise * rise + 4.0 * distance / acceleration) - rise)
-    return (
-        peak if peak >= acceleration * rise else (0.25 * distance * distance * jerk) ** (1.0 / 3.0)
-    )
+    if peak >= acceleration * rise:
+        return peak
+    return (0.25 * distance * distance * jerk) ** (1.0 / 3.0)

@@ -205,7 +205,9 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
     force = 1.0
     if friction is None and most is not None:
         force = 0.1 * most
-    mass = axis.mass if plant is None else plant.values["M"]
+    mass = axis.mass
+    if plant is not None:
+        mass = plant.values["M"]
     assumed = ()
     mass_known = mass is not None
     if mass is None:

@@ -36,7 +36,9 @@ def source_of(name: str, folder: Path) -> str:
 
 def prefix_of(name: str) -> str:
     """Return the beginning of the pins of a component."""
-    return GUARD if name.startswith("bristle_guard") else name.replace("_", "-")
+    if name.startswith("bristle_guard"):
+        return GUARD
+    return name.replace("_", "-")
 
 
 def hal_lines(hal: Hal, thread: str, motor: str, sampler: str) -> list[str]:
