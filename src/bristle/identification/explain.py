@@ -21,6 +21,7 @@ from bristle.core.cores import cores_for_simulations
 from bristle.core.variable import Kind
 from bristle.files.arguments import logs_and_axes
 from bristle.identification.dictionary import (
+    AT_REST,
     SHAPES,
     Grid,
     Group,
@@ -232,6 +233,8 @@ def curves_of(final: Refitted) -> dict[str, Curve]:
         elif group.name == "warmup":
             warm += weights["warmup"] @ over_time(time, search.motion.span)
     v = np.linspace(-grid.V, grid.V, POINTS + 1)
+    # Slower than that, the rows do not show the limits of falling elements.
+    v = v[np.abs(v) > AT_REST * grid.V]
     travel = np.geomspace(0.1 * grid.narrow[0], grid.stroke, POINTS)
     return {
         "position": Curve("length", x, "force", place - place.mean()),
