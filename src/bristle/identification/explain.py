@@ -266,9 +266,9 @@ def after_reversal(weights: Mapping[str, np.ndarray], grid: Grid, travel: np.nda
 def doubts_of(final: Refitted) -> tuple[str, ...]:
     """Return the reasons for which the numbers of the rows at speed are unknown."""
     doubts = list[str]()
-    limits = {group.name: float(final.weights(group).sum()) for group in final.groups}
-    memory = sum(limits.get(name, 0.0) for name in MEMORY)
-    cable = limits.get("cable", 0.0)
+    named = {group.name: group for group in final.groups}
+    memory = rms(sum(final.rows(named[name]) for name in MEMORY if name in named))
+    cable = rms(final.rows(named["cable"])) if "cable" in named else 0.0
     if cable > MOST_CABLE * max(memory + cable, np.finfo(float).tiny):
         doubts.append("not_saturated")
     search = final.choice.search
@@ -282,6 +282,6 @@ def doubts_of(final: Refitted) -> tuple[str, ...]:
     forward = search.fast[final.motion.v[final.motion.places] > 0.0].sum() / search.fast.sum()
     if min(forward, 1.0 - forward) < LEAST_BACKWARD:
         doubts.append("one_direction")
-    if "load" in limits:
+    if "load" in named:
         doubts.append("loaded")
     return tuple(doubts)

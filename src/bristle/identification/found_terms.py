@@ -167,7 +167,7 @@ def with_split(fit: Fit, beside: Beside) -> Fit:
     F_C = beside.terms.explanation.F_C
     if F_C is None or CABLE not in beside.terms.beside(fit.friction.component):
         return fit
-    share = F_C.half_width / max(abs(F_C.value), np.finfo(float).tiny)
+    share = F_C.half_width / max(abs(F_C.value), F_C.half_width)
     estimates = list[Estimate]()
     for estimate in fit.estimates:
         variable = fit.friction.component.variables.get(estimate.name)

@@ -433,7 +433,8 @@ def _context(
         alignment = alignment_of(
             logs, axes, settings, sought=sought, coupling=coupling if low else None
         )
-        if terms is not None and low is None:
+        # Terms spoil delay and inertia of the first stage; without them, it is the sharper one.
+        if terms is not None and terms.explanation.terms and low is None:
             most = settings.delay_unsure * logs[0].sample_time
             alignment = with_explained(alignment, terms.explanation, most)
         if decimation is None and set(map(attrgetter("decimation"), described)) == {None}:
