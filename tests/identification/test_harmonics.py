@@ -12,7 +12,7 @@ from bristle.identification.estimation import context_of, with_pitch
 from bristle.identification.found_terms import terms_of, with_harmonics, with_orders
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
-from bristle.logs.waves import frequency_in, refined, waves
+from bristle.logs.waves import frequency_in, waves
 from bristle.models.friction import find, with_slots
 from bristle.models.plants import inertia
 
@@ -113,18 +113,6 @@ def test_a_wave_between_whole_turns_is_found_with_and_without_direction(passes, 
     wave = (side if odd else 1.0) * np.sin(2.0 * np.pi * frequency * x + 0.4)
     noise = 0.3 * np.random.default_rng(3).standard_normal(x.size)
     assert frequency_in(x, side, wave + noise, 100.0) == pytest.approx(frequency, rel=0.006)
-
-
-def test_the_frequency_of_a_wave_is_refined(passes):
-    x, side = passes
-    frequency = TURNS / np.ptp(x)
-    wave = np.sin(2.0 * np.pi * frequency * x + 0.4) + 0.05 * np.random.default_rng(
-        3
-    ).standard_normal(x.size)
-    coarse = frequency_in(x, side, wave, 100.0)
-    fine = refined(x, side, wave, coarse)
-    assert abs(fine - frequency) < 0.25 * abs(coarse - frequency)
-    assert fine == pytest.approx(frequency, rel=5e-4)
 
 
 def test_a_wave_is_sought_between_the_fewest_and_the_most_turns(passes):

@@ -148,7 +148,7 @@ class Motion:
     ]  # samples of each stretch that depend on the unknown start of its friction
     logs: tuple[slice, ...] = ()  # samples of each of several logs
     # Columns of the log that a coefficient turns into an effort, shape (column, sample).
-    known: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    regressors: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     # Recorded quantities on which friction may depend.
     channels: Mapping[str, np.ndarray] = field(default_factory=dict)
 
@@ -483,8 +483,8 @@ def plant_groups(motion: Motion) -> list[Group]:
         of_signals(motion, "inertia", "inertia", motion.a[None], is_positive=True),
         of_signals(motion, "offset", "offset", constant),
     ]
-    if len(motion.known):
-        groups.append(of_signals(motion, "known", "offset", motion.known))
+    if len(motion.regressors):
+        groups.append(of_signals(motion, "known", "offset", motion.regressors))
     return groups
 
 

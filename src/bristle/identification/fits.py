@@ -129,12 +129,12 @@ def _fits(
 
 def ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
     """Return fits with their ranks, best first, by their errors with the terms that are no part of the models."""
-    whole = fits
+    compared = fits
     if context.beside is not None:
         components = [fit.friction.component for fit in fits]
-        whole = [with_terms_beside(fit, components, context.beside) for fit in fits]
+        compared = [with_terms_beside(fit, components, context.beside) for fit in fits]
     by_name = {fit.name: fit for fit in fits}
-    in_rank = in_order(whole, context.settings, spread_between_repeats(context.dataset))
+    in_rank = in_order(compared, context.settings, spread_between_repeats(context.dataset))
     order = [by_name[fit.name] for fit in in_rank]
     return [replace(fit, rank=rank) for rank, fit in enumerate(with_information(order), 1)]
 

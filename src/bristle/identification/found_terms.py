@@ -128,13 +128,13 @@ class Beside:
     def share_for(self, component: FrictionModel, components: Sequence[FrictionModel]) -> float:
         """Return the rms of the terms that are no part of a model but of another one, over that of the effort [%]."""
         forces = self.terms.forces
-        never = set(forces).intersection(*map(self.terms.beside, components))
-        names = [name for name in self.terms.beside(component) if name not in never]
+        of_none = set(forces).intersection(*map(self.terms.beside, components))
+        names = [name for name in self.terms.beside(component) if name not in of_none]
         if not names:
             return 0.0
         effort = np.concatenate([effort_of(log) for log in self.logs])
-        left = [np.concatenate(forces[name].forces) for name in names]
-        return 100.0 * rms(np.sum(left, axis=0)) / rms(effort)
+        removed = [np.concatenate(forces[name].forces) for name in names]
+        return 100.0 * rms(np.sum(removed, axis=0)) / rms(effort)
 
 
 def about_terms(fit: Fit, beside: Beside, compared: Collection[str]) -> tuple[Diagnostic, ...]:
@@ -157,8 +157,8 @@ def about_terms(fit: Fit, beside: Beside, compared: Collection[str]) -> tuple[Di
     if texts:
         slots = [model_with(cause, fit.friction) for cause in beside.terms.causes]
         further = [name for name in slots if name and name not in compared]
-        told: dict[str, Number] = {"terms": tuple(texts), "model": next(iter(further), "")}
-        about.append(Diagnostic("terms_beside", "", "note", told, kind))
+        of_terms: dict[str, Number] = {"terms": tuple(texts), "model": next(iter(further), "")}
+        about.append(Diagnostic("terms_beside", "", "note", of_terms, kind))
     return tuple(about)
 
 
@@ -219,13 +219,13 @@ def terms_of(
     if shape == "gravity" and has_bodies(axis):
         group = next(group for group in final.groups if group.name == shape)
         unlike_bodies = math.hypot(*final.weights(group).tolist())
-    whole = rms(final.motion.row(final.motion.u, final.band.delay.value))
+    effort = rms(final.motion.row(final.motion.u, final.band.delay.value))
     without = [group for group in final.groups if group.name not in in_plant]
     return Terms(
         explanation=explanation,
         lines=lines,
-        error_without=100.0 * floor_of(final, without) / whole,
-        error_with=100.0 * floor_of(final, final.groups) / whole,
+        error_without=100.0 * floor_of(final, without) / effort,
+        error_with=100.0 * floor_of(final, final.groups) / effort,
         forces=forces,
         waves=tuple(group.frequency for group in final.groups if is_wave(group)),
         unlike_bodies=unlike_bodies,
@@ -310,7 +310,7 @@ def lines_of(
 
 def has_bodies(axis: Axis) -> bool:
     """Return whether a known effort of an axis is that of the bodies of an arm; it contains their gravity."""
-    return any(known.log for known in axis.regressors)
+    return any(column.log for column in axis.regressors)
 
 
 def is_wave(group: Group) -> bool:
@@ -331,8 +331,8 @@ def with_harmonics(pairs: Pairs, terms: Terms | None) -> list[tuple[Log, Axis | 
     for log, axis in pairs:
         if axis is not None:
             coggings = enumerate(axis.cogging)
-            found = [with_orders(cogging, waves, stroke, place) for place, cogging in coggings]
-            axis = replace(axis, cogging=tuple(found))
+            numbered = [with_orders(cogging, waves, stroke, place) for place, cogging in coggings]
+            axis = replace(axis, cogging=tuple(numbered))
         changed.append((log, axis))
     return changed
 

@@ -345,8 +345,8 @@ def _passed(
     )
     if terms is not None:
         # The explanation tells changes of the level better than a check of the log.
-        told = ("level_drifts",) if WARM_UP in terms.forces else ()
-        of_logs = [entry for entry in of_logs if entry.code not in OF_LEVEL or entry.code in told]
+        drifts = ("level_drifts",) if WARM_UP in terms.forces else ()
+        of_logs = [entry for entry in of_logs if entry.code not in OF_LEVEL or entry.code in drifts]
     context = _context(pairs, prior, settings, work, coupling, terms, *treatment)
     held_out = blocks_for(context.dataset, blocks, settings)
     short, names = blocks is None and not held_out, [log.source.name for log, _ in pairs]

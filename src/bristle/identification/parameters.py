@@ -168,13 +168,6 @@ def scales_of(dataset: Dataset, force: float) -> Scales:
     )
 
 
-def holds(dataset: Dataset, surrounding: Surrounding) -> bool:
-    """Return whether a log has this channel with this quantity."""
-    return all(
-        surrounding.name in segment.surroundings for segment in dataset.segments
-    ) and _is_of_its_quantity(dataset, surrounding)
-
-
 def refuse_unrecorded(component: FrictionModel, dataset: Dataset) -> None:
     """Reject a log without a channel that a slot needs, or with another quantity under its name."""
     for surrounding in component.surroundings:

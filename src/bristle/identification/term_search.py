@@ -453,17 +453,17 @@ class Selection:
     ) -> tuple[list[Group], dict[str, Evidence]]:
         """Replace each ripple by an error of the encoder of this wavelength, if that explains more."""
         remaining = list(terms)
-        kept = dict(evidence)
+        of_terms = dict(evidence)
         for group in terms:
             if group.role != "place" or not group.frequency:
                 continue
             scale = self.search.scales[group.frequency]
-            others = [entry for entry in remaining if entry is not group]
+            further = [entry for entry in remaining if entry is not group]
             as_force = self.errors([*fixed, *remaining]).sum()
-            if self.errors([*fixed, *others, scale]).sum() < as_force:
-                remaining = [*others, scale]
-                del kept[group.name]
-        return remaining, kept
+            if self.errors([*fixed, *further, scale]).sum() < as_force:
+                remaining = [*further, scale]
+                del of_terms[group.name]
+        return remaining, of_terms
 
     def weakest(self, evidence: Mapping[str, Evidence]) -> str | None:
         """Return the term that the log shows least; None if it shows all of them."""

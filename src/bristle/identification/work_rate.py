@@ -39,7 +39,9 @@ class Stretch(NamedTuple):
     time: np.ndarray  # [s]
     position: np.ndarray  # [m or rad], after a filter against aliases only
     effort: np.ndarray  # [N or N*m]
-    known: np.ndarray  # columns that a coefficient turns into an effort, shape (column, sample)
+    regressors: (
+        np.ndarray
+    )  # columns that a coefficient turns into an effort, shape (column, sample)
     channels: np.ndarray  # channels on which friction may depend, shape (channel, sample)
     log: int  # number of its log
 
@@ -177,7 +179,7 @@ def stretches_of(
         shifted = time - time[0] + begin
         begin = float(shifted[-1]) + log.sample_time
         nothing = np.zeros((0, time.size))
-        known = np.vstack([nothing, *(column.values for column in log.regressors)])
+        regressors = np.vstack([nothing, *(column.values for column in log.regressors)])
         channels = np.vstack([nothing, *(log.surroundings[name].values for name in names)])
         for part in log.segments:
             load = effort[part]
@@ -185,7 +187,9 @@ def stretches_of(
                 # The mean of two consecutive values acts around the sample between them.
                 load = 0.5 * (load + np.append(load[:1], load[:-1]))
             place = log.position.values[part]
-            stretch = Stretch(shifted[part], place, load, known[:, part], channels[:, part], number)
+            stretch = Stretch(
+                shifted[part], place, load, regressors[:, part], channels[:, part], number
+            )
             if stretch.time.size > (shortest + 10) * decimation:
                 yield decimated(stretch, decimation, log.sample_time)
 
@@ -210,7 +214,7 @@ def decimated(stretch: Stretch, decimation: int, dt: float) -> Stretch:
         stretch.time[::decimation],
         slow(stretch.position - origin) + origin,
         slow(stretch.effort),
-        all_slow(stretch.known),
+        all_slow(stretch.regressors),
         all_slow(stretch.channels),
         stretch.log,
     )
@@ -239,9 +243,9 @@ def assembled(
     firsts = [*np.flatnonzero(np.diff(of_log, prepend=-1)).tolist(), len(parts)]
     joined = np.concatenate
     channels = [joined([part.channels[number] for part in parts]) for number in range(len(names))]
-    known = np.zeros((0, 0))
+    regressors = np.zeros((0, 0))
     if parts:
-        known = np.hstack([part.known for part in parts])
+        regressors = np.hstack([part.regressors for part in parts])
     return Motion(
         time=joined([np.zeros(0), *(part.time for part in parts)]),
         x=joined([np.zeros(0), *x]),
@@ -258,6 +262,6 @@ def assembled(
         step=1,
         margin=0,
         unsettled=(0,) * len(parts),
-        known=known,
+        regressors=regressors,
         channels=dict(zip(names, channels, strict=True)),
     )

@@ -7,7 +7,6 @@ BINS = 8192  # of the position
 PADDED = 4  # times: resolves quarters of a turn
 HIGHEST = 2  # peaks to refine
 FINER = 13  # frequencies around each
-CLOSE = 21  # between two of them
 REACH = 0.6  # turns over the range to either side of it
 CLEARED = 4  # quarters of a turn around a peak that belong to it
 SMALL = 1e-6
@@ -47,15 +46,6 @@ def frequency_in(
             best = max(best, (_explained(x, side, residual, frequency), frequency))
         power[max(peak - CLEARED, 0) : peak + CLEARED + 1] = 0.0
     return best[1]
-
-
-def refined(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:
-    """Return a refined frequency [1/m or 1/rad], rounded to the digits that matter over all turns."""
-    step = 2.0 * REACH / (FINER - 1) / float(np.ptp(x))
-    close = [
-        near for near in (frequency + step * np.linspace(-1.0, 1.0, CLOSE)).tolist() if near > 0.0
-    ]
-    return max(close, key=lambda near: _explained(x, side, residual, near))
 
 
 def _explained(
