@@ -9,8 +9,13 @@ from tests.identification.known_logs import STATED, log_of, sines
 from tests.identification.rigid import identify
 from tests.identification.test_structure import LEVEL, WEIGHT, swinging, with_scatter
 
+from bristle import explain
 from bristle.core import Axis
-from bristle.identification.found_terms import cogging_of, terms_of
+from bristle.core.axis import KnownColumn
+from bristle.identification.explanation import Interval
+from bristle.identification.found_terms import Beside, Force, cogging_of, terms_of, with_split
+from bristle.logs import Channel
+from bristle.models.friction import find
 from bristle.report.messages import terms_in
 
 WAVE = 0.01
@@ -90,6 +95,13 @@ def test_a_model_with_a_slot_keeps_the_level_in_its_effort(motion):
     assert best.parameters["p_1"].value == pytest.approx(0.15, rel=0.25)
 
 
+def test_a_spring_of_the_axis_has_no_double_in_the_slot(motion):
+    log, _ = sliding(motion, level_along(motion))
+    axis = replace(STATED, spring="cubic")
+    best = identify(log, "coulomb_viscous+position", axis=axis, blocks=0, draws=0).best
+    assert [best.parameters[name].status for name in ("a_1", "a_2")] == ["held", "held"]
+
+
 def test_a_repeated_sine_tells_no_term_from_friction_and_inertia():
     motion = sines(30.0, amplitudes=(2e-3,), frequencies=(0.5,), phases=(0.0,))
     log = log_of(motion, with_scatter(motion, 0.0, share=0.0))
@@ -108,3 +120,66 @@ def test_a_repeated_sine_tells_no_term_from_friction_and_inertia():
 )
 def test_waves_belong_to_a_turn_by_their_whole_orders(frequencies, axis, expected):
     assert cogging_of(frequencies, axis) == expected
+
+
+def log_with(motion, force, **channels):
+    effort = with_scatter(motion, force, share=0.0)
+    return replace(log_of(motion, effort, step=1e-7), **channels)
+
+
+def test_friction_over_a_recorded_temperature_is_a_term_of_its_slot(motion):
+    warmth = 293.15 + 10.0 * np.sin(0.4 * motion.time)
+    force = 0.02 * (warmth - 293.15) * LEVEL * np.sign(motion.velocity)
+    log = log_with(motion, force, temperature=Channel(warmth, "K", "temperature"))
+    terms = terms_of([(log, STATED)])
+    assert {name: force.slot for name, force in terms.forces.items()} == {
+        "channel temperature": "temperature"
+    }
+    assert "with temperature" in terms.explanation.verdict
+    assert terms.beside(find("coulomb_viscous")) == ("channel temperature",)
+    assert terms.beside(find("coulomb_viscous+temperature")) == ()
+
+
+def test_a_known_column_is_no_term(motion):
+    pull = motion.position / np.ptp(motion.position)
+    column = KnownColumn("pull", "pull")
+    log = log_with(motion, LEVEL * pull, regressors=(Channel(pull, "1", "pull"),))
+    explained = explain(log, replace(STATED, regressors=(column,)))
+    assert explained.terms == []
+    assert explained.M.value == pytest.approx(12.0, rel=5e-3)
+
+
+def test_another_level_in_a_second_log_is_no_warm_up(motion):
+    side = np.sign(motion.velocity)
+    logs = [log_with(motion, level * side) for level in (0.0, 2.0)]
+    names = [part.name for part in explain(logs, [STATED, STATED]).terms]
+    assert "warmup" not in names
+
+
+def test_a_stated_delay_is_kept(motion):
+    explained = explain(log_with(motion, 0.0), STATED)
+    assert not STATED.seeks_delay
+    assert explained.delay.value == 0.0
+
+
+def test_a_term_is_as_late_as_the_effort(motion):
+    log = log_with(motion, level_along(motion))
+    late = replace(log.effort, values=np.roll(log.effort.values, 20))
+    axis = replace(STATED, seeks_delay=True)
+    best = identify(replace(log, effort=late), "coulomb_viscous", axis=axis, blocks=0, draws=0).best
+    assert "along the axis (" in terms_in(best)
+    assert best.error_percent < 2.0
+
+
+def test_the_error_of_a_cable_widens_the_interval_of_friction(motion):
+    log, result = sliding(motion, 0.0)
+    fit = result.best
+    terms = replace(
+        terms_of([(log, STATED)]),
+        explanation=replace(result.explanation, F_C=Interval(8.0, 0.8)),
+        forces={"cable": Force((np.zeros(len(log)),), "")},
+    )
+    beside = Beside(terms, [log], lambda logs: None)
+    (before, after) = (entry.parameters for entry in (fit, with_split(fit, beside)))
+    assert after["F_C"].interval_percent == pytest.approx(10.0, rel=0.01)
+    assert after["M"].ends == before["M"].ends

@@ -42,7 +42,7 @@ from bristle.identification.friction_law import (
 )
 from bristle.identification.gram import rms
 from bristle.identification.term_search import Choice, Search, chosen_terms, time_to_reversal
-from bristle.identification.work_rate import FEWEST_ROWS, motion_of, narrowed
+from bristle.identification.work_rate import FEWEST_ROWS, delayed, motion_of, narrowed
 from bristle.logs.log import Log
 
 NARROWER = (0.4, 0.16)  # of the cut-off: narrower bands for the delay
@@ -119,7 +119,7 @@ def fitted_terms(motion: Motion, delay: float | None = None) -> Refitted:
     enough = [narrow for narrow in narrower if sum(narrow.counts) >= FEWEST_ROWS]
     best = least_biased([widest, *(at_speed(choice_for(narrow)) for narrow in enough)])
     if best.delay.value != widest.delay.value:
-        choice = choice_for(motion, best.delay.value)
+        choice = choice_for(delayed(motion, best.delay.value), best.delay.value)
     return refitted(choice, best)
 
 

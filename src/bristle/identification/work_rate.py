@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -30,6 +31,7 @@ SMOOTHING = np.exp(
 )  # of the position, over the samples beside each
 MEDIAN_OVER_DEVIATION = 0.67  # of normal noise
 STEP_NOISE = 0.3  # of the step of the encoder: its noise, at least
+SPARE = 3  # samples of a margin
 LONGEST_DELAY = 0.9  # periods of the cut-off: samples that the search for the delay needs
 
 
@@ -97,6 +99,12 @@ def narrowed(motion: Motion, share: float) -> Motion:
         step=int(motion.step / share),
         margin=margin_of(taps, cutoff * motion.dt),
     )
+
+
+def delayed(motion: Motion, delay: float) -> Motion:
+    """Return a motion whose rows reach as far as a delay [s]."""
+    needed = motion.taps.size // 2 + math.ceil(abs(delay) / motion.dt) + SPARE
+    return replace(motion, margin=max(motion.margin, needed))
 
 
 def margin_of(taps: np.ndarray, cutoff: float) -> int:
