@@ -20,7 +20,7 @@ from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS
 from bristle.identification.dataset import Alignment, Dataset, effort_of
-from bristle.identification.dictionary import Group
+from bristle.identification.dictionary import Group, memory_of
 from bristle.identification.estimate import Estimate
 from bristle.identification.explain import delay_of, explained, fitted_terms, floor_of
 from bristle.identification.explanation import OF_CHANNEL, Explanation
@@ -52,6 +52,7 @@ CAUSES = {
 """Term -> cause of friction for which there is a slot."""
 PERIODIC = SLOT_OF["ripple"]
 CABLE = "cable"
+WIDE = 0.1  # of the longest narrow threshold: mean threshold of a memory that reaches further
 FOUND = "second_pass"  # code of the note about found lines
 NEARLY = 0.1  # allowed deviation from a whole number of waves in a turn
 FEWEST_TURNS = 1.5  # in a log that shows the orders of a turn
@@ -211,6 +212,9 @@ def terms_of(
         for group in final.groups
         if group.is_judged and group.role != "filter" and group.name not in in_plant
     }
+    if is_wide(final):
+        # Then the cable is a part of this memory.
+        forces.pop(CABLE, None)
     shape = final.choice.shape
     if shape and shape not in in_plant:
         group = next(group for group in final.groups if group.name == shape)
@@ -247,6 +251,20 @@ def with_explained(alignment: Alignment, explanation: Explanation, most: float) 
     if M.half_width < (alignment.mass_half_width or math.inf):
         alignment = replace(alignment, mass=M.value, mass_half_width=M.half_width)
     return alignment
+
+
+def is_wide(final: Refitted) -> bool:
+    """Return whether the memory of friction reaches the longest thresholds that are no cable."""
+    grid = final.choice.search.grid
+    thresholds, limits = 0.0, 0.0
+    for name, members in memory_of(grid).items():
+        group = next((group for group in final.groups if group.name == name), None)
+        if group is None or name == CABLE:
+            continue
+        weights = final.weights(group) * np.sqrt(np.mean(group.columns**2, axis=0))
+        limits += float(weights.sum())
+        thresholds += float(weights @ np.array([element.d for element in members]))
+    return thresholds > WIDE * float(grid.narrow[-1]) * limits
 
 
 def slot_of(name: str) -> str:

@@ -50,6 +50,7 @@ from bristle.identification.preprocessing import (
 from bristle.identification.result import Fit, Identification, SecondPass
 from bristle.identification.settings import Settings
 from bristle.identification.structure import with_structure
+from bristle.identification.term_search import WARM_UP
 from bristle.identification.two_masses import apart, with_masses_of, with_two_masses
 from bristle.identification.validation import TOO_SHORT
 from bristle.identification.work import Work
@@ -60,7 +61,7 @@ from bristle.models.friction import DEFAULT_MODELS, find
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 WITHOUT_LOAD = "interrupted: the friction of motor and load is missing"
 TELLS_CHANNEL = "lugre"
-OF_LEVEL, WARM_UP = ("level_drifts", "level_over_position"), "warmup"
+OF_LEVEL = ("level_drifts", "level_over_position")
 HIGHEST = 100.0  # [Hz]: frequencies in which terms are sought, at most
 FEWEST_PERIODS = 40.0  # of the lowest cut-off of an elastic axis in the log
 ALONE = 0.4  # share of the work for one mass of a log with two encoders

@@ -47,6 +47,9 @@ FALSE_WAVE = 0.01  # chance that white noise shows a wave
 REFINEMENTS = (0.3, 0.05)  # waves in the stroke: moves of a frequency in two searches
 NEAR_WAVES = 0.7  # waves in the stroke: nearer frequencies are the same
 
+WARM_UP = "warmup"
+LEAST_CYCLE = 0.05  # of the mean: work of friction in a half-cycle that shows a level
+CHANCE = 0.01  # that scattering levels look like warm-up
 SMOOTH_LEVELS = ("level", "load", "warmup")
 LEAST_UNIQUE = 0.003  # of a column: the part that friction and inertia do not explain
 LEAST_GAIN = 0.012  # of the rms of friction, held out: the smallest term
@@ -316,6 +319,22 @@ class Search:
         return similar
 
 
+def explains(columns: np.ndarray, values: np.ndarray) -> bool:
+    """Whether columns and a constant explain values by more than chance: an F-test."""
+    from scipy.special import fdtrc  # only when needed
+
+    count, width = columns.shape
+    free = count - width - 1
+    if free < 1:
+        return False
+    centred = values - values.mean()
+    design = np.column_stack([np.ones(count), columns])
+    left = centred - design @ np.linalg.lstsq(design, centred, rcond=None)[0]
+    unexplained = max(float(left @ left), np.finfo(float).tiny)
+    ratio = (float(centred @ centred) / unexplained - 1.0) * free / width
+    return float(fdtrc(width, free, max(ratio, 0.0))) < CHANCE
+
+
 # ---------------------------------------------------------------- choice of terms
 @dataclass
 class Choice:
@@ -443,10 +462,34 @@ class Selection:
                 without = self.errors([entry for entry in chosen if entry is not group])
                 evidence[group.name] = self.evidence(without, present)
             weakest = self.weakest(evidence)
+            if weakest is None and self.is_scatter(chosen):
+                weakest = WARM_UP
             if weakest is None:
                 return remaining, evidence
             self.rejected[weakest] = evidence[weakest]
             remaining = [group for group in remaining if group.name != weakest]
+
+    def is_scatter(self, chosen: Sequence[Group]) -> bool:
+        """Whether warm-up is not told from levels that scatter between half-cycles: an F-test of the level of each."""
+        group = next((group for group in chosen if group.name == WARM_UP), None)
+        if group is None:
+            return False
+        equations = self.equations
+        motion = self.search.motion
+        weights, _ = equations.solve(chosen, self.penalties, self.support)
+        residual = equations.y - equations.unit * (equations.X @ weights)
+        force = residual + group.columns @ equations.physical(group, weights)
+        friction = motion.row(self.search.friction)
+        side = np.sign(motion.v[motion.places])
+        _, cycle = np.unique(np.cumsum(np.diff(side, prepend=side[0]) != 0.0), return_inverse=True)
+        power = np.bincount(cycle, friction**2)
+        large = power > LEAST_CYCLE * power.mean()
+
+        def level(signal: np.ndarray) -> np.ndarray:
+            return np.bincount(cycle, friction * signal)[large] / power[large]
+
+        over_time = np.stack([level(column) for column in group.columns.T], axis=1)
+        return not explains(over_time, level(force))
 
     def without_scale_errors(
         self, fixed: Sequence[Group], terms: Sequence[Group], evidence: Mapping[str, Evidence]

@@ -63,7 +63,7 @@ from bristle.report.two_masses import (
 )
 
 if TYPE_CHECKING:
-    from bristle.identification import Fit, Identification
+    from bristle.identification import Explanation, Fit, Identification
     from bristle.prediction import Following
     from bristle.report.compensation import Gain
     from bristle.report.figures.report_figure import Facts
@@ -142,7 +142,7 @@ def identification_report(
         "distance": distance,
         "both_sides": identification if sides else None,
         "elastic": identification if elastic and not sides else None,
-        "explanation": identification.explanation,
+        "explanation": explained_in(identification),
         "curves": [steady_curve(side.best) for side in sides.values()],
     }
     loop = _loop(simulation, gain, following, kind, contradicted=contradicted)
@@ -216,6 +216,14 @@ def _loop(
     )
 
 
+def explained_in(identification: Identification) -> Explanation | None:
+    """Return the explanation of a log that shows terms beside friction; None without terms."""
+    explanation = identification.explanation
+    if explanation is None or not explanation.terms:
+        return None
+    return explanation
+
+
 def _sections(
     identification: Identification,
     loop: Section,
@@ -242,7 +250,7 @@ def _sections(
     ]
     by_position = [Figures("position"), BY_POSITION] if fit.position_rmse is not None else []
     quality = f"{'. '.join(map(capital, misfit(fit)))}. {terms_in(fit)}"
-    explanation = identification.explanation
+    explanation = explained_in(identification)
     forces = list[object]()
     if explanation is not None:
         forces += [explanation.verdict, *tables_of(explanation), *explanation.notes]
