@@ -7,14 +7,21 @@ import pytest
 from tests.identification.known_logs import STATED, log_of, sines, sliding_effort
 
 from bristle.core import InputError
-from bristle.core.axis import Cogging
-from bristle.identification.estimation import context_of, with_pitch
-from bristle.identification.found_terms import terms_of, with_harmonics, with_orders
+from bristle.core.axis import Axis, Cogging
+from bristle.identification.estimation import (
+    context_of,
+    harmonics_in,
+    sliding_problem,
+    with_harmonics,
+    with_harmonics_of,
+    with_pitch,
+)
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
 from bristle.logs.waves import frequency_in, waves
 from bristle.models.friction import find, with_slots
-from bristle.models.plants import inertia
+from bristle.models.plants import inertia, with_terms
+from bristle.models.plants.terms import TermedPlant
 
 MOTION = sines(6.0, dt=2e-3, amplitudes=(0.03, 0.008), frequencies=(0.25, 0.7), phases=(0.0, 1.0))
 TURN = 0.01
@@ -34,7 +41,32 @@ def prior_of(plant=inertia, **values):
     return PriorKnowledge(plant=plant, values=values)
 
 
+@pytest.fixture(scope="module")
+def rippled():
+    return dataset_with((2, 2.0), (6, 1.0), (11, 0.6))
+
+
+def found_in(dataset, turn=TURN, turner="motor"):
+    return harmonics_in(
+        sliding_problem(dataset, prior_of()), Cogging(turner, turn), "cogging[0].harmonics"
+    )
+
+
 STROKE = float(np.ptp(MOTION.position))
+
+
+@pytest.fixture
+def few_orders(monkeypatch):
+    """The search of all orders takes longer than the tests."""
+    monkeypatch.setattr("bristle.identification.estimation.MOST_ORDER", 22)
+
+
+@pytest.mark.usefixtures("few_orders")
+def test_harmonics_of_the_truth_are_found_in_order_from_one_and_a_half_turns(rippled):
+    assert found_in(rippled, turn=2.0 * TURN) == [4, 12, 22]
+    assert found_in(dataset_with((3, 4.0), turn=STROKE / 1.6), turn=STROKE / 1.6) == [3]
+
+
 UNSEEN = (
     r"cogging\[0\]\.harmonics: cannot be identified, because no part of the effort in this log repeats with the screw"
     r".*Remove .*cogging.*, or write known orders"
@@ -42,26 +74,43 @@ UNSEEN = (
 
 
 @pytest.mark.parametrize(
-    ("waves", "turner", "turn", "fault"),
+    ("waves", "asked", "fault"),
     [
-        ([370.0], "screw", TURN, UNSEEN),
-        ([100.0], "motor", STROKE / 1.4, r"need 1\.5 turns of the motor, but the log has 1\.4"),
+        ((), {"turner": "screw"}, UNSEEN),
+        (
+            ((1, 2.0),),
+            {"turn": STROKE / 1.4},
+            r"need 1\.5 turns of the motor, but the log has 1\.4",
+        ),
     ],
 )
-def test_an_invisible_harmonic_or_an_incomplete_turn_is_rejected(waves, turner, turn, fault):
+def test_an_invisible_harmonic_or_an_incomplete_turn_is_rejected(waves, asked, fault):
     with pytest.raises(InputError, match=fault):
-        with_orders(Cogging(turner, turn), waves, STROKE, 0)
+        found_in(dataset_with(*waves), **asked)
 
 
-def test_an_axis_gets_the_harmonics_of_the_log():
-    effort = sliding_effort(MOTION, noise=0.05)
-    for order, amplitude in ((2, 2.0), (6, 1.0)):
-        phase = 2.0 * np.pi * order * MOTION.position / TURN
-        effort = effort + amplitude * np.sin(phase + 0.3 * order)
-    coggings = (Cogging("motor", TURN, None), Cogging("screw", 0.02, (1,)))
-    pairs = [(log_of(MOTION, effort), replace(STATED, cogging=coggings))]
-    ((_, axis),) = with_harmonics(pairs, terms_of(pairs))
-    assert [cogging.harmonics for cogging in axis.cogging] == [(2, 6), (1,)]
+@pytest.mark.usefixtures("few_orders")
+def test_a_plant_gets_the_harmonics_of_the_log_and_keeps_its_terms(rippled):
+    termed = with_terms(inertia, gravity=True, cogging={"screw": [1]})
+    axis = Axis(kind="translational", cogging=(Cogging("motor", TURN, None),))
+    prior = with_harmonics(prior_of(termed, screw_turn=0.02), axis, rippled)
+    assert isinstance(prior.plant, TermedPlant)
+    assert prior.plant.gravity
+    assert prior.plant.inner is inertia
+    assert set(prior.plant.orders) == {("screw", 1), ("motor", 2), ("motor", 6), ("motor", 11)}
+    assert prior.values == {"screw_turn": 0.02, "motor_turn": TURN}
+    same = prior_of()
+    assert with_harmonics(same, Axis(cogging=(Cogging("motor", TURN, (6,)),)), rippled) is same
+    assert with_harmonics(same, None, rippled) is same
+
+
+def test_an_axis_gets_the_harmonics_of_a_plant():
+    plant = with_terms(inertia, cogging={"motor": [6, 12], "screw": [1]})
+    axis = Axis(cogging=(Cogging("screw", 0.01, None), Cogging("motor", 0.005, None)))
+    assert [(entry.harmonics, entry.turn) for entry in with_harmonics_of(plant, axis).cogging] == [
+        ((1,), 0.01),
+        ((6, 12), 0.005),
+    ]
 
 
 def test_a_pitch_is_found_in_the_residual_of_sliding():
@@ -93,6 +142,13 @@ def test_a_pitch_is_sought_from_three_turns_over_the_range():
     assert with_pitch(context_of(few, prior_of()), PERIODIC).prior.pitch == pytest.approx(
         STROKE / 4.2, rel=0.02
     )
+
+
+def test_harmonics_are_limited_in_order_and_number(rippled, monkeypatch):
+    monkeypatch.setattr("bristle.identification.estimation.MOST_ORDER", 6)
+    assert found_in(rippled) == [2, 6]
+    monkeypatch.setattr("bristle.identification.estimation.MOST", 1)
+    assert found_in(rippled) == [2]
 
 
 TURNS = 7.38  # over the range

@@ -9,13 +9,14 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 from tests.identification.rigid import identify
 
 from bristle.core import Axis, InputError
 from bristle.core.axis import Cogging
 from bristle.files import load_code
 from bristle.identification import least_squares
+from bristle.identification.identify import _context
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.request import (
     freed,
@@ -380,6 +381,31 @@ def test_a_threshold_of_the_last_release_is_refused_with_its_successor(name):
         match=rf"settings\.{name}: is not a threshold of an identification.*missing_evidence replaces",
     ):
         Settings.of({name: 1.0})
+
+
+MOTION = sines(6.0, dt=2e-3, amplitudes=(0.03, 0.008), frequencies=(0.25, 0.7), phases=(0.0, 1.0))
+TURN = 0.01
+
+
+@pytest.mark.parametrize("harmonics", [None, (6,)])
+def test_harmonics_are_sought_in_the_log_if_the_axis_omits_them(harmonics):
+    effort = sliding_effort(MOTION, noise=0.05) + 2.0 * np.sin(4.0 * np.pi * MOTION.position / TURN)
+    axis = replace(STATED, cogging=(Cogging("motor", TURN, harmonics),))
+    context = _context(
+        [(log_of(MOTION, effort), axis)],
+        PriorKnowledge(plant=inertia),
+        DEFAULT,
+        Work(least_squares.silent),
+        None,
+        None,
+        100.0,
+        4,
+    )
+    assert (
+        context.prior.plant.orders == (("motor", 2),)
+        if harmonics is None
+        else context.prior.plant is inertia
+    )
 
 
 @pytest.mark.parametrize(

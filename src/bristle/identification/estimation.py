@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core.axis import Axis, Cogging
+from bristle.core.contracts import FrictionModel, Model, Plant
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
-from bristle.core.least_squares import unbounded
+from bristle.core.least_squares import apart_from, unbounded
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.identification.dataset import Dataset
@@ -49,6 +50,7 @@ from bristle.models.friction import find, is_static
 from bristle.models.friction.next_model import nested_in
 from bristle.models.friction.slots import by_direction
 from bristle.models.friction.variation import PITCH
+from bristle.models.plants.terms import DEGREES, TURNS, TermedPlant, with_terms
 
 
 @dataclass(frozen=True)
@@ -247,6 +249,11 @@ TURNS_LEAST = 3.0  # fewest turns over the range in the search for a pitch
 STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
 SCAN_MOST = 20_000
 REFINED = 40
+MOST_ORDER, MOST = 200, 24  # largest order that is tried, most harmonics
+PASSING = 0.5  # of the amplitude of a wave, after the filters
+SAMPLED = 0.5  # of a wave from sample to sample: faster waves are aliased
+# Quantile of waves at half orders, and factor by which a harmonic exceeds it.
+CHANCE, ABOVE = (0.9, 3.0)
 
 
 def context_of(dataset: Dataset, prior: PriorKnowledge, *, settings: Settings = DEFAULT) -> Context:
@@ -321,7 +328,123 @@ def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     return stroke / max(np.linspace(best - step, best + step, REFINED).tolist(), key=explained)
 
 
+def with_harmonics(prior: PriorKnowledge, axis: Axis | None, dataset: Dataset) -> PriorKnowledge:
+    """Return the prior knowledge with the harmonics that an axis file leaves to the log."""
+    for place, cogging in enumerate(axis.cogging if axis is not None else ()):
+        if cogging.harmonics is None:
+            problem = sliding_problem(dataset, prior)
+            plant, gravity, columns, degree, orders = (
+                prior.plant,
+                False,
+                (),
+                0,
+                dict[str, list[int]](),
+            )
+            if isinstance(plant, TermedPlant):
+                gravity, columns, degree = plant.gravity, plant.columns, plant.degree
+                orders = {
+                    turner: [n for counted, n in plant.orders if counted == turner]
+                    for turner in TURNS
+                }
+                plant = plant.inner
+            orders[cogging.turner] = list(
+                harmonics_in(problem, cogging, f"cogging[{place}].harmonics")
+            )
+            plant = with_terms(
+                plant, gravity=gravity, cogging=orders, columns=columns, spring=DEGREES.get(degree)
+            )
+            prior = replace(
+                prior, plant=plant, values={**prior.values, TURNS[cogging.turner]: cogging.turn}
+            )
+    return prior
+
+
+def with_harmonics_of(plant: Plant, axis: Axis) -> Axis:
+    """Return an axis with the harmonics of a plant."""
+    orders = plant.orders if isinstance(plant, TermedPlant) else ()
+    pairs = zip(
+        axis.cogging,
+        [tuple(n for turner, n in orders if turner == cogging.turner) for cogging in axis.cogging],
+        strict=True,
+    )
+    return replace(
+        axis, cogging=tuple(replace(cogging, harmonics=numbers) for cogging, numbers in pairs)
+    )
+
+
+def harmonics_in(problem: InverseDynamics, cogging: Cogging, path: str) -> list[int]:
+    """Return the orders per turn of the harmonics in the residual of a simple `problem`."""
+    dataset = problem.dataset
+    turns = float(np.ptp(dataset.position)) / cogging.turn
+    if turns < 1.5:  # fewest turns in the log
+        raise InputError(
+            f"need 1.5 turns of the {cogging.turner}, but the log has {turns:.2g} turns",
+            path=path,
+            value="identify",
+            mend="Write the harmonics, such as [6, 12], or record more turns",
+        )
+    x = dataset.position
+    place = 2.0 * (x - x.mean())[:, None] / float(np.ptp(x))
+    powers = np.hstack([place, place**2])
+    columns = np.column_stack(
+        [problem.columns, np.hstack([powers, np.sign(dataset.velocity)[:, None] * powers])]
+    )
+    size = np.linalg.norm(columns, axis=0)
+    basis = np.linalg.qr(columns[:, size > 0.0] / size[size > 0.0])[0]
+    residual = apart_from(basis, dataset.effort)
+    # At least three periods over the range of the log.
+    first, orders = (max(int(np.ceil(3.0 / turns)), 1), list[int]())
+    tried = np.arange(2 * first, 2 * MOST_ORDER + 1) / 2.0
+    waves = {order: _waves(dataset, cogging.turn, order) for order in tried.tolist()}
+    waves = {
+        order: apart_from(basis, pair)
+        for order, pair in waves.items()
+        if np.mean(pair**2) > 0.5 * PASSING**2
+    }
+    least = 0.004 * float(residual @ residual)  # of the first residual: the smallest harmonic
+    while len(orders) < MOST:
+        energies = {order: _energy(pair, residual, rcond=1e-9) for order, pair in waves.items()}
+        of_turns = {int(order): energy for order, energy in energies.items() if order.is_integer()}
+        chance = float(
+            np.quantile(
+                [energy for order, energy in energies.items() if not order.is_integer()] or [0],
+                CHANCE,
+            )
+        )
+        best = max(of_turns, key=lambda order: of_turns[order], default=0)
+        if not best or of_turns[best] < max(ABOVE * chance, least):
+            break
+        orders.append(best)
+        pair = np.linalg.qr(waves.pop(float(best)))[0]
+        residual = apart_from(pair, residual)
+        waves = {order: apart_from(pair, columns) for order, columns in waves.items()}
+    if not orders:
+        raise InputError(
+            f"cannot be identified, because no part of the effort in this log repeats with the {cogging.turner}",
+            path=path,
+            value="identify",
+            mend="Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]",
+        )
+    return sorted(orders)
+
+
 def _energy(waves: np.ndarray, residual: np.ndarray, rcond: float | None = None) -> float:
     """Return the sum of squares of a residual that waves explain."""
     right = waves.T @ residual
     return float(right @ unbounded(waves.T @ waves, right, rcond=rcond))
+
+
+def _waves(dataset: Dataset, turn: float, order: float) -> np.ndarray:
+    """Return cosine and sine over the turn in each row, after the filters, shape (row, 2)."""
+    turns = [segment.position * (order / turn) for segment in dataset.segments]
+    sampled = [np.abs(np.gradient(phase)) < SAMPLED for phase in turns]
+    waves = [
+        dataset.rows_of(
+            [
+                dataset.filtered(np.where(slow, bend(2.0 * np.pi * phase), 0.0))
+                for phase, slow in zip(turns, sampled, strict=True)
+            ]
+        )
+        for bend in (np.cos, np.sin)
+    ]
+    return np.stack(waves, axis=1)

@@ -55,7 +55,6 @@ CABLE = "cable"
 WIDE = 0.1  # of the longest narrow threshold: mean threshold of a memory that reaches further
 FOUND = "second_pass"  # code of the note about found lines
 NEARLY = 0.1  # allowed deviation from a whole number of waves in a turn
-FEWEST_TURNS = 1.5  # in a log that shows the orders of a turn
 MOST_ORDER = 400  # waves in a turn
 
 
@@ -75,7 +74,6 @@ class Terms:
     error_without: float
     error_with: float
     forces: Mapping[str, Force]
-    waves: tuple[float, ...]  # of the force over the position [1/m or 1/rad]
     unlike_bodies: float = (
         0.0  # gravity that the bodies of an arm do not explain, its amplitude [N*m]
     )
@@ -231,7 +229,6 @@ def terms_of(
         error_without=100.0 * floor_of(final, without) / effort,
         error_with=100.0 * floor_of(final, final.groups) / effort,
         forces=forces,
-        waves=tuple(group.frequency for group in final.groups if is_wave(group)),
         unlike_bodies=unlike_bodies,
     )
 
@@ -339,44 +336,6 @@ def is_wave(group: Group) -> bool:
 def is_stated(frequency: float, coggings: Sequence[Cogging]) -> bool:
     """Whether a wave is an order of a turn that the axis file states."""
     return any(order_of(frequency, cogging.turn) for cogging in coggings)
-
-
-def with_harmonics(pairs: Pairs, terms: Terms | None) -> list[tuple[Log, Axis | None]]:
-    """Return logs whose axes have the harmonics that their files leave to the log; refuse a log without them."""
-    stroke = max(float(np.ptp(log.position.values)) for log, _ in pairs)
-    waves = terms.waves if terms is not None else ()
-    changed = list[tuple[Log, Axis | None]]()
-    for log, axis in pairs:
-        if axis is not None:
-            coggings = enumerate(axis.cogging)
-            numbered = [with_orders(cogging, waves, stroke, place) for place, cogging in coggings]
-            axis = replace(axis, cogging=tuple(numbered))
-        changed.append((log, axis))
-    return changed
-
-
-def with_orders(cogging: Cogging, waves: Sequence[float], stroke: float, place: int) -> Cogging:
-    """Return cogging with its stated orders, or with those of the waves; `stroke` in m or rad."""
-    if cogging.harmonics is not None:
-        return cogging
-    path = f"cogging[{place}].harmonics"
-    turns = stroke / cogging.turn
-    if turns < FEWEST_TURNS:
-        raise InputError(
-            f"need {FEWEST_TURNS:g} turns of the {cogging.turner}, but the log has {turns:.2g} turns",
-            path=path,
-            value="identify",
-            mend="Write the harmonics, such as [6, 12], or record more turns",
-        )
-    orders = sorted(set(orders_in(waves, cogging.turn).values()))
-    if not orders:
-        raise InputError(
-            f"cannot be identified, because no part of the effort in this log repeats with the {cogging.turner}",
-            path=path,
-            value="identify",
-            mend="Remove [[cogging]] from the axis file, or write known orders, such as harmonics = [6]",
-        )
-    return replace(cogging, harmonics=tuple(orders))
 
 
 def order_of(frequency: float, turn: float) -> int:

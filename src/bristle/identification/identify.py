@@ -20,7 +20,13 @@ from bristle.identification import request
 from bristle.identification.axis_lines import about_lines, with_lines
 from bristle.identification.dataset import Alignment, Dataset
 from bristle.identification.elasticity import Elastic, elastic_coupling
-from bristle.identification.estimation import Context, along_the_motion, context_of
+from bristle.identification.estimation import (
+    Context,
+    along_the_motion,
+    context_of,
+    with_harmonics,
+    with_harmonics_of,
+)
 from bristle.identification.excitation import about_logs, checks_of, with_checks
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fits import Collected, all_fits, ranked
@@ -30,7 +36,6 @@ from bristle.identification.found_terms import (
     about_terms,
     terms_of,
     with_explained,
-    with_harmonics,
     with_split,
 )
 from bristle.identification.half_cycles import blocks_for
@@ -192,8 +197,6 @@ def identify(
     if chosen.lines_gain < 1.0 and not _simulates(pairs):
         work.task("explaining the log")(0.0)
         terms, second = _terms_in(parts, coupling, components, chosen.lines_gain)
-    if _leaves_harmonics(pairs):
-        pairs = with_harmonics(pairs, terms or terms_of(parts))
     if second is not None:
         pairs = with_lines(pairs, second)
 
@@ -239,12 +242,6 @@ def identify(
 def _simulates(pairs: Sequence[tuple[Log, Axis | None]]) -> bool:
     """Return whether the error of a simulation is minimised."""
     return any(axis is not None and axis.method == "output_error" for _, axis in pairs)
-
-
-def _leaves_harmonics(pairs: Sequence[tuple[Log, Axis | None]]) -> bool:
-    """Return whether an axis file leaves the harmonics of cogging to the log."""
-    coggings = [cogging for _, axis in pairs if axis is not None for cogging in axis.cogging]
-    return any(cogging.harmonics is None for cogging in coggings)
 
 
 def _terms_in(
@@ -449,6 +446,17 @@ def _context(
         dataset, prior = _aligned(
             treated_dataset, prior, alignment, settings, elastic=low is not None
         )
+    if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
+        prior = with_harmonics(prior, axes[0], dataset)
+        if finds:
+            # Waves of known length determine the delay better than waves found in the residual.
+            axes = [axis and with_harmonics_of(prior.plant, axis) for axis in axes]
+            alignment = alignment_of(
+                logs, axes, settings, sought=sought, coupling=coupling if low else None
+            )
+            dataset, prior = _aligned(
+                treated_dataset, prior, alignment, settings, elastic=low is not None
+            )
     context = replace(context_of(dataset, prior, settings=settings), estimator=estimator)
     context = _of_channel(
         context, treated_dataset, work.task("looking for the channel that was filtered")
