@@ -118,7 +118,8 @@ def test_other_cutoffs_find_the_same_mechanism(emps, cutoff):
 
 @pytest.mark.slow
 def test_a_model_half_unidentified_is_not_the_first(emps):
-    result = identify(emps, "lugre+asymmetry,coulomb_viscous+asymmetry,coulomb_viscous", draws=0)
+    models = "lugre+asymmetry,coulomb_viscous+asymmetry,coulomb_viscous"
+    result = identify(emps, models, draws=0, settings={"lines_gain": 1.0})
     assert [fit.name for fit in result.fits] == [
         "coulomb_viscous+asymmetry",
         "lugre+asymmetry",

@@ -36,10 +36,8 @@ from bristle.models.plants.inertia import MODEL as inertia
 
 Pairs = Sequence[tuple[Log, Axis | None]]
 
-UNSETTLED = (
-    "not_saturated",
-    "reverses_fast",
-)  # doubts of a log whose terms are not told from pre-sliding
+# Doubts of a log whose terms are not told from pre-sliding.
+UNSETTLED = ("not_saturated", "reverses_fast", "one_direction", "no_inertia", "delay_at_edge")
 SPRINGS = {"spring": "linear", "cubic": "cubic"}
 """Term -> spring of an axis file."""
 CAUSES = {
@@ -51,6 +49,7 @@ CAUSES = {
 }
 """Term -> cause of friction for which there is a slot."""
 PERIODIC = SLOT_OF["ripple"]
+UNSURE = 0.2  # half-width of the inertia, as a share of it, above which the log does not show it
 CABLE = "cable"
 WIDE = 0.1  # of the longest narrow threshold: mean threshold of a memory that reaches further
 FOUND = "second_pass"  # code of the note about found lines
@@ -200,7 +199,7 @@ def terms_of(
         return None
     kind = pairs[0][0].kind
     explanation = explained(final, kind)
-    if set(UNSETTLED).intersection(explanation.doubts):
+    if not is_settled(explanation):
         return None
     axis = pairs[0][1] or Axis(kind=kind)
     described = any(PERIODIC in component.name.split("+") for component in components)
@@ -248,6 +247,16 @@ def with_explained(alignment: Alignment, explanation: Explanation, most: float) 
     if M.half_width < (alignment.mass_half_width or math.inf):
         alignment = replace(alignment, mass=M.value, mass_half_width=M.half_width)
     return alignment
+
+
+def is_settled(explanation: Explanation) -> bool:
+    """Return whether a log tells its terms from pre-sliding: it shows inertia and Coulomb friction, or why not the latter."""
+    M, F_C = explanation.M, explanation.F_C
+    if M is None or M.half_width > UNSURE * M.value:
+        return False
+    if F_C is not None and F_C.half_width >= F_C.value:
+        return False
+    return not set(UNSETTLED).intersection(explanation.doubts)
 
 
 def is_wide(final: Refitted) -> bool:
