@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bristle.core.least_squares import unbounded
 from bristle.identification.dictionary import (
     Grid,
     Group,
@@ -329,7 +330,7 @@ def explains(columns: np.ndarray, values: np.ndarray) -> bool:
         return False
     centred = values - values.mean()
     design = np.column_stack([np.ones(count), columns])
-    left = centred - design @ np.linalg.lstsq(design, centred, rcond=None)[0]
+    left = centred - design @ unbounded(design, centred)
     unexplained = max(float(left @ left), np.finfo(float).tiny)
     ratio = (float(centred @ centred) / unexplained - 1.0) * free / width
     return float(fdtrc(width, free, max(ratio, 0.0))) < CHANCE
