@@ -145,6 +145,7 @@ def test_a_clean_axis_has_no_term():
     assert explained.F_C.value == pytest.approx(22.0, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_a_cable_beside_a_spring_has_its_own_hysteresis():
     explained = explain(simulated(seed=3, further=cable))
     assert named(explained) == {"spring", "cable"}
@@ -232,6 +233,7 @@ def test_the_band_with_the_least_error_has_the_delay(delays, best):
     assert least_biased([at_edge, *bands, at_edge]).delay == pytest.approx(best)
 
 
+@pytest.mark.slow
 def test_the_forces_are_those_at_the_delay_of_the_best_band(sprung, explained, monkeypatch):
     stage = sys.modules["bristle.identification.explain"]
     monkeypatch.setattr(
@@ -267,6 +269,7 @@ def test_a_term_that_is_kept_at_last_is_not_among_the_rejected(sprung, monkeypat
     assert "warmup" in choice.rejected
 
 
+@pytest.mark.slow
 def test_load_is_the_transmitted_force():
     x = moves(20.0, 10, 4.0)
     dt = DT / FINE
@@ -285,6 +288,7 @@ def test_load_is_the_transmitted_force():
     assert explained.M.value == pytest.approx(20.0, rel=3e-3)
 
 
+@pytest.mark.slow
 def test_a_level_beside_gravity_is_no_load():
     log = simulated(
         seed=5,
