@@ -3,9 +3,11 @@
 import json
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.identification.known_logs import log_of, sines, sliding_effort
 
 import bristle as br
 from bristle.core import InputError
@@ -14,7 +16,9 @@ from bristle.engine import force_along
 from bristle.identification import explain
 from bristle.identification.dictionary import (
     Element,
+    filtered,
     grid_of,
+    low_pass_taps,
     memory_force,
     memory_of,
     outputs,
@@ -473,3 +477,29 @@ def test_ten_minutes_take_seconds(explained):
     before = time.process_time()
     assert named(explain(log)) == {"spring"}
     assert time.process_time() - before < 8.0
+
+
+@pytest.mark.parametrize("length", [150, 400])
+def test_a_stretch_too_short_for_a_row_is_left_out(length):
+    motion = sines(8.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    log = log_of(motion, sliding_effort(motion), step=1e-7)
+    parts = (slice(0, length), slice(length + 20, len(log)))
+    explained = explain(replace(log, segments=parts), br.Axis())
+    assert explained.M.value == pytest.approx(12.0, rel=0.01)
+
+
+def test_a_filter_never_reaches_beyond_its_signal():
+    taps = low_pass_taps(100.0, 1e-3)
+    signal = np.ones(4 * taps.size)
+    assert filtered(signal, taps, taps.size, 5, 3) == pytest.approx(1.0)
+    for first in (taps.size // 2 - 1, signal.size - taps.size // 2):
+        with pytest.raises(IndexError, match="beyond its signal"):
+            filtered(signal, taps, first, 1, 1)
+
+
+def test_waves_that_meet_are_one():
+    motion = sines(6.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    search = Search(motion_of([(log_of(motion, sliding_effort(motion), step=1e-7), None)]))
+    apart = 1.0 / search.grid.stroke
+    search.add_frequencies([5.0 * apart, 5.5 * apart, 7.0 * apart])
+    assert search.frequencies == [5.0 * apart, 7.0 * apart]

@@ -116,10 +116,12 @@ def low_pass_taps(cutoff: float, dt: float, ahead: float = 0.0, width: float = 0
 
 def filtered(signal: np.ndarray, taps: np.ndarray, first: int, step: int, count: int) -> np.ndarray:
     """Return `count` values of a signal after a filter, the first at the sample `first`, then every `step` samples."""
+    rows = np.empty(count)
+    if not count:
+        return rows
     reach = taps.size // 2
     if first < reach or first + (count - 1) * step + reach >= signal.size:
         raise IndexError("a filter reaches beyond its signal")
-    rows = np.empty(count)
     entry = compiled("dictionary_filter", lambda: filter_entry, Filter)
     entry(np.ascontiguousarray(signal, dtype=float), taps, first, step, rows)
     return rows

@@ -266,7 +266,7 @@ def after_reversal(weights: Mapping[str, np.ndarray], grid: Grid, travel: np.nda
 def doubts_of(final: Refitted) -> tuple[str, ...]:
     """Return the reasons for which the numbers of the rows at speed are unknown."""
     doubts = list[str]()
-    named = {group.name: group for group in final.groups}
+    named = final.named
     nothing = np.zeros(final.equations.count)
     memory = rms(sum((final.rows(named[name]) for name in MEMORY if name in named), nothing))
     cable = rms(final.rows(named["cable"])) if "cable" in named else 0.0

@@ -214,12 +214,10 @@ def terms_of(
         forces.pop(CABLE, None)
     shape = final.choice.shape
     if shape and shape not in in_plant:
-        group = next(group for group in final.groups if group.name == shape)
-        forces[shape] = Force(forces_of(group, final, pairs), slot_of(shape))
+        forces[shape] = Force(forces_of(final.named[shape], final, pairs), slot_of(shape))
     unlike_bodies = 0.0
     if shape == "gravity" and has_bodies(axis):
-        group = next(group for group in final.groups if group.name == shape)
-        unlike_bodies = math.hypot(*final.weights(group).tolist())
+        unlike_bodies = math.hypot(*final.weights(final.named[shape]).tolist())
     effort = rms(final.motion.row(final.motion.u, final.band.delay.value))
     without = [group for group in final.groups if group.name not in in_plant]
     return Terms(
@@ -262,9 +260,10 @@ def is_settled(explanation: Explanation) -> bool:
 def is_wide(final: Refitted) -> bool:
     """Return whether the memory of friction reaches the longest thresholds that are no cable."""
     grid = final.choice.search.grid
-    thresholds, limits = 0.0, 0.0
+    thresholds = 0.0
+    limits = 0.0
     for name, members in memory_of(grid).items():
-        group = next((group for group in final.groups if group.name == name), None)
+        group = final.named.get(name)
         if group is None or name == CABLE:
             continue
         weights = final.weights(group) * np.sqrt(np.mean(group.columns**2, axis=0))

@@ -52,6 +52,11 @@ class Refitted(NamedTuple):
         """Motion of the log."""
         return self.choice.search.motion
 
+    @property
+    def named(self) -> dict[str, Group]:
+        """Groups by name."""
+        return {group.name: group for group in self.groups}
+
     def weights(self, group: Group) -> np.ndarray:
         """Return the weights of a group in SI units."""
         return self.equations.physical(group, self.fitted.weights)

@@ -279,7 +279,6 @@ class PriorKnowledge:
     free: tuple[str, ...] = ()  # shapes
     # Before the fit: value and half-width of its 95 % interval.
     measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    has_bodies: bool = False  # whether a known effort is that of the bodies of an arm
 
 
 def parameters_of(

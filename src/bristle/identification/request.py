@@ -222,15 +222,14 @@ def prior_knowledge_of(
         if known.coefficient is not None
     }
     constant = offset if offset is not None else axis.offset
-    has_bodies = any(known.log for known in axis.regressors)
     if isinstance(constant, str) and constant == "identify":
-        return PriorKnowledge(None, values, plant, axis.pitch, has_bodies=has_bodies)
+        return PriorKnowledge(None, values, plant, axis.pitch)
     force = quantity(constant, OFFSET, kind, path="offset")
     if not math.isfinite(force):
         raise InputError(
             "must be a number", path="offset", value=constant, allowed='a force, or "identify"'
         )
-    return PriorKnowledge(force, values, plant, axis.pitch, has_bodies=has_bodies)
+    return PriorKnowledge(force, values, plant, axis.pitch)
 
 
 def refuse_options(

@@ -224,7 +224,8 @@ class Search:
                 ]
                 frequency += peak_of(shifts, np.array(powers))
             refined.append(frequency)
-        self.frequencies = refined
+        self.frequencies.clear()
+        self.add_frequencies(refined)
 
     def refit(self) -> None:
         """Fit all columns, with changes of the level relative to the friction of the last fit."""
@@ -258,6 +259,10 @@ class Search:
         side = np.sign(self.motion.v[self.motion.places])
         frequencies = waves_in(self.motion, self.grid, residual)
         frequencies += waves_in(self.motion, self.grid, residual * side)
+        self.add_frequencies(frequencies)
+
+    def add_frequencies(self, frequencies: Sequence[float]) -> None:
+        """Add the frequencies that differ from the known ones [1/m or 1/rad]."""
         for frequency in frequencies:
             distances = [abs(frequency - known) * self.grid.stroke for known in self.frequencies]
             if min(distances, default=math.inf) > NEAR_WAVES and len(distances) < MOST_WAVES:

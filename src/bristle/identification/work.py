@@ -14,7 +14,6 @@ class Work:
 
     progress: Progress
     ahead: float = inf
-    before: str = ""  # text in front of each task
     begun: float = field(default_factory=perf_counter)
     after_fits: float = inf  # duration of the tasks after all fits [s]
     # Duration of each fit so far, per parameter of its model [s]
@@ -27,7 +26,7 @@ class Work:
 
     def task(self, text: str = "", expected: float = inf) -> Callable[..., None]:
         """Begin a task that is `expected` to last some seconds, else as long as its share of the time tells; return its report."""
-        begun, words = perf_counter(), f"{self.before}{text}"
+        begun = perf_counter()
 
         def report(share: float, remark: str = "") -> None:
             now = perf_counter()
@@ -39,7 +38,7 @@ class Work:
             )
             done, left = now - self.begun, self.ahead + (1.0 - share) * lasts
             self.progress(
-                done / (done + left) if left else 1.0, ", ".join(filter(None, (words, remark)))
+                done / (done + left) if left else 1.0, ", ".join(filter(None, (text, remark)))
             )
 
         return report
