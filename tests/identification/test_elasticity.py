@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from benchmarks.elastic import tried
-from tests.identification.known_logs import STATED, Motion, log_of, sines, sliding_effort
+from tests.identification.known_logs import STATED, Motion, log_of
 from tests.identification.rigid import identify
 
-from bristle import explain, identification
+from bristle import identification
 from bristle.identification.elasticity import Elastic, elastic_coupling
 from bristle.report.messages import message
 
@@ -168,19 +168,6 @@ def test_the_low_band_has_the_sum_of_the_masses_and_a_stated_cutoff_wins(identif
     )
     assert stated.treatment["cutoff"] == 90.0
     assert not stated.best.diagnostics[0].numbers["one_mass"]
-
-
-@pytest.mark.slow
-def test_a_periodic_encoder_error_is_not_a_force_over_the_position():
-    motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.3, 0.85, 2.3))
-    effort = sliding_effort(motion, noise=0.1)
-    shifted = motion._replace(
-        position=motion.position + 2e-5 * np.sin(2.0 * np.pi * motion.position / 0.01)
-    )
-    assert explain(log_of(shifted, effort, step=1e-8), STATED).terms == []
-    rippled = effort + 0.3 * np.sin(2.0 * np.pi * motion.position / 0.01)
-    (ripple,) = explain(log_of(motion, rippled, step=1e-8), STATED).terms
-    assert ripple.frequency == pytest.approx(100.0, rel=5e-3)
 
 
 @pytest.mark.parametrize("ratio", [0.2, 1.0, 5.0])

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort
+from tests.identification.known_logs import STATED, Motion as Moves, log_of, sines, sliding_effort
+from tests.identification.test_delay import late
 
 import bristle as br
 from bristle.core import InputError
@@ -27,7 +28,7 @@ from bristle.identification.dictionary import (
 from bristle.identification.explanation import DOUBTS, Evidence, Interval
 from bristle.identification.friction_law import AtSpeed, least_biased
 from bristle.identification.gram import non_negative
-from bristle.identification.term_search import Search, Selection, chosen_terms
+from bristle.identification.term_search import Search, Selection, chosen_terms, explains
 from bristle.identification.work_rate import motion_of
 from bristle.logs.log import Log
 
@@ -503,3 +504,51 @@ def test_waves_that_meet_are_one():
     apart = 1.0 / search.grid.stroke
     search.add_frequencies([5.0 * apart, 5.5 * apart, 7.0 * apart])
     assert search.frequencies == [5.0 * apart, 7.0 * apart]
+
+
+@pytest.mark.parametrize(
+    ("amplitude", "ripple", "frequencies"), [(2e-5, 0.0, []), (0.0, 0.3, [100])]
+)
+def test_an_error_of_the_encoder_is_no_ripple(amplitude, ripple, frequencies):
+    motion = sines(12.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.3, 0.85, 2.3))
+    wave = np.sin(2.0 * np.pi * motion.position / 0.01)
+    effort = sliding_effort(motion, noise=0.1) + ripple * wave
+    shifted = motion._replace(position=motion.position + amplitude * wave)
+    explained = explain(log_of(shifted, effort, step=1e-8), STATED)
+    assert [part.frequency for part in explained.terms] == pytest.approx(frequencies, rel=5e-3)
+
+
+@pytest.mark.parametrize("count", [4, 6])
+def test_levels_that_scatter_between_few_half_cycles_are_no_warm_up(count):
+    t = 1e-3 * np.arange(400 * count)
+    w = np.pi / 0.4
+    motion = Moves(t, -0.02 * np.cos(w * t), 0.02 * w * np.sin(w * t), 0.02 * w**2 * np.cos(w * t))
+    rng = np.random.default_rng(count)
+    levels = np.repeat(8.0 * (1.0 + 0.05 * rng.standard_normal(count)), 400)
+    effort = 12.0 * motion.acceleration + levels * np.where(motion.velocity < 0.0, -1.0, 1.0)
+    log = log_of(motion, effort + 0.05 * rng.standard_normal(t.size))
+    assert explain(log, STATED).terms == []
+
+
+@pytest.mark.parametrize(("size", "told"), [(0.0, False), (1.0, True)])
+def test_a_line_over_levels_is_told_from_their_scatter(size, told):
+    columns = np.linspace(-1.0, 1.0, 12)[:, None]
+    noise = 0.3 * np.random.default_rng(1).standard_normal(12)
+    assert explains(columns, size * columns[:, 0] + noise) is told
+    assert not explains(columns[:2], columns[:2, 0])
+
+
+def test_unequal_filters_look_like_no_cable():
+    explained = explain(late(command_lag=3e-3, bends=1e6))
+    assert explained.filter is not None
+    assert explained.terms == []
+
+
+def test_dry_friction_is_friction_without_its_viscous_part():
+    motion = sines(6.0)
+    pairs = [(log_of(motion, sliding_effort(motion), step=1e-7), STATED)]
+    search = Search(motion_of(pairs), 0.0)
+    search.fit()
+    moving = np.abs(search.motion.v) > 0.2 * search.grid.V
+    speed = np.abs(search.motion.v[moving])
+    assert abs(np.polyfit(speed, np.abs(search.dry[moving]), 1)[0]) < 0.1 * 30.0

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,8 +13,24 @@ from tests.identification.test_structure import LEVEL, WEIGHT, swinging, with_sc
 from bristle import explain
 from bristle.core import Axis
 from bristle.core.axis import KnownColumn
+from bristle.identification import intervals
+from bristle.identification.dataset import Alignment
+from bristle.identification.dictionary import grid_of
 from bristle.identification.explanation import Interval
-from bristle.identification.found_terms import Beside, Force, cogging_of, terms_of, with_split
+from bristle.identification.found_terms import (
+    Beside,
+    Force,
+    cogging_of,
+    is_settled,
+    is_wide,
+    terms_of,
+    with_explained,
+    with_split,
+)
+from bristle.identification.intervals import Passed
+from bristle.identification.settings import DEFAULT
+from bristle.identification.work import Work
+from bristle.identification.work_rate import motion_of
 from bristle.logs import Channel
 from bristle.models.friction import find
 from bristle.report.messages import terms_in
@@ -87,7 +104,7 @@ def test_a_level_along_the_axis_is_out_of_the_effort_of_a_model_without_it(motio
 
 
 def test_a_model_with_a_slot_keeps_the_level_in_its_effort(motion):
-    log, _ = sliding(motion, level_along(motion))
+    log = log_with(motion, level_along(motion))
     model = "coulomb_viscous+position"
     best = identify(log, model, axis=STATED, blocks=0, draws=0).best
     assert terms_in(best) == ""
@@ -96,7 +113,7 @@ def test_a_model_with_a_slot_keeps_the_level_in_its_effort(motion):
 
 
 def test_a_spring_of_the_axis_has_no_double_in_the_slot(motion):
-    log, _ = sliding(motion, level_along(motion))
+    log = log_with(motion, level_along(motion))
     axis = replace(STATED, spring="cubic")
     best = identify(log, "coulomb_viscous+position", axis=axis, blocks=0, draws=0).best
     assert [best.parameters[name].status for name in ("a_1", "a_2")] == ["held", "held"]
@@ -183,3 +200,88 @@ def test_the_error_of_a_cable_widens_the_interval_of_friction(motion):
     (before, after) = (entry.parameters for entry in (fit, with_split(fit, beside)))
     assert after["F_C"].interval_percent == pytest.approx(10.0, rel=0.01)
     assert after["M"].ends == before["M"].ends
+
+
+def known(**changes):
+    """The numbers of an explanation."""
+    numbers = {"M": Interval(12.0, 0.1), "F_C": Interval(8.0, 0.1), "delay": Interval(1e-3, 1e-4)}
+    return SimpleNamespace(**numbers | {"doubts": ()} | changes)
+
+
+@pytest.mark.parametrize(
+    ("changes", "settled"),
+    [
+        ({}, True),
+        ({"F_C": None, "doubts": ("loaded",)}, True),
+        ({"M": None}, False),
+        ({"M": Interval(12.0, 3.0)}, False),
+        ({"F_C": Interval(8.0, 8.0)}, False),
+        ({"doubts": ("not_saturated",)}, False),
+    ],
+)
+def test_terms_are_told_only_beside_inertia_and_friction(changes, settled):
+    assert is_settled(known(**changes)) is settled
+
+
+SEEN = Alignment(mass=11.0, mass_half_width=0.5, slow=50.0, sought=True)
+
+
+@pytest.mark.parametrize(
+    ("explanation", "alignment", "delay", "mass"),
+    [
+        (known(), SEEN, 1e-3, 12.0),
+        (known(doubts=("loaded",)), SEEN, None, 11.0),
+        (known(delay=Interval(1e-3, 1e-2)), SEEN, None, 12.0),
+        (known(M=Interval(12.0, 0.6)), SEEN, 1e-3, 11.0),
+        (known(), replace(SEEN, delay=2e-3), 2e-3, 12.0),
+        (known(), replace(SEEN, sought=False), None, 12.0),
+        (known(), replace(SEEN, too_small=0.1), 1e-3, 11.0),
+    ],
+)
+def test_the_explanation_gives_what_the_first_stage_knows_less_well(
+    explanation, alignment, delay, mass
+):
+    result = with_explained(alignment, explanation, 4e-3)
+    assert (result.delay, result.mass) == (delay, mass)
+
+
+@pytest.mark.parametrize(("place", "wide"), [(0, False), (-1, True)])
+def test_memory_up_to_the_longest_threshold_is_no_place_for_a_cable(motion, place, wide):
+    grid = grid_of(motion_of([(log_with(motion, 0.0), STATED)]))
+    weights = np.zeros(grid.narrow.size)
+    weights[place] = 8.0
+    group = SimpleNamespace(columns=np.ones((3, weights.size)))
+    search = SimpleNamespace(grid=grid)
+    final = SimpleNamespace(
+        choice=SimpleNamespace(search=search), named={"stop": group}, weights=lambda _: weights
+    )
+    assert is_wide(final) is wide
+
+
+def test_checks_of_the_level_give_way_to_the_explanation(motion):
+    log, result = sliding(motion, 1.5 * level_along(motion))
+    whole = identify(
+        log, "coulomb_viscous", axis=STATED, blocks=0, draws=0, settings={"lines_gain": 1.0}
+    ).best
+    assert "level_over_position" in {item.code for item in whole.diagnostics}
+    assert "level_over_position" not in {item.code for item in result.best.diagnostics}
+
+
+def test_an_observer_predicts_the_logs_without_the_terms(monkeypatch):
+    seen = list[object]()
+    fit = SimpleNamespace(name="a")
+    estimation = SimpleNamespace(inverse=SimpleNamespace(parameters=SimpleNamespace(component="a")))
+    beside = SimpleNamespace(logs_for=lambda component: [f"without for {component}"])
+    context = SimpleNamespace(beside=beside, of=lambda _: "context", dataset=None)
+    passed = Passed([fit], {"a": estimation}, {}, "", False, context, [("whole", None)], None)
+    monkeypatch.setattr(intervals, "durations_of", lambda *_: (1.0, 1.0))
+    monkeypatch.setattr(intervals, "with_uncertainty", lambda fit, *_: fit)
+    monkeypatch.setattr(intervals, "is_observed", lambda *_: True)
+    monkeypatch.setattr(intervals, "within_the_log", lambda fit, _: fit)
+    monkeypatch.setattr(intervals, "with_loops", lambda fit, _: fit)
+    monkeypatch.setattr(
+        intervals, "foreseen", lambda fit, _, context, logs, __: seen.append((context, logs)) or fit
+    )
+    work = Work(lambda *_: None)
+    assert intervals.with_intervals(passed, 20, DEFAULT, [], work)[1] == ""
+    assert seen == [("context", ["without for a"])]

@@ -164,6 +164,7 @@ class Search:
         self.delay = 0.0
         self.is_at_edge = False
         self.friction = np.zeros(motion.x.size)
+        self.dry = self.friction
         self.fitted = self.equations.fit(self.base)
 
     def fit(self) -> None:
@@ -230,14 +231,14 @@ class Search:
     def refit(self) -> None:
         """Fit all columns, with changes of the level relative to the friction of the last fit."""
         self.friction = self.force("friction")
-        dry = self.friction - self.viscous_force()
+        self.dry = self.friction - self.viscous_force()
         place = self.force("place", "offset")
         inertia = self.force("inertia")
         effort = inertia + self.friction + place
         y = self.equations.y
         waves = [ripple_group(self.motion, frequency) for frequency in self.frequencies]
         transmitted = self.motion.smooth(inertia) + place
-        signals = Level(self.friction, dry, transmitted)
+        signals = Level(self.friction, self.dry, transmitted)
         levels = level_groups(self.motion, self.grid, signals, self.frequencies)
         self.every = [*self.base, *waves, *levels, filter_group(self.motion, effort)]
         shapes = [group for name, group in self.places.items() if name != "curve"]
