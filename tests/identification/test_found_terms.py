@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import STATED, log_of, sines
+from tests.identification.known_logs import STATED, log_of, sines, slow_log
 from tests.identification.rigid import identify
 from tests.identification.test_structure import LEVEL, WEIGHT, swinging, with_scatter
 
@@ -215,7 +215,9 @@ def known(**changes):
         ({"F_C": None, "doubts": ("loaded",)}, True),
         ({"M": None}, False),
         ({"M": Interval(12.0, 3.0)}, False),
-        ({"F_C": Interval(8.0, 8.0)}, False),
+        ({"F_C": Interval(0.0, 1.0)}, False),
+        # A term that may be there widens it, but hides no other term.
+        ({"F_C": Interval(8.0, 9.0)}, True),
         ({"doubts": ("not_saturated",)}, False),
     ],
 )
@@ -256,6 +258,13 @@ def test_memory_up_to_the_longest_threshold_is_no_place_for_a_cable(motion, plac
         choice=SimpleNamespace(search=search), named={"stop": group}, weights=lambda _: weights
     )
     assert is_wide(final) is wide
+
+
+def test_memory_of_slow_friction_is_no_cable():
+    law = find("lugre")(F_C=8.0, F_S=11.0, v_S=10.0, sigma_0=3e5, sigma_1=600.0, sigma_2=0.0)
+    terms = terms_of([(slow_log(law), STATED)])
+    assert [part.name for part in terms.explanation.terms] == ["cable"]
+    assert terms.forces == {}
 
 
 def test_checks_of_the_level_give_way_to_the_explanation(motion):

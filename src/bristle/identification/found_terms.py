@@ -252,7 +252,7 @@ def is_settled(explanation: Explanation) -> bool:
     M, F_C = explanation.M, explanation.F_C
     if M is None or M.half_width > UNSURE * M.value:
         return False
-    if F_C is not None and F_C.half_width >= F_C.value:
+    if F_C is not None and F_C.value <= 0.0:
         return False
     return not set(UNSETTLED).intersection(explanation.doubts)
 
